@@ -1,16 +1,20 @@
-"""Hold the crossing map as plain values, found by id."""
+"""Read the crossing map as plain values, found by id; what breaks its schema is named."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, TypeAlias
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
 
+import msgspec
 import numpy as np
 
-from fabweave.verify.drawing import Floats
+from fabweave.verify.drawing import Floats, ReadError
+from fabweave.verify.read.content import read_content
 
-#: Corners, (N, 2).
-Polygon: TypeAlias = Annotated[Floats, (2,)]
+#: Corners, (N, 2); and with the bulge of the side that leaves each, (N, 3).
+Polygon: TypeAlias = Floats
+Ring: TypeAlias = Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,23 +71,42 @@ class Hole:
     diameter: float | None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Cutout:
-    """What is stated to be cut out of a piece: a circle, or a path; and its station.
-
-    ``ring`` is (N, 3): corners, and the bulge of the side that leaves each.
-    """
+    """What is stated to be cut out of a piece at a station: a round hole, or a slot by its path."""
 
     station: int
-    circle: tuple[float, float, float] | None  # x, y, diameter
-    ring: Floats | None
+    kind: Literal["hole", "slot"]
+    x: float | None = None
+    y: float | None = None
+    diameter_mm: float | None = None
+    path: Ring | None = None
+
+    def __post_init__(self) -> None:
+        """Require what its kind needs."""
+        if self.path is not None:
+            _require_shape(self.path, 3, "the path of a slot")
+        if self.path is None if self.kind == "slot" else None in (self.x, self.y, self.diameter_mm):
+            raise ValueError(f"a {self.kind} lacks its place or size")
+
+    @property
+    def circle(self) -> tuple[float, float, float] | None:
+        """A hole's place and diameter."""
+        return (
+            None if self.kind == "slot" else (self.x or 0.0, self.y or 0.0, self.diameter_mm or 0.0)
+        )
+
+    @property
+    def ring(self) -> Ring | None:
+        """A slot's path."""
+        return self.path if self.kind == "slot" else None
 
     @property
     def centre(self) -> tuple[float, float]:
         """Its middle."""
         if self.circle is not None:
             return self.circle[0], self.circle[1]
-        ring = np.zeros((1, 2)) if self.ring is None else self.ring[:, :2]
+        ring = np.zeros((1, 2)) if self.path is None else self.path[:, :2]
         x, y = ((ring.min(axis=0) + ring.max(axis=0)) / 2.0).tolist()
         return x, y
 
@@ -127,26 +150,32 @@ class Dropped:
     station: int | None
 
 
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Where a piece stands on its sheet."""
+
+    rotation_deg: float
+    x_mm: float
+    y_mm: float
+
+
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """What is cut, in its own coordinates, and where it stands.
-
-    ``path`` is (N, 3): corners of what is cut, and the bulge of the side that leaves each.
-    """
+    """What is cut, in its own coordinates, and where it stands."""
 
     id: str
     #: Pieces of one number can be put in one another's place.
     kind: int
     thread: int
     sheet: int
-    rotation_deg: float
-    shift: Floats
+    placement: Placement
     joints: tuple[int | None, int | None]
     outline: Polygon
-    path: Floats
     stations: tuple[Station, ...]
     labels: tuple[Label, ...]
     dropped: tuple[Dropped, ...]
+    #: What is cut; without it, the outline is.
+    path: Ring = field(default_factory=lambda: np.zeros((0, 3)))
     #: Everything that is cut out; None where the map leaves it to stations and joints.
     cutouts: tuple[Cutout, ...] | None = None
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
@@ -155,6 +184,15 @@ class Piece:
     turned: bool = False
     #: How far it is said to be from its own development, to be equal to others of its kind.
     fitted_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Require corners, and cut along the outline where no path is stated."""
+        _require_shape(self.outline, 2, "the outline")
+        # What is stated to be empty has another shape.
+        if self.path.shape == (0, 3):
+            path = np.column_stack([self.outline, np.zeros(len(self.outline))])
+            object.__setattr__(self, "path", path)
+        _require_shape(self.path, 3, "the path", least=2)
 
     @property
     def points(self) -> Floats:
@@ -168,9 +206,9 @@ class Piece:
 
     def placed(self, points: Floats) -> Floats:
         """Return points of the piece where they stand on its sheet."""
-        angle = math.radians(self.rotation_deg)
+        angle = math.radians(self.placement.rotation_deg)
         turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-        result = np.asarray(points) @ turn.T + self.shift
+        result = np.asarray(points) @ turn.T + [self.placement.x_mm, self.placement.y_mm]
         if self.mirror_mm is not None:
             result[..., 0] = self.mirror_mm - result[..., 0]
         return result
@@ -179,6 +217,18 @@ class Piece:
         """Return (N, 3) corners and bulges on its sheet; seen from the back, arcs turn round."""
         sense = 1.0 if self.mirror_mm is None else -1.0
         return np.column_stack([self.placed(ring[:, :2]), sense * ring[:, 2]])
+
+
+@dataclass(frozen=True, slots=True)
+class Spare:
+    """What is cut besides: a copy of a piece, with its own name, place and labels."""
+
+    id: str
+    of: str
+    sheet: int
+    placement: Placement
+    labels: tuple[Label, ...]
+    dropped: tuple[Dropped, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -191,20 +241,18 @@ class Joint:
     id: int
     pieces: tuple[str, str]
     crossing: int
-    holes: Annotated[Floats, (2, 2)]
+    holes: Floats
     kind: str = "rivet"
     hole_mm: float | None = None
     lap_mm: float | None = None
     grip_mm: float | None = None
 
-
-@dataclass(frozen=True)
-class Code:
-    """Where a sheet has its QR code: the lower left corner, and the size of a dot."""
-
-    x_mm: float
-    y_mm: float
-    dot_mm: float
+    def __post_init__(self) -> None:
+        """Require two places for each hole."""
+        if self.holes.size and self.holes.shape[1:] != (2, 2):
+            raise ValueError("holes are not pairs of points")
+        if not self.holes.size:
+            object.__setattr__(self, "holes", np.zeros((0, 2, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,12 +262,16 @@ class Rest:
     name: str
     outline: Polygon
 
+    def __post_init__(self) -> None:
+        """Require corners."""
+        _require_shape(self.outline, 2, "the outline")
+
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
     """A sheet that is cut."""
 
-    number: int
+    sheet: int
     name: str
     width_mm: float
     height_mm: float
@@ -231,26 +283,48 @@ class Sheet:
     grain_deg: float | None
     outline: Polygon
     defects: tuple[Polygon, ...]
-    code: Code | None = None
     #: What it is of, where the map states it.
     material: str | None = None
     thickness_mm: float | None = None
     rest: Rest | None = None
 
+    def __post_init__(self) -> None:
+        """Require corners."""
+        for ring in (self.outline, *self.defects):
+            _require_shape(ring, 2, "an outline or a defect")
+
+    @property
+    def number(self) -> int:
+        """Its number, from 1."""
+        return self.sheet
+
 
 @dataclass(frozen=True, slots=True)
+class LayerColour:
+    """What lines on a layer look like: their exact colour, and its AutoCAD index."""
+
+    layer: str
+    colour: str
+    aci: int
+
+
+@dataclass(frozen=True)
 class Cut:
-    """What the map says of the drawings; ``colours`` are exact, with the AutoCAD index."""
+    """What the map says of the drawings."""
 
     profile: str
     preset: str
     dxf: str
     svg_units: str
     hairline_mm: float
-    colours: dict[str, tuple[str, int]]
-    code: str | None = None
+    layers: tuple[LayerColour, ...]
     #: What was to be engraved; empty in maps that do not say.
     labels: str = ""
+
+    @cached_property
+    def colours(self) -> dict[str, tuple[str, int]]:
+        """The colours of each layer, with their AutoCAD indices."""
+        return {one.layer: (one.colour, one.aci) for one in self.layers}
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,26 +339,51 @@ class Step:
     joints: tuple[int, ...]
     fasten: tuple[int, ...]
     closes: bool
-    effort: float
-    text: str
     #: The pieces of the ring that is laid in it, if it lays one.
     ring: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Weave:
+    """What the map claims of the weave."""
+
+    pattern: str
+    exact: bool
+    broken: dict[Literal["edge", "face", "vertex"], int]
+    #: Of a fabric: the threads that are its warp, and the label of each crossing.
+    warp: tuple[int, ...] = ()
+    labels: tuple[int, ...] = ()
+    #: How many rotations carry the weave onto itself, where some were asked for.
+    rotations: int | None = None
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """The angles that pieces may have: multiples of the step from the grain on; None for any."""
+
+    step_deg: float | None
+    tolerance_deg: float
+    #: From where angles count: so far from the grain.
+    from_grain_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How pieces may lie on sheets."""
+
+    margin_mm: float
+    gap_mm: float
+    rotations: Rotations
 
 
 @dataclass(frozen=True)
 class CrossingMap:
     """The whole plan; lists keep the file's order, and lookups find by id."""
 
-    pattern: str
-    exact: bool
-    broken: tuple[int, int, int]
-    margin_mm: float
-    gap_mm: float
-    #: The angles that pieces may have: multiples of the step from the grain on; None for any.
-    step_deg: float | None
-    tolerance_deg: float
-    #: From where angles count: so far from the grain.
-    from_grain_deg: float
+    schema: Literal["fabweave.crossing-map/1"]
+    units: Literal["mm"]
+    weave: Weave
+    layout: Layout
     cut: Cut
     sheets: tuple[Sheet, ...]
     threads: tuple[Thread, ...]
@@ -292,38 +391,65 @@ class CrossingMap:
     pieces: tuple[Piece, ...]
     joints: tuple[Joint, ...]
     steps: tuple[Step, ...]
-    #: Effort of this order, thread by thread, and by piece number.
-    efforts: tuple[float, float, float]
-    #: Mean effort of the last tenth of the pieces, as a multiple of that of all.
-    last_tenth: float
-    #: Whether the layout is to be taken from here to make the job again, where that is stated.
-    recorded: bool | None = None
-    #: Of a fabric: the threads that are its warp, and the label of each crossing.
-    warp: tuple[int, ...] = ()
-    labels: tuple[int, ...] = ()
-    #: How many rotations carry the weave onto itself, where some were asked for.
-    rotations: int | None = None
-    thread: dict[int, Thread] = field(default_factory=dict)
-    crossing: dict[int, Crossing] = field(default_factory=dict)
-    piece: dict[str, Piece] = field(default_factory=dict)
-    #: What is cut besides, and of which piece each of them is a copy.
-    spares: tuple[Piece, ...] = ()
-    spare_of: dict[str, str] = field(default_factory=dict)
-    joint: dict[int, Joint] = field(default_factory=dict)
-    sheet: dict[int, Sheet] = field(default_factory=dict)
+    spares: tuple[Spare, ...] = ()
 
     def __post_init__(self) -> None:
-        """Fill the lookups."""
-        self.thread.update((thread.id, thread) for thread in self.threads)
-        self.crossing.update((crossing.id, crossing) for crossing in self.crossings)
-        self.piece.update((piece.id, piece) for piece in self.pieces)
-        self.joint.update((joint.id, joint) for joint in self.joints)
-        self.sheet.update((sheet.number, sheet) for sheet in self.sheets)
+        """Tell the pieces of mirrored sheets that they are drawn from the other side."""
+        mirrors = {sheet.number: sheet.width_mm for sheet in self.sheets if sheet.mirrored}
+        pieces = tuple(replace(one, mirror_mm=mirrors.get(one.sheet)) for one in self.pieces)
+        object.__setattr__(self, "pieces", pieces if mirrors else self.pieces)
+        for spare in self.spares:
+            if spare.of not in self.piece:
+                raise ValueError(f"{spare.id} is a spare of {spare.of!r}, which is no piece")
 
-    @property
+    @cached_property
+    def thread(self) -> dict[int, Thread]:
+        """Threads by their ids."""
+        return {thread.id: thread for thread in self.threads}
+
+    @cached_property
+    def crossing(self) -> dict[int, Crossing]:
+        """Crossings by their ids."""
+        return {crossing.id: crossing for crossing in self.crossings}
+
+    @cached_property
+    def piece(self) -> dict[str, Piece]:
+        """Pieces by their ids."""
+        return {piece.id: piece for piece in self.pieces}
+
+    @cached_property
+    def joint(self) -> dict[int, Joint]:
+        """Joints by their ids."""
+        return {joint.id: joint for joint in self.joints}
+
+    @cached_property
+    def sheet(self) -> dict[int, Sheet]:
+        """Sheets by their numbers."""
+        return {sheet.number: sheet for sheet in self.sheets}
+
+    @cached_property
+    def spare_of(self) -> dict[str, str]:
+        """Of which piece each spare is a copy."""
+        return {spare.id: spare.of for spare in self.spares}
+
+    @cached_property
     def to_cut(self) -> tuple[Piece, ...]:
         """All that is cut: the pieces, then the spares."""
-        return (*self.pieces, *self.spares)
+        mirrors = {sheet.number: sheet.width_mm for sheet in self.sheets if sheet.mirrored}
+        spares = (
+            replace(
+                self.piece[spare.of],
+                id=spare.id,
+                sheet=spare.sheet,
+                placement=spare.placement,
+                labels=spare.labels,
+                dropped=spare.dropped,
+                mirror_mm=mirrors.get(spare.sheet),
+                turned=False,
+            )
+            for spare in self.spares
+        )
+        return (*self.pieces, *spares)
 
     @cached_property
     def cut_piece(self) -> dict[str, Piece]:
@@ -366,3 +492,32 @@ class CrossingMap:
                 if all(math.hypot(hole.x - x, hole.y - y) > near for hole in holes):
                     holes.append(Hole(x, y, diameter))
         return holes
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the crossing map.
+
+    Raises
+    ------
+    ReadError
+        If it is not JSON or breaks the schema; the message says where.
+    """
+    data = read_content(path)
+    try:
+        return msgspec.json.decode(data, type=CrossingMap, dec_hook=_array)
+    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as error:
+        raise ReadError(str(error)) from error
+
+
+def _array(_: Any, value: Any) -> Floats:
+    """Return a list of points as an array of finite numbers."""
+    array = np.array(value, dtype=np.float64)
+    if not np.all(np.isfinite(array)):
+        raise ValueError("a coordinate is not finite")
+    return array
+
+
+def _require_shape(points: Floats, width: int, what: str, *, least: int = 3) -> None:
+    """Require a list of points of so many numbers."""
+    if points.ndim != 2 or points.shape[1] != width or len(points) < least:
+        raise ValueError(f"{what} is no list of {least} or more points of {width} numbers")

@@ -7,7 +7,7 @@ import struct
 import traceback
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from shapely.errors import ShapelyError
@@ -172,13 +172,6 @@ class Place:
             return self._judge(name, stated, None, good=stated is None)
         # Written so that NaN objects.
         return self._judge(name, stated, wanted, good=abs(as_number(stated) - wanted) <= within)
-
-    def numbers(
-        self, record: Mapping[str, Any], wanted: Mapping[str, float | None], *, within: float = 0.0
-    ) -> None:
-        """Hold the numbers of a record, by their names."""
-        for name, value in wanted.items():
-            self.number(name, record.get(name), value, within=within)
 
     def same(self, names: str, stated: Iterable[Any], wanted: Iterable[Any]) -> bool:
         """Hold a list to another, in whatever order: nothing missing, nothing too many."""

@@ -8,13 +8,12 @@ import shutil
 
 import pypdf
 import pytest
+from read_letters import alike, letters_of
 from viewer_scene import page_data
 
 from fabweave.app.job_files import write_job
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
-from fabweave.verify.checks.sheets.labels import _check_strokes
-from fabweave.verify.measure.glyphs import _GAP, _SAME, Glyphs, _letters, _unlike
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
@@ -29,24 +28,6 @@ def folder(tmp_path_factory):
     return path
 
 
-class Reader(Glyphs):
-    """Reads letters without being told what they say, by those that others have learnt."""
-
-    def __init__(self, taught):
-        super().__init__()
-        self.taught, self.words = taught, []
-
-    def read(self, _text, height, top, strokes, _where):
-        said = ""
-        for runs in _letters(strokes, _GAP * height):
-            corner = min(run[:, 0].min() for run in runs), top - height
-            drawn = [(run - corner) / height for run in runs]
-            said += next(
-                (sign for sign, looks in self.taught.items() if _unlike(looks, drawn) <= _SAME), "?"
-            )
-        self.words.append(said)
-
-
 def lettering(folder, kind):
     """Return the words that are engraved on each piece, read from one format's strokes.
 
@@ -55,15 +36,18 @@ def lettering(folder, kind):
     job, words = load_job(folder, Tally("files")), {}
     drawings, others = (job.dxf, job.svg) if kind == "dxf" else (job.svg, job.dxf)
     for half in (0, 1):
-        teacher = Glyphs()
-        for number, piece in enumerate(job.map.pieces):
-            if number % 2 != half:
-                _check_strokes(piece, others[piece.sheet], teacher, Tally("labels").at())
-        for number, piece in enumerate(job.map.pieces):
-            if number % 2 == half:
-                reader = Reader(teacher._learnt)
-                _check_strokes(piece, drawings[piece.sheet], reader, Tally("labels").at())
-                words[piece.id] = reader.words
+        taught = {}
+        for piece in job.map.pieces[1 - half :: 2]:
+            for text, letters in letters_of(piece, others[piece.sheet]):
+                taught.update(zip(text, letters, strict=False))
+        for piece in job.map.pieces[half::2]:
+            words[piece.id] = [
+                "".join(
+                    next((sign for sign, looks in taught.items() if alike(looks, letter)), "?")
+                    for letter in letters
+                )
+                for _, letters in letters_of(piece, drawings[piece.sheet])
+            ]
     return words
 
 

@@ -184,29 +184,6 @@ def test_the_preview_shows_arcs():
     assert titles["A1"].height_mm == 9.0
 
 
-def replaced(sheet, **changes):
-    line = sheet.pieces[1].entities[-1]
-    values = {"points": line.points, "closed": True, "bulges": line.bulges} | changes
-    piece = PieceDrawing("A2", (Polyline(Layer.CUT_OUTER, **values),))
-    return SheetDrawing("s", 220.0, 140.0, (sheet.pieces[0], piece), ())
-
-
-@pytest.mark.parametrize("bulge", [1.0, -1.0, 3.0, np.inf, np.nan])
-def test_arcs_of_half_a_turn_are_refused(bent, bulge):
-    bulges = outlines(bent)[1].bulges.copy()
-    bulges[3] = bulge
-    with pytest.raises(InputError, match=r"1 arc\(s\) sweep half a turn or more.* in A2;"):
-        check_drawing(replaced(bent, bulges=bulges))
-
-
-@pytest.mark.parametrize("count", [-1, 1])
-def test_as_many_bulges_as_points(bent, count):
-    bulges = outlines(bent)[1].bulges
-    wrong = bulges[:-1] if count < 0 else np.append(bulges, 0.0)
-    with pytest.raises(InputError, match=r"more or fewer bulges than points, in A2"):
-        check_drawing(replaced(bent, bulges=wrong))
-
-
 @pytest.mark.parametrize(("first", "second"), list(product([0.3, -0.3, 0.0], repeat=2)))
 def test_arcs_drawn_twice_are_refused_and_lenses_are_not(first, second):
     ends = np.array([[1.0, 1.0], [11.0, 1.0]])

@@ -19,7 +19,6 @@ from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, settings_table
 from fabweave.cli.main import cli
 from fabweave.cli.options import job_settings
-from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.cut.drawing_check import check_drawing
 from fabweave.cut.notes.qr_code import (
@@ -132,13 +131,6 @@ def test_a_stranger_reads_the_svg(units, tmp_path) -> None:
     coded = with_code(SheetDrawing("s", 100.0, 80.0, (), ()), TEXT)
     (tmp_path / "s.svg").write_bytes(svg_text(coded, units=units).encode())
     assert read(Image.open(rsvg_png(tmp_path / "s.svg", 150, tmp_path))) == [TEXT]
-
-
-def test_what_is_cut_is_no_wide_line() -> None:
-    wide = replace(block((0.0, 0.0), (9.0, 9.0)).entities[0], width_mm=1.0)
-    sheet = SheetDrawing("s", 20.0, 20.0, (PieceDrawing("Q7", (wide,)),), ())
-    with pytest.raises(InputError, match=r"1 line.*a width, in Q7"):
-        check_drawing(sheet)
 
 
 # ---- what it says ---------------------------------------------------------------------------

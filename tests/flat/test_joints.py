@@ -34,7 +34,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.project import project_ribbons
 from fabweave.ribbon.smooth import smooth_ribbons
-from fabweave.verify.measure.joint_kinds import KINDS as PROVED_KINDS
+from fabweave.verify.measure.ends import KINDS as PROVED_KINDS
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.thread_labels import thread_labels
 from fabweave.weave.threads import trace_threads

@@ -26,7 +26,6 @@ COLOURS = {
 }
 SHEET = (600.0, 400.0)
 HOLE = 2.0
-THICKNESS, DENSITY = 0.5, 1200.0
 
 
 # --- meshes -------------------------------------------------------------------------------------
@@ -479,7 +478,6 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
         "joints": laps,
         "steps": assemble(pieces, laps),
     }
-    weigh(plan, enclosed=is_closed(faces))
     return Specimen(points, faces, plan, strips, engraving, "turn" if turning else None)
 
 
@@ -512,77 +510,12 @@ def assemble(pieces, laps, *, hold=True):
                 fasten.append(key)
         done = {p["id"] for p in pieces} - {p["id"] for p in waiting}
         joints = [(joint, mate) for joint, mate in mates.get(name, []) if mate in done]
-        text = f"Put {name} down"
-        for word, names in (("over", over), ("under", under)):
-            if names:
-                text += f"; {word} {', '.join(sorted(set().union(*names.values())))}"
-        for joint, mate in joints:
-            text += f"; on {'itself' if mate == name else mate} at #{joint}"
         steps.append(
             {"step": len(steps) + 1, "pieces": [name], "crossings": made, "over": list(over),
              "under": list(under), "joints": sorted({joint for joint, _ in joints}),
-             "fasten": fasten, "closes": len(joints) == 2, "text": text + "."}
+             "fasten": fasten, "closes": len(joints) == 2}
         )  # fmt: skip
     return steps
-
-
-def is_closed(faces):
-    """Return whether a mesh has no boundary."""
-    sides = {side for face in faces for side in zip(face, [*face[1:], face[0]], strict=True)}
-    return all((b, a) in sides for a, b in sides)
-
-
-def weigh(plan, *, enclosed):
-    """State what the steps take, in this order and in naive ones."""
-    names = [piece["id"] for piece in plan["pieces"]]
-    threads = [piece["thread"] for piece in plan["pieces"]]
-    number = {name: threads[:at].count(threads[at]) for at, name in enumerate(names)}
-    own = weights(plan, [name for step in plan["steps"] for name in step["pieces"]], enclosed)
-    for step, effort in zip(plan["steps"], own, strict=True):
-        step["effort"] = round(effort, 2)
-    last = -(-len(names) // 10)
-    mean = sum(step["effort"] for step in plan["steps"]) / len(names)
-    end = sum(step["effort"] for step in plan["steps"][-last:]) / last
-    plan["assembly"] = {
-        "effort": round(sum(own), 2),
-        "by_thread": round(sum(weights(plan, names, enclosed)), 2),
-        "by_number": round(sum(weights(plan, sorted(names, key=number.get), enclosed)), 2),
-        "last_tenth": round(end / mean, 3),
-    }
-
-
-def weights(plan, order, enclosed):
-    """Return what each piece of an order takes; every specimen hangs together."""
-    pieces, there, result = {piece["id"]: piece for piece in plan["pieces"]}, [], []
-    for at, name in enumerate(order):
-        there.append(name)
-        lies = {(s["crossing"], s["over"]) for n in there for s in pieces[n]["stations"]}
-        stations, front, back, things = pieces[name]["stations"], 0.0, 0.0, 0
-        hidden = []
-        for k, s in enumerate(stations):
-            if (s["crossing"], not s["over"]) in lies:
-                things += 1
-                if s["over"]:
-                    front += 1.0
-                else:
-                    hidden.append(k)
-        for k in hidden:
-            near_start = k < len(stations) / 2
-            tip = k if near_start else len(stations) - 1 - k
-            between = [
-                h for h in hidden
-                if (h < len(stations) / 2) == near_start and (h < k if near_start else h > k)
-            ]  # fmt: skip
-            back += len(between) + (2.0 if tip == 0 else 6.0 + tip / 4)
-        mates = 0
-        for joint in plan["joints"]:
-            for own, mate in (joint["pieces"], joint["pieces"][::-1]):
-                mates += own == name and mate in there
-        things, back, front = things + mates, back + mates, front + 3.0 * (mates == 2)
-        front += {0: 8.0, 1: 6.0, 2: 3.0, 3: 1.0}.get(things, 0.0)
-        share = (at + 1) / len(order)
-        result.append(front + back * (2 * share if enclosed and share > 0.5 else 1.0))
-    return result
 
 
 def engrave(piece):

@@ -6,7 +6,7 @@ import math
 import struct
 
 import numpy as np
-from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
+from verify_specimen import COLOURS, HAIRLINE, placed
 
 from fabweave.app.job_folder import write_contents
 from fabweave.verify.checks.model.ribbons import measure_strip
@@ -167,28 +167,10 @@ def svg_text(shapes, sheet):
     return "\n".join(out) + "\n"
 
 
-#: Colours of threads that differ well from one another.
-WORDS = ("#0072b2", "#d55e00", "#f0e442", "#009e73", "#000000", "#cc79a7", "#56b4e9", "#ffffff",
-         "#801010", "#7f7f7f", "#30ff30", "#4000ff")  # fmt: skip
-
-
-def colour_word(strips, label):
-    """Return a colour for a thread of a specimen, which none of the others has."""
-    return WORDS[sorted(strips).index(label) % len(WORDS)]
-
-
-def paint(word):
-    """Return a material of a colour."""
-    share = [int(word[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-    light = [((part + 0.055) / 1.055) ** 2.4 if part > 0.04045 else part / 12.92 for part in share]
-    return {"doubleSided": True, "pbrMetallicRoughness": {"baseColorFactor": [*light, 1.0]}}
-
-
 def glb_bytes(strips, *, edit=None):
     binary = b""
     document = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}], "nodes": [],
-                "meshes": [], "accessors": [], "bufferViews": [], "buffers": [],
-                "materials": [paint(colour_word(strips, label)) for label in strips]}  # fmt: skip
+                "meshes": [], "accessors": [], "bufferViews": [], "buffers": []}  # fmt: skip
 
     def store(array, kind, shape):
         nonlocal binary
@@ -202,12 +184,12 @@ def glb_bytes(strips, *, edit=None):
         )  # fmt: skip
         return len(document["accessors"]) - 1
 
-    for number, (label, strip) in enumerate(strips.items()):
+    for label, strip in strips.items():
         positions = (np.asarray(strip["rungs"]).reshape(-1, 3) * 0.001).astype("<f4")
         triangles = np.array(strip["triangles"], dtype="<u4").reshape(-1)
         document["meshes"].append(
             {"primitives": [{"attributes": {"POSITION": store(positions, 5126, "VEC3")},
-                             "indices": store(triangles, 5125, "SCALAR"), "material": number}],
+                             "indices": store(triangles, 5125, "SCALAR")}],
              "extras": {key: strip[key] for key in ("closed", "entry", "exit")}}
         )  # fmt: skip
         document["nodes"].append({"name": label, "mesh": len(document["meshes"]) - 1})
@@ -310,8 +292,7 @@ def write_mesh(specimen, folder):
 def write_job(specimen, folder):
     """Write every file that is proved of a job, and seal them."""
     folder.mkdir(parents=True, exist_ok=True)
-    settings = f'mesh = "specimen"\n[material]\nthickness_mm = {THICKNESS}\n'
-    settings += f"density_kg_m3 = {DENSITY}\n"
+    settings = 'mesh = "specimen"\n'
     asked = {} if specimen.boundary is None else {"boundary": specimen.boundary}
     if asked:
         settings += "[job]\n" + "".join(f'{key} = "{value}"\n' for key, value in asked.items())

@@ -13,8 +13,7 @@ from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sh
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.measure.arcs import CHORDS_MM, along, arc_lengths, ring_area, ring_length
 from fabweave.verify.read.dxf import read_dxf
-from fabweave.verify.read.svg import read_svg
-from fabweave.verify.read.svg_paths import path_runs
+from fabweave.verify.read.svg import path_runs, read_svg
 
 
 def told(folder):
@@ -123,42 +122,28 @@ def test_r12_has_arcs_too(specimen, job):
 ARC = r"A([0-9.]+),([0-9.]+) 0 0 ([01]) "
 
 
-@pytest.mark.parametrize(
-    ("new", "objecting"),
-    [
-        (lambda m: f"A{m[1]},{m[2]} 0 0 {1 - int(m[3])} ", "outlines-svg"),
-        (lambda m: f"A{m[1]},{m[2]} 0 1 {m[3]} ", "outlines-svg order"),
-        (lambda m: f"A{m[1]},{float(m[2]) * 2} 0 0 {m[3]} ", "outlines-svg"),
-        (lambda m: f"A{float(m[1]) / 2},{float(m[2]) / 2} 0 0 {m[3]} ", "outlines-svg"),
-        (lambda m: f"A1,1 0 0 {m[3]} ", "outlines-svg"),
-        (lambda m: f"A0,0 0 0 {m[3]} ", "outlines-svg"),
-        (lambda m: f"A{m[1]},{m[2]} 0 0 7 ", "outlines-svg"),
-        (lambda _: "L", "outlines-svg"),
-        (lambda m: f"A{m[1]},{m[2]} 30 0 {m[3]} ", ""),
-        (lambda m: f"A {m[1]} {m[2]} 0 0 {m[3]}  ", ""),
-    ],
-    ids=[
-        "sweep",
-        "large",
-        "ellipse",
-        "radius",
-        "small",
-        "none",
-        "flag",
-        "chord",
-        "turned",
-        "loose",
-    ],
-)
-def test_edited_svg_arcs(job, new, objecting):
+SVG_ARCS = {
+    "sweep": (lambda m: f"A{m[1]},{m[2]} 0 0 {1 - int(m[3])} ", "outlines-svg"),
+    "radius": (lambda m: f"A{float(m[1]) / 2},{float(m[2]) / 2} 0 0 {m[3]} ", "outlines-svg"),
+    "small": (lambda m: f"A1,1 0 0 {m[3]} ", "files outlines-svg"),
+    "chord": (lambda _: "L", "outlines-svg"),
+    "large": (lambda m: f"A{m[1]},{m[2]} 0 1 {m[3]} ", "files outlines-svg"),
+    "ellipse": (lambda m: f"A{m[1]},{float(m[2]) * 2} 0 0 {m[3]} ", "files outlines-svg"),
+    "none": (lambda m: f"A0,0 0 0 {m[3]} ", "files outlines-svg"),
+    "flag": (lambda m: f"A{m[1]},{m[2]} 0 0 7 ", "files outlines-svg"),
+}
+
+
+@pytest.mark.parametrize("name", SVG_ARCS)
+def test_edited_svg_arcs(job, name):
+    new, objecting = SVG_ARCS[name]
     folder = job("bent")
     path = folder / "sheets" / "sheet_01.svg"
     text, count = re.subn(ARC, new, path.read_text(), count=1)
     assert count == 1
     path.write_text(text)
-    # A great arc may leave the sheet's pieces inside or outside: order may object or not.
-    found = set(told(folder))
-    assert found - {"order"} == set(objecting.split()) - {"order"}
+    # Where a sheet cannot be read, or is cut elsewhere, its order may be told of, too.
+    assert set(told(folder)) - {"order"} == set(objecting.split())
 
 
 # --- spoiled maps: all files agree, and all are wrong -------------------------------------------
@@ -215,7 +200,7 @@ def test_a_broken_path_breaks_the_map(specimen, tmp_path, path):
     plan = json.loads((folder / "crossing_map.json").read_text())
     plan["pieces"][0]["path"] = path
     (folder / "crossing_map.json").write_text(json.dumps(plan))
-    assert any(".path" in finding for finding in told(folder)["files"])
+    assert any("path" in finding for finding in told(folder)["files"])
 
 
 # --- measuring ----------------------------------------------------------------------------------
@@ -249,25 +234,25 @@ def test_known_arcs():
     assert path_runs("M0,0A1,1 0 0 0 2,0").bulges[0] == pytest.approx(1.0)
     assert path_runs("M0,0A1,1 0 0 1 2,0").bulges[0] == pytest.approx(-1.0)
     quarter = np.tan(np.pi / 8.0)
-    for text in ("M1,0A1,1 0 0 0 2,1", "M1 0 a1 1 0 0 0 1 1", "m1,0a1,1 0 0 0 1,1"):
-        assert path_runs(text).bulges[0] == pytest.approx(quarter)
-    assert path_runs("M1,0A1,1 0 1 0 2,1").bulges[0] == pytest.approx(np.tan(3.0 * np.pi / 8.0))
+    assert path_runs("M1,0A1,1 0 0 0 2,1").bulges[0] == pytest.approx(quarter)
 
 
 def test_an_arc_may_close_a_path():
-    for text in ("M0,0L2,0A1,1 0 0 0 0,0ZM5,5L6,6", "M0 0 L2 0 A1 1 0 0 0 0 0 Z M5 5 L6 6"):
-        runs = path_runs(text)
-        assert runs.points.tolist() == [[0, 0], [2, 0], [5, 5], [6, 6]]
-        assert runs.bulges.tolist() == pytest.approx([0, 1, 0, 0])
-        assert (runs.sizes, runs.closed, runs.strange) == ([2, 2], [True, False], "")
+    runs = path_runs("M0,0L2,0A1,1 0 0 0 0,0ZM5,5L6,6")
+    assert runs.points.tolist() == [[0, 0], [2, 0], [5, 5], [6, 6]]
+    assert runs.bulges.tolist() == pytest.approx([0, 1, 0, 0])
+    assert (runs.sizes, runs.closed) == ([2, 2], [True, False])
     # One that is left open keeps its last point, and so does one closed by a line.
     assert path_runs("M0,0L2,0A1,1 0 0 0 0,0").sizes == [3]
     assert path_runs("M0,0L2,0L0,0Z").sizes == [3]
 
 
 @pytest.mark.parametrize(
-    "text", ["A1,1 0 0 0 2,0", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x", "M0,0A1,1 0"]
-)
+    "text",
+    ["A1,1 0 0 0 2,0", "M1,0A1,1 0 1 0 2,1", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x",
+     "M0,0A1,1 0", "M0,0A1,2 0 0 0 2,0", "M0,0A1,1 0 0 0 3,0", "M0,0A0,0 0 0 0 0,0",
+     "M0,0C1,1 2,2 3,3", "m0,0l1,1", "M0,0 L1,1", ""],
+)  # fmt: skip
 def test_broken_arcs_are_read_errors(text):
     with pytest.raises(ReadError):
         path_runs(text)

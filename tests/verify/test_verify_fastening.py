@@ -15,7 +15,6 @@ from fabweave.verify.statement import Tally
 pytestmark = pytest.mark.slow
 
 MADE = "shape:hypar?n=4 --size 200mm --fasten {} --effort quick"
-LOOKUPS = ("thread", "crossing", "piece", "joint", "sheet")
 
 
 @pytest.fixture(scope="module", params=["rim", "every:3"])
@@ -30,7 +29,7 @@ def findings(job: Job) -> tuple[str, ...]:
 
 
 def with_map(job: Job, **changes) -> Job:
-    return replace(job, map=replace(job.map, **changes, **{name: {} for name in LOOKUPS}))
+    return replace(job, map=replace(job.map, **changes))
 
 
 def with_options(job: Job, **changes) -> Job:

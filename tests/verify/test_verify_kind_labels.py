@@ -32,8 +32,7 @@ def with_piece(job: Job, change, which) -> Job:
     plan = job.map
     at = next(at for at, piece in enumerate(plan.pieces) if which(piece))
     pieces = (*plan.pieces[:at], change(plan.pieces[at]), *plan.pieces[at + 1 :])
-    lookups = ("thread", "crossing", "piece", "joint", "sheet")
-    return replace(job, map=replace(plan, pieces=pieces, **{name: {} for name in lookups}))
+    return replace(job, map=replace(plan, pieces=pieces))
 
 
 def moved(piece, **by):

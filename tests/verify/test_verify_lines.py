@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import shapely
 
-from fabweave.verify.checks.sheets.lines import check_lines
+from fabweave.verify.checks.sheets.lines import _on_others, check_lines
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
@@ -73,3 +74,25 @@ def test_arcs_over_one_chord_are_told_apart(job, sign, words) -> None:
     bent += f" 42\n{sign * shape.bulges[at]}\n 10\n{u}\n 20\n{v}\n"
     told = add_shapes(folder, bent)
     assert words in told if words else told == ""
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_overlaps_are_those_that_lines_share(seed):
+    # On a grid, turned and shifted, many lines overlap; what two share has a length or has none.
+    rng = np.random.default_rng(seed)
+    ends = rng.integers(0, 5, (70, 2, 2))
+    ends = ends[np.any(ends[:, 0] != ends[:, 1], axis=1)]
+    lines = shapely.linestrings(ends.astype(float))
+    shared = shapely.length(shapely.intersection(lines[:, None], lines[None]))
+    wanted = np.flatnonzero(np.any(np.tril(shared > 1e-9, -1), axis=1))
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    placed = ends @ turn.T * rng.uniform(0.5, 90.0) + rng.uniform(0.0, 2000.0, 2)
+    assert 5 < len(wanted) < 65
+    assert _on_others(placed[:, 0], placed[:, 1]).tolist() == wanted.tolist()
+
+
+def test_lines_that_are_side_by_side_or_end_on_end_share_nothing():
+    starts = np.array([[0.0, 0.0], [10.0, 0.0], [2.0, 0.01], [5.0, -3.0]])
+    ends = np.array([[10.0, 0.0], [20.0, 0.0], [8.0, 0.01], [5.0, 3.0]])
+    assert _on_others(starts, ends).tolist() == []

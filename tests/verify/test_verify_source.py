@@ -17,7 +17,6 @@ from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import job_toml, settings_from_options
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.io.files import write_mesh
-from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.job_files import load_job
@@ -142,7 +141,7 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     mesh = fw.mesh(vertices, faces)
-    fw.make(mesh, tmp_path / "job", scale=90.0, effort="quick", sheet="300x300mm")
+    fw.make(mesh, tmp_path / "job", size="90mm", effort="quick", sheet="300x300mm")
     assert source_findings(tmp_path / "job") == ((), 5)
     edited(tmp_path / "job", "mesh.obj", "v 1.0 ", "v 1.1 ")
     findings, _ = source_findings(tmp_path / "job")
@@ -206,7 +205,7 @@ def test_of_other_shapes_the_size_is_known(tmp_path):
 
 @pytest.mark.parametrize(
     "options",
-    [{}, {"size": "3mm"}, {"scale": 0.37}, {"scale": 25.4, "up": "x"}, {"weld": True},
+    [{}, {"size": "3mm"}, {"size": "25.4mm", "up": "x"}, {"weld": True},
      {"weld": False}, {"up": "y", "size": "1234.5mm"}, {"bodies": "largest"}, {"bodies": "1"},
      {"fair": 3, "size": "90mm"}, {"pattern": "triaxial"}, {"refine": "catmull-clark:1"}],
     ids=str,
@@ -257,23 +256,3 @@ def test_faces_of_any_sort_are_read(tmp_path):
     assert [np.shape(face) for face in read_polygons(tmp_path / "a.obj").faces] == [
         (0, 3), (2, 3), (4, 3),
     ]  # fmt: skip
-
-
-def test_faces_that_stay_beside_a_handle_are_those_that_were_given(tmp_path):
-    (tmp_path / "mesh").mkdir()
-    (tmp_path / "job").mkdir()
-    path = tmp_path / "mesh" / "ball.obj"
-    write_mesh(path, parse_shape("shape:sphere?n=4"))
-    for mesh, counts in ((str(path), 96), ("shape:sphere?n=4", 2)):
-        for more in ({}, {"up": "y"}, {"fair": 2}):
-            result = checked(tmp_path / "job", mesh=mesh, size="300mm", handle="0:40", **more)
-            assert (result.findings, result.count) == ((), counts)
-        # Another pair, one pair more or none are other meshes.
-        for told in ("1:40", "0:40,9:70", ""):
-            settings = settings_from_options(mesh, size="300mm", handle="0:40")
-            text = job_toml(settings, {}).replace('"0:40"', f'"{told}"')
-            (tmp_path / "job" / "job.toml").write_text(text)
-            job, tally = load_job(tmp_path / "job", Tally("files")), Tally("source")
-            check_source(job, tally)
-            same = told == "1:40" and mesh.startswith("shape:")
-            assert tally.result().ok == same, (mesh, told)

@@ -23,7 +23,6 @@ JOB = [
     "shape:octahedron", "--size", "200mm", "--refine", "catmull-clark:1", "--effort", "quick",
     "--spares", "10%", "--profile", "service",
 ]  # fmt: skip
-LOOKUPS = ("thread", "crossing", "piece", "joint", "sheet")
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +42,7 @@ def findings(check, job: Job) -> str:
 
 
 def with_map(job: Job, **changes) -> Job:
-    return replace(job, map=replace(job.map, **changes, **{name: {} for name in LOOKUPS}))
+    return replace(job, map=replace(job.map, **changes))
 
 
 def test_so_many_spares_of_each_kind_are_wanted():
@@ -83,32 +82,17 @@ def test_spares_are_cut_and_woven_nowhere(folder, job):
 def test_a_spare_that_is_missing_misplaced_or_misnamed_is_found(job):
     plan = job.map
     name, origin = next(iter(plan.spare_of.items()))
-    lost = with_map(
-        job,
-        spares=tuple(piece for piece in plan.spares if piece.id != name),
-        spare_of={key: value for key, value in plan.spare_of.items() if key != name},
-    )
+    (spare,) = (one for one in plan.spares if one.id == name)
+    others = tuple(one for one in plan.spares if one is not spare)
+    lost = with_map(job, spares=others)
     assert "number of its spares" in findings(check_kinds, lost)
     assert "belong to " + name in findings(check_dxf, lost)
-    moved = with_map(
-        job,
-        spares=tuple(
-            replace(piece, shift=piece.shift + 1.0) if piece.id == name else piece
-            for piece in plan.spares
-        ),
-    )
+    place = replace(spare.placement, x_mm=spare.placement.x_mm + 1.0)
+    moved = with_map(job, spares=(replace(spare, placement=place), *others))
     assert f"piece {name}" in findings(check_dxf, moved)
     # What is said to be a spare of another kind does not cover what is drawn.
     other = next(one for one in plan.pieces if one.kind != plan.piece[origin].kind)
-    disguised = with_map(
-        job,
-        spares=tuple(
-            replace(piece, path=other.path, outline=other.outline, kind=other.kind)
-            if piece.id == name
-            else piece
-            for piece in plan.spares
-        ),
-    )
+    disguised = with_map(job, spares=(replace(spare, of=other.id), *others))
     assert f"piece {name}" in findings(check_dxf, disguised)
     assert "number of its spares" in findings(check_kinds, disguised)
     for asked, found in (("2", "number of its spares"), ("some", "no share and no number")):

@@ -12,7 +12,7 @@ from verify_writers import dxf_text, sheet_shapes, write_job
 from fabweave.verify.report import MEANINGS
 
 ROOT = Path(__file__).parents[2]
-ALLOWED = {"numpy", "PIL", "scipy", "shapely"}
+ALLOWED = {"msgspec", "numpy", "scipy", "shapely"}
 
 CLEAN = {
     "plain torus, three pieces a ring, three holes a joint": (torus(6, 4), {"offcentre": True}),

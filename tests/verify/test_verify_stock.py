@@ -14,7 +14,7 @@ from fabweave.cli.main import main
 from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.spacing import check_sheets
 from fabweave.verify.checks.sheets.stock import check_stock
-from fabweave.verify.read.crossing_map import read_crossing_map
+from fabweave.verify.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally
 
@@ -152,7 +152,7 @@ CHANGES = [
     (lambda j: narrower(j.plan), "notes are beside the material"),
     (
         lambda j: j.plan["sheets"][0].update(rest=None),
-        "crossing_map.json: rests of sheets lack offcut_01",
+        "crossing_map.json: rests of sheets lack offcuts/offcut_01.dxf",
     ),
     (
         lambda j: j.plan["sheets"][0]["rest"]["outline"].pop(),

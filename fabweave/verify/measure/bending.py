@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.course import Flags
+from fabweave.verify.drawing import Flags, Floats, Ints
 from fabweave.verify.measure.gaps import dot
 from fabweave.verify.read.glb import Strip
 

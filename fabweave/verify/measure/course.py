@@ -1,16 +1,12 @@
 """Measure in the model which way ribbons run across the edges of the mesh."""
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.drawing import Flags, Floats, Ints
 from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.glb import Strip
-
-Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

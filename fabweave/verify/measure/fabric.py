@@ -51,22 +51,23 @@ def check_fabric(
     Grünbaum and Shephard, "Satins and twills: an introduction to the geometry of fabrics",
     Mathematics Magazine 53(3), 1980.
     """
-    fabric = read_fabric(plan.pattern)
+    fabric = read_fabric(plan.weave.pattern)
     if fabric is None:
-        tally.fail(f"no rule is known to prove the pattern {plan.pattern!r}")
+        tally.fail(f"no rule is known to prove the pattern {plan.weave.pattern!r}")
         return
     over, under, shift = fabric
     size = over + under
-    if len(plan.labels) != len(plan.crossings):
+    if len(plan.weave.labels) != len(plan.crossings):
         tally.fail(
             f"a fabric needs a label for each of the {len(plan.crossings)} crossings, and the map "
-            f"has {len(plan.labels)}"
+            f"has {len(plan.weave.labels)}"
         )
         return
     label = {
-        crossing.id: value for crossing, value in zip(plan.crossings, plan.labels, strict=True)
+        crossing.id: value
+        for crossing, value in zip(plan.crossings, plan.weave.labels, strict=True)
     }
-    warp = set(plan.warp)
+    warp = set(plan.weave.warp)
     tally.at("warp").expect(
         warp <= set(plan.thread), f"it names threads that do not exist: {sorted(warp)[:4]}"
     )
@@ -88,7 +89,7 @@ def check_fabric(
             f"its labels do not step by {step} from crossing to crossing",
         )
     # In a fabric that is its own mirror image, and where any shift will do, there is no hand.
-    handed = plan.pattern.count("/") == 2 and 2 * shift % size != 0
+    handed = plan.weave.pattern.count("/") == 2 and 2 * shift % size != 0
     edges_inverse = {edge: key for key, edge in edges.items()}
     links: dict[bool, set[frozenset[int]]] = {True: set(), False: set()}
     for thread in plan.threads:

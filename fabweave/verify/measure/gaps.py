@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fabweave.verify.drawing import Floats
-from fabweave.verify.measure.course import Flags
+from fabweave.verify.drawing import Flags, Floats
 
 _SIDES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 #: What stands out of a plane by less touches it only; the model is rounded to 32 bits.

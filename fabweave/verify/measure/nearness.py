@@ -7,8 +7,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.course import Flags
+from fabweave.verify.drawing import Flags, Floats, Ints
 from fabweave.verify.measure.gaps import GRAZING_MM, triangle_gaps, triangles_cut
 from fabweave.verify.read.glb import Strip
 

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import KDTree
+
+# Its parts are loaded where they are used: few jobs ask for rotations.
+import scipy
 
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.walks import LoadedMesh, edge_keys
@@ -49,7 +51,7 @@ def count_rotations(mesh: LoadedMesh, sense: Mapping[int, bool], enough: int) ->
     sides = np.column_stack((corner, after, after[mesh.next], screw))
     against = np.column_stack((after, corner, before, screw))
     first, images = _fewest_alike(places, np.concatenate((sides, against)), size)
-    tree, found = KDTree(places), 0
+    tree, found = scipy.spatial.KDTree(places), 0
     samples = np.linspace(0, len(places) - 1, _SAMPLES).astype(np.int64)
     near = 0.3 * float(np.linalg.norm(places[after] - places[corner], axis=1).min())
     known, turned = _sorted(sides), _sorted(against)
@@ -67,7 +69,7 @@ def _places(corners: Floats, reach: float) -> tuple[Floats, Ints]:
     """Return the places of corners, each once, and the number of each corner's place."""
     points, number = np.unique(corners, axis=0, return_inverse=True)
     first = np.arange(len(points))
-    for one, other in sorted(KDTree(points).query_pairs(reach)):
+    for one, other in sorted(scipy.spatial.KDTree(points).query_pairs(reach)):
         first[other] = first[one]
     kept, number_of = np.unique(first, return_inverse=True)
     return points[kept], number_of[number.ravel()]
@@ -103,7 +105,11 @@ def _turns(here: Floats, there: Floats) -> Floats:
 
 
 def _fits(
-    turn: Floats, places: Floats, tree: KDTree, sides: tuple[Ints, Ints, Ints], size: float
+    turn: Floats,
+    places: Floats,
+    tree: "scipy.spatial.KDTree",
+    sides: tuple[Ints, Ints, Ints],
+    size: float,
 ) -> bool:
     """Say whether some rotation near this one takes the mesh onto itself."""
     images = np.asarray(tree.query(places @ turn.T)[1], dtype=np.int64)

@@ -1,6 +1,7 @@
 """Lay walks of the mesh along threads, and find pieces' stations along them."""
 
 from collections import Counter, defaultdict
+from collections.abc import Hashable, Iterable
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.measure.course import follows_walk, measure_panels
@@ -105,3 +106,25 @@ def station_run(thread: Thread, piece: Piece) -> int | None:
         ):
             starts.append((thread.over[start] != piece.stations[0].over, start))
     return min(starts)[1] if starts else None
+
+
+def groups_of(pairs: Iterable[tuple[Hashable, Hashable]]) -> dict[Hashable, Hashable]:
+    """Return for each thing one that stands for all that hang together with it, pair by pair.
+
+    Examples
+    --------
+    >>> group = groups_of([("a", 1), ("b", 2), (2, "c")])
+    >>> group["b"] == group["c"] != group["a"]
+    True
+    """
+    above: dict[Hashable, Hashable] = {}
+
+    def top(thing: Hashable) -> Hashable:
+        while above.setdefault(thing, thing) != thing:
+            above[thing] = above[above[thing]]
+            thing = above[thing]
+        return thing
+
+    for one, other in pairs:
+        above[top(one)] = top(other)
+    return {thing: top(thing) for thing in above}

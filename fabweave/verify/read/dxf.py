@@ -1,218 +1,307 @@
 """Read a sheet from DXF group codes, independently of any DXF library."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from sys import intern
-from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, Look, ReadError
-from fabweave.verify.read.dxf_allowed import strange_parts
-from fabweave.verify.read.dxf_groups import Entities, Groups, read_groups
-
-Header: TypeAlias = dict[str, dict[int, str]]
+from fabweave.verify.read.content import read_content
 
 APPID = "FABWEAVE"
 R12 = "AC1009"
 DRAWN = ("LWPOLYLINE", "POLYLINE", "CIRCLE", "LINE")
+#: The groups that entities may have; any other, as an extrusion has, may change what is cut.
+_GROUPS = (0, 5, 8, 10, 11, 20, 21, 30, 31, 40, 42, 43, 66, 70, 90, 100, 330, 1000, 1001)
+#: Of these, heights above the sheet and the width of lines: there are none.
+_ZERO = (30, 31, 43)
+
+
+@dataclass(frozen=True, eq=False)
+class _Section:
+    """A section's pairs of group code and value; each group 0 begins an entity.
+
+    ``owner`` is the entity of each group, -1 for what comes before the first one.
+    """
+
+    code: Ints
+    value: Sequence[str]
+
+    @cached_property
+    def begin(self) -> Ints:
+        """Where each entity begins."""
+        return np.flatnonzero(self.code == 0)
+
+    @cached_property
+    def owner(self) -> Ints:
+        """The entity of each group."""
+        return np.cumsum(self.code == 0) - 1
+
+    @cached_property
+    def kind(self) -> list[str]:
+        """What each entity is."""
+        return [self.value[at] for at in self.begin.tolist()]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """The kind and handle of each entity, or its number where it has no handle."""
+        return [
+            f"{kind} {handle or number}"
+            for number, (kind, handle) in enumerate(
+                zip(self.kind, self.texts(5), strict=True), start=1
+            )
+        ]
+
+    def texts(self, code: int, missing: str = "") -> list[str]:
+        """Return for each entity its first value with a code."""
+        result = [missing] * len(self.begin)
+        places = np.flatnonzero((self.code == code) & (self.owner >= 0))
+        # The last to be written is the first in the file.
+        for at, entity in zip(
+            places[::-1].tolist(), self.owner[places][::-1].tolist(), strict=True
+        ):
+            result[entity] = self.value[at]
+        return result
+
+    def numbers(self, places: Ints) -> Floats:
+        """Return the values of some groups as numbers.
+
+        Raises
+        ------
+        ReadError
+            If one is not a finite number.
+        """
+        values = [self.value[at] for at in places.tolist()]
+        try:
+            result = np.fromiter(map(float, values), np.float64, len(values))
+        except ValueError as error:
+            name = self.names[int(self.owner[places[0]])]
+            raise ReadError(f"{name} or a later one: {error}") from error
+        strange = places[~np.isfinite(result)]
+        if len(strange):
+            name = self.names[int(self.owner[strange[0]])]
+            raise ReadError(f"{name} has a coordinate or value that is not finite")
+        return result
+
+
+_NOTHING = _Section(np.zeros(0, dtype=np.int64), [])
 
 
 def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     """Read the entities of a DXF file's model space and judge its declarations.
 
     Only LWPOLYLINE, POLYLINE, CIRCLE and LINE are drawn; anything else, what is on none of
-    ``layers``, another unit than millimetres, untrue extents, and whatever may be drawn otherwise
-    than the coordinates say is kept as a problem.
+    ``layers`` or on one that is hidden, another unit than millimetres, untrue extents, and groups
+    that our entities do not need are kept as problems.
 
     Raises
     ------
     ReadError
         If the file is not a complete DXF text file.
     """
-    sections = read_groups(path).sections()
+    sections = _sections(path)
     if "ENTITIES" not in sections:
         raise ReadError("there is no ENTITIES section")
-    nothing = Groups(np.zeros(0, dtype=np.int64), [])
-    header = _header(sections.get("HEADER", nothing))
-    looks = _looks(Entities(sections.get("TABLES", nothing)))
-    strange = strange_parts(sections)
-    return _drawing(Entities(sections["ENTITIES"]), header, looks, layers, strange)
-
-
-def _looks(tables: Entities) -> dict[str, frozenset[Look]]:
-    """Read what lines on each layer look like."""
-    exact, index = tables.texts(tables.at(420), ""), tables.texts(tables.at(62), "")
-    looks: dict[str, frozenset[Look]] = {}
-    for at, name in enumerate(tables.texts(tables.at(2), "")):
-        if tables.kind[at] != "LAYER":
-            continue
-        try:
-            colour = f"#{int(exact[at]):06X}" if exact[at] else None
-            look = Look(colour, int(index[at]) if index[at] else None)
-        except ValueError as error:
-            raise ReadError(f"layer {name!r}: {error}") from error
-        looks[name] = looks.get(name, frozenset()) | {look}
-    return looks
-
-
-def _header(groups: Groups) -> Header:
-    """Read the header variables."""
-    header: Header = {}
-    values: dict[int, str] = {}
-    for code, value in zip(groups.code.tolist(), groups.value, strict=True):
-        if code == 9:
-            values = header.setdefault(value, {})
-        else:
-            values[code] = value
-    return header
-
-
-def _drawing(
-    entities: Entities,
-    header: Header,
-    looks: dict[str, frozenset[Look]],
-    layers: tuple[str, ...],
-    problems: list[str],
-) -> Drawing:
-    """Read every entity and say what is wrong."""
+    entities, header = sections["ENTITIES"], _header(sections.get("HEADER", _NOTHING))
+    looks, problems = _looks(sections.get("TABLES", _NOTHING))
+    # What stands in a block may be drawn, too.
+    for strange in sorted({*sections.get("BLOCKS", _NOTHING).kind} - {"BLOCK", "ENDBLK"}):
+        problems.append(f"BLOCKS has {strange}, which may not be there")
+    problems += _unit_problems(header)
     kind = np.array(entities.kind, dtype=object)
-    count = len(kind)
-    corner = (kind == "VERTEX") | (kind == "SEQEND")
+    count, corner = len(kind), (kind == "VERTEX") | (kind == "SEQEND")
     # Corners belong to the entity before them; what is drawn to themselves.
     parent = np.maximum.accumulate(np.where(corner, -1, np.arange(count)))
     belongs = corner & (parent >= 0) & (kind[parent] == "POLYLINE")
-    drawn = np.array([name in DRAWN for name in entities.kind], dtype=bool)
+    drawn = np.isin(kind, DRAWN)
     shapes = np.flatnonzero(drawn)
-    problems = problems + _unit_problems(header)
+    layer = entities.texts(8)
     problems += [
         f"{entities.names[at]} may not be in a cutting file"
         for at in np.flatnonzero(~drawn & ~belongs).tolist()
     ]
-    layer = entities.texts(entities.at(8), "")
     problems += [
         f"{entities.names[at]} is on layer {layer[at]!r}, which is none of {', '.join(layers)}"
         for at in shapes.tolist()
         if layer[at] not in layers
     ]
-    start, points, bulges = _points(entities, kind, parent, drawn)
-    closed = np.zeros(count, dtype=bool)
-    runs = np.flatnonzero((kind == "LWPOLYLINE") | (kind == "POLYLINE"))
-    closed[runs] = np.fmod(np.trunc(entities.first_numbers(70, runs, 0.0)), 2.0) != 0.0
+    problems += _strange_groups(entities)
+    # A POLYLINE's own point is none of its corners.
+    start, points, bulges = _points(
+        entities,
+        np.where(drawn, np.arange(count), parent),
+        (drawn | belongs) & (kind != "POLYLINE"),
+    )
+    start = start[np.append(shapes, count)]
     radius = np.full(count, np.nan)
-    circles = np.flatnonzero(kind == "CIRCLE")
-    radius[circles] = entities.first_numbers(40, circles)
+    circles = entities.code == 40
+    radius[entities.owner[circles]] = entities.numbers(np.flatnonzero(circles))
+    least = np.where(kind[shapes] == "CIRCLE", 1, 2)
+    wrong = (np.diff(start) < least) | (np.isnan(radius[shapes]) == (least == 1))
+    for at in shapes[wrong][:1].tolist():
+        raise ReadError(
+            f"{entities.names[at]} has not the coordinates, or the radius, that it needs"
+        )
     problems += _extent_problems(header, points, np.repeat(radius[shapes], np.diff(start)))
-    piece = _pieces(entities)
+    flags, piece = entities.texts(70, "0"), _pieces(entities)
     return Drawing(
         # One string for each layer and piece: a file's own would keep all its text in memory.
         layer=[intern(layer[at]) for at in shapes.tolist()],
-        piece=[key and intern(key) for key in (piece[at] for at in shapes.tolist())],
+        piece=[piece.get(at) for at in shapes.tolist()],
         name=[entities.names[at] for at in shapes.tolist()],
         points=points,
         bulges=bulges,
         start=start,
-        closed=closed[shapes],
+        closed=np.array([flags[at] == "1" for at in shapes.tolist()], dtype=bool),
         radius=radius[shapes],
         layers=tuple(looks),
         width_mm=None,
         height_mm=None,
         problems=tuple(problems),
         looks=looks,
-        version=header.get("$ACADVER", {}).get(1),
+        version=header.get(("$ACADVER", 1)),
     )
 
 
-def _pieces(entities: Entities) -> list[str | None]:
-    """Return the piece of each entity: the first string of our extended data."""
-    marks, strings = entities.at(1001), entities.at(1000)
-    if not len(marks):
-        return [None] * len(entities.begin)
-    ours = np.array([value == APPID for value in entities.text(marks)])
-    above = np.searchsorted(marks, strings) - 1
-    same = (above >= 0) & (entities.owner[marks[above]] == entities.owner[strings])
-    first = entities.first(strings[same & ours[above]])
-    result: list[str | None] = [None] * len(entities.begin)
-    for entity, value in zip(entities.owner[first].tolist(), entities.text(first), strict=True):
-        result[entity] = value
-    return result
+def _sections(path: Path) -> dict[str, _Section]:
+    """Read the sections of a DXF text file, to its end."""
+    text = read_content(path).decode("utf-8", errors="replace").replace("\r\n", "\n")
+    lines = text.split("\n")
+    values = lines[1::2]
+    try:
+        code = np.fromiter(map(int, lines[: 2 * len(values) : 2]), np.int64, len(values))
+    except (ValueError, OverflowError) as error:
+        raise ReadError(f"a line that should be a group code is not a number: {error}") from error
+    if not values or code[-1] != 0 or values[-1] != "EOF":
+        raise ReadError("the file does not end with EOF: it is truncated")
+    found: dict[str, _Section] = {}
+    ends = ("SECTION", "ENDSEC")
+    marks = [at for at in np.flatnonzero(code == 0).tolist() if values[at] in ends]
+    for mark, end in pairwise([*marks, len(code)]):
+        if values[mark] != "SECTION":
+            continue
+        name = values[mark + 1] if code[mark + 1] == 2 else ""
+        if not name or name in found:
+            raise ReadError(f"a section has no name, or there are two called {name!r}")
+        found[name] = _Section(code[mark + 2 : end], values[mark + 2 : end])
+    return found
 
 
-def _points(
-    entities: Entities, kind: npt.NDArray[np.object_], parent: Ints,
-    drawn: Flags,
-) -> tuple[Ints, Floats, Floats]:  # fmt: skip
-    """Return the points of all shapes, where each shape's begin, and the bulge after each point."""
-    corners = np.flatnonzero((kind == "VERTEX") & (kind[parent] == "POLYLINE") & (parent >= 0))
-    of_corner = (entities.first_numbers(10, corners), entities.first_numbers(20, corners))
-    line, plain = kind == "LINE", drawn & (kind != "POLYLINE")
-    owners, values = [], []
-    for near, far, more in ((10, 11, of_corner[0]), (20, 21, of_corner[1])):
-        places = entities.at(near, far)
-        own, second = entities.owner[places], entities.groups.code[places] == far
-        places = places[plain[own] & (line[own] | ~second)]
-        own, second = entities.owner[places], entities.groups.code[places] == far
-        # By entity, the far end of a line last; the corners of a polyline in their order.
-        owner = np.concatenate([own, parent[corners]])
-        order = np.argsort(2 * owner + np.concatenate([second, corners < 0]), kind="stable")
-        owners.append(owner[order])
-        values.append(np.concatenate([entities.numbers(places), more])[order])
-        if near == 10:
-            slot = np.empty_like(order)
-            slot[order] = np.arange(len(order))
-            bulges = _bulges(entities, kind, places, slot, corners)
-    sizes = [np.bincount(owner, minlength=len(kind))[drawn] for owner in owners]
-    least = np.where(kind[drawn] == "CIRCLE", 1, 2)
-    for at in np.flatnonzero((sizes[0] != sizes[1]) | (sizes[0] < least))[:1].tolist():
-        name = entities.names[int(np.flatnonzero(drawn)[at])]
-        raise ReadError(f"{name} has {sizes[0][at]} x and {sizes[1][at]} y coordinates")
-    start = np.concatenate([[0], np.cumsum(sizes[0])])
-    return start, np.column_stack(values), bulges
+def _header(section: _Section) -> dict[tuple[str, int], str]:
+    """Read the header variables, by their name and group code."""
+    header: dict[tuple[str, int], str] = {}
+    name = ""
+    for code, value in zip(section.code.tolist(), section.value, strict=True):
+        if code == 9:
+            name = value
+        else:
+            header[name, code] = value
+    return header
 
 
-def _bulges(
-    entities: Entities, kind: npt.NDArray[np.object_], places: Ints,
-    slot: Ints, corners: Ints,
-) -> Floats:  # fmt: skip
-    """Return the bulge after each point.
-
-    ``places`` are the groups of x coordinates, ``slot`` where they went, corners' after them.
-    """
-    bulges = np.zeros(len(slot))
-    bulges[slot[len(places) :]] = entities.first_numbers(42, corners, 0.0)
-    bent = entities.at(42)
-    bent = bent[kind[entities.owner[bent]] == "LWPOLYLINE"]
-    values = entities.numbers(bent)
-    before = np.searchsorted(places, bent) - 1
-    if len(bent) and len(places):
-        kept = (before >= 0) & (entities.owner[places[before]] == entities.owner[bent])
-        bulges[slot[before[kept]]] = values[kept]
-    return bulges
-
-
-def _unit_problems(header: Header) -> list[str]:
-    """Judge version and units, and whether the drawing itself is shown, where it is."""
-    version = header.get("$ACADVER", {}).get(1, "")
+def _looks(tables: _Section) -> tuple[dict[str, frozenset[Look]], list[str]]:
+    """Read what lines on each layer look like, and which layers programs do not show or cut."""
+    looks: dict[str, frozenset[Look]] = {}
     problems = []
-    for name, wanted in (("$INSUNITS", "4"), ("$MEASUREMENT", "1")):
-        value = header.get(name, {}).get(70)
-        # R12 knows neither variable.
-        if (value is None and version != R12) or (value is not None and value != wanted):
-            problems.append(f"{name} is {value}; it must be {wanted} for millimetres")
-    if header.get("$TILEMODE", {}).get(70, "1") != "1":
-        problems.append("$TILEMODE is not 1: a layout is shown in place of the drawing")
-    if any(float(value) != 0.0 for value in header.get("$INSBASE", {}).values()):
-        problems.append("$INSBASE is not the origin: the drawing is moved where it is inserted")
+    columns = (tables.texts(code) for code in (2, 420, 62, 70, 290))
+    for kind, name, exact, index, flags, plotted in zip(tables.kind, *columns, strict=True):
+        if kind != "LAYER":
+            continue
+        try:
+            colour = f"#{int(exact):06X}" if exact else None
+            look = Look(colour, int(index) if index else None)
+        except ValueError as error:
+            raise ReadError(f"layer {name!r}: {error}") from error
+        looks[name] = looks.get(name, frozenset()) | {look}
+        if index.startswith("-") or flags not in ("", "0") or plotted == "0":
+            problems.append(f"layer {name!r} is switched off, frozen, locked or not plotted")
+    return looks, problems
+
+
+def _strange_groups(entities: _Section) -> list[str]:
+    """Return what entities have that changes how they are drawn, one of each kind."""
+    inside = entities.owner >= 0
+    strange = inside & ~np.isin(entities.code, _GROUPS)
+    problems = [
+        f"{entities.names[int(entities.owner[at])]} has a group {entities.code[at]}, which may "
+        "change how it is drawn"
+        for at in np.flatnonzero(strange)[np.unique(entities.code[strange], return_index=True)[1]]
+    ]
+    flat = np.flatnonzero(inside & np.isin(entities.code, _ZERO))
+    flags = np.flatnonzero(inside & (entities.code == 70))
+    for places, what in (
+        (flat[entities.numbers(flat) != 0.0], "a width, or a height above the sheet"),
+        (flags[~np.isin(entities.numbers(flags), (0, 1))], "flags that are not open or closed"),
+    ):
+        names = [entities.names[int(entities.owner[at])] for at in places[:1]]
+        problems += [f"{name} has {what} ({len(places)} of all have)" for name in names]
     return problems
 
 
-def _extent_problems(header: Header, points: Floats, radius: Floats) -> list[str]:
+def _points(entities: _Section, shape: Ints, drawn: Flags) -> tuple[Ints, Floats, Floats]:
+    """Return where each shape's points begin, all points, and the bulge after each.
+
+    Parameters
+    ----------
+    entities : _Section
+    shape : (E,) int array
+        The entity that the points of an entity belong to.
+    drawn : (E,) bool array
+        Whether its points are drawn.
+    """
+    inside = np.append(drawn, [False])[entities.owner]
+    x, y, bent = (
+        np.flatnonzero(inside & np.isin(entities.code, codes))
+        for codes in ((10, 11), (20, 21), (42,))
+    )
+    if not np.array_equal(x + 1, y):
+        raise ReadError("coordinates do not come in pairs of x and y")
+    size = np.bincount(shape[entities.owner[x]], minlength=len(shape))
+    bulges = np.zeros(len(x))
+    before = np.searchsorted(x, bent) - 1
+    if np.any(before < 0) or np.any(entities.owner[x[before]] != entities.owner[bent]):
+        raise ReadError("a bulge comes before the corner that it is of")
+    bulges[before] = entities.numbers(bent)
+    points = np.column_stack([entities.numbers(x), entities.numbers(y)])
+    return np.concatenate([[0], np.cumsum(size)]), points, bulges
+
+
+def _pieces(entities: _Section) -> dict[int, str]:
+    """Return the piece of each entity that says so, in our extended data."""
+    names = np.flatnonzero(entities.code == 1000)
+    return {
+        int(entities.owner[at]): intern(entities.value[at])
+        for at in names.tolist()
+        if entities.code[at - 1] == 1001 and entities.value[at - 1] == APPID
+    }
+
+
+def _unit_problems(header: dict[tuple[str, int], str]) -> list[str]:
+    """Judge the units."""
+    problems = []
+    for name, wanted in (("$INSUNITS", "4"), ("$MEASUREMENT", "1")):
+        value = header.get((name, 70))
+        # R12 knows neither variable.
+        if value != wanted and not (value is None and header.get(("$ACADVER", 1)) == R12):
+            problems.append(f"{name} is {value}; it must be {wanted} for millimetres")
+    return problems
+
+
+def _extent_problems(
+    header: dict[tuple[str, int], str], points: Floats, radius: Floats
+) -> list[str]:
     """Judge whether the declared extents hold the drawing."""
     if not len(points):
         return []
     try:
-        low = np.array([float(header["$EXTMIN"][code]) for code in (10, 20)])
-        high = np.array([float(header["$EXTMAX"][code]) for code in (10, 20)])
+        low, high = (
+            np.array([float(header[name, code]) for code in (10, 20)])
+            for name in ("$EXTMIN", "$EXTMAX")
+        )
     except (KeyError, ValueError):
         return ["$EXTMIN and $EXTMAX are missing or not numbers"]
     reach = np.nan_to_num(radius)[:, None]

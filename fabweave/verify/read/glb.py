@@ -11,13 +11,11 @@ import numpy.typing as npt
 
 from fabweave.verify.drawing import Floats, Ints, ReadError
 from fabweave.verify.read.content import read_content
-from fabweave.verify.read.glb_scene import require_plain
 
 Json: TypeAlias = dict[str, Any]
 
 _MILLIMETRES = 1000.0
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_BYTES, _OPAQUE = 5121, 255
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
@@ -39,8 +37,6 @@ class Strip:
         For each step between neighbouring rungs, whether its diagonal starts at the right rail.
     grain_mm : float
         How far rounding to 32 bits may have moved a coordinate.
-    light : (R, 2, 3) float array
-        The paint at each end of each rung in linear light, 0 to 1.
     """
 
     label: str
@@ -50,7 +46,6 @@ class Strip:
     rungs: Floats
     from_right: npt.NDArray[np.bool_]
     grain_mm: float
-    light: Floats
 
 
 def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
@@ -70,10 +65,15 @@ def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
     """
     try:
         document, binary = _chunks(read_content(path))
-        require_plain(document)
+        scenes, nodes = document["scenes"], document["nodes"]
+        if len(scenes) != 1 or sorted(scenes[0]["nodes"]) != list(range(len(nodes))):
+            raise ReadError("it has not one scene that shows every node, each once")
         strips: dict[str, Strip] = {}
         markers: dict[int, Floats] = {}
-        for number, node in enumerate(document["nodes"]):
+        for number, node in enumerate(nodes):
+            # What is turned, moved or scaled does not stand where its mesh says.
+            if {*node} - {"name", "mesh", "extras"}:
+                raise ReadError(f"node {number} has more than a name, a mesh and extras")
             finding = _finding(node, document)
             label = str(node.get("name", f"node {number}"))
             if finding is not None:
@@ -183,27 +183,7 @@ def _strip(label: str, node: Json, document: Json, binary: bytes) -> Strip:
         rungs=rungs,
         from_right=_diagonals(label, triangles, len(rungs), closed),
         grain_mm=float(np.max(np.abs(rungs))) * 2.0**-24,
-        light=_light(label, primitive, document, binary, len(positions)).reshape(-1, 2, 3),
     )
-
-
-def _light(label: str, primitive: Json, document: Json, binary: bytes, count: int) -> Floats:
-    """Return the paint of each vertex, (V, 3): its own, by that of the material."""
-    paint = np.ones(3)
-    if "material" in primitive:
-        material = document["materials"][primitive["material"]]["pbrMetallicRoughness"]
-        paint = np.array(material.get("baseColorFactor", [1.0] * 4), dtype=np.float64)[:3]
-    if not (paint.shape == (3,) and np.all((paint >= 0.0) & (paint <= 1.0))):
-        raise ReadError(f"thread {label}: its paint is no colour")
-    own = primitive["attributes"].get("COLOR_0")
-    if own is None:
-        return np.tile(paint, (count, 1))
-    accessor = document["accessors"][own]
-    told = _accessor(document, binary, own)
-    whole = accessor["componentType"] == _BYTES and accessor.get("normalized") is True
-    if not whole or told.shape != (count, 4) or np.any(told[:, 3] != _OPAQUE):
-        raise ReadError(f"thread {label}: its vertices have no opaque colours in bytes")
-    return np.asarray(told[:, :3] / _OPAQUE * paint)
 
 
 def _check_panels(label: str, entry: Ints, leave: Ints, count: int, closed: bool) -> None:

@@ -9,24 +9,27 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fabweave.verify.crossing_map import CrossingMap, Sheet
+from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
 from fabweave.verify.drawing import Drawing, Floats, ReadError
-from fabweave.verify.measure.areas import Areas, areas_of
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
 from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
 from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
 from fabweave.verify.read.content import read_text
-from fabweave.verify.read.crossing_map import read_crossing_map
-from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.folders import (
+    SERVICE,
+    Drawings,
+    Offcuts,
+    Ready,
+    Rim,
+    Service,
+    read_offcuts,
+    read_ready,
+    read_rim,
+    read_service,
+)
 from fabweave.verify.read.glb import Strip, read_model
-from fabweave.verify.read.kerfed_sheets import Ready, read_ready
-from fabweave.verify.read.offcuts import Offcuts, read_offcuts
-from fabweave.verify.read.rim import Rim, read_rim
-from fabweave.verify.read.service import FOLDER as SERVICE
-from fabweave.verify.read.service import Service, read_service
 from fabweave.verify.read.source_mesh import SourceMesh, read_source
-from fabweave.verify.read.svg import read_svg
 from fabweave.verify.statement import Place, Tally
 
 _Value = TypeVar("_Value")
@@ -104,12 +107,6 @@ class Job:
                 layers[hole["crossing"]] = (count + 1, total + ring["thickness_mm"])
         return layers
 
-    @cached_property
-    def areas(self) -> dict[str, Areas]:
-        """What each piece and spare comes to: its area, its holes, the length of its cuts."""
-        plan = self.map
-        return {} if plan is None else {piece.id: areas_of(piece, plan) for piece in plan.to_cut}
-
     @property
     def clearance_mm(self) -> float | None:
         """The air between ribbons that is wanted, if the settings state it."""
@@ -186,21 +183,14 @@ def load_job(directory: Path, tally: Tally) -> Job:
         return None
 
     plan = read("crossing_map.json", read_crossing_map)
-    dxf: dict[int, Drawing] = {}
-    svg: dict[int, Drawing] = {}
-    sheets = plan.sheets if plan is not None else ()
-    for sheet in sheets:
-        drawing = read(f"sheets/{sheet.name}.dxf", read_dxf)
-        if drawing is not None:
-            dxf[sheet.number] = drawing
-        drawing = read(f"sheets/{sheet.name}.svg", read_svg)
-        if drawing is not None:
-            svg[sheet.number] = drawing
+    drawn = Drawings()
+    number = {sheet.name: sheet.number for sheet in plan.sheets} if plan is not None else {}
+    for name in number:
+        drawn.add(name, f"sheets/{name}", read)
     if plan is not None and (directory / "sheets").is_dir():
-        known = {sheet.name for sheet in sheets}
         for path in sorted((directory / "sheets").iterdir()):
             # A sheet left over from an earlier run would be cut too.
-            tally.at("sheets", path.name).expect(path.stem in known, "it is no sheet of this job")
+            tally.at("sheets", path.name).expect(path.stem in number, "it is no sheet of this job")
     settings = read("job.toml", _read_toml)
     options = _options(settings)
     model, markers = read("model.glb", read_model) or (None, {})
@@ -214,15 +204,15 @@ def load_job(directory: Path, tally: Tally) -> Job:
         ),
         model=model,
         markers=markers,
-        dxf=dxf,
-        svg=svg,
+        dxf={number[name]: drawing for name, drawing in drawn.dxf.items()},
+        svg={number[name]: drawing for name, drawing in drawn.svg.items()},
         settings=settings,
         ribbons=read(
             "ribbons.json",
             lambda path: _read_lists(path, "fabweave.ribbons/1", "threads", "findings"),
         ),
         source=read_source(directory, options, read),
-        ready=read_ready(directory, options, sheets, read, tally),
+        ready=read_ready(directory, options, number, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,

@@ -1,28 +1,52 @@
-"""Read a sheet from SVG."""
+"""Read a sheet from SVG: the elements, attributes and path data that our sheets have."""
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from fabweave.verify.drawing import LAYERS, Drawing, Floats, Look, ReadError
 from fabweave.verify.read.content import read_content
-from fabweave.verify.read.svg_paths import path_runs
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
+_SHAPE = {"id", "fill", "stroke", "stroke-width"}
 #: The elements that our sheets need, and their attributes: others may change what is drawn.
 ALLOWED = {
     "svg": {"version", "width", "height", "viewBox"},
     "g": {"id", f"{INKSCAPE}groupmode", f"{INKSCAPE}label"},
     "title": set(),
-    "path": {"id", "fill", "stroke", "stroke-width", "d"},
-    "circle": {"id", "fill", "stroke", "stroke-width", "cx", "cy", "r"},
-    "line": {"id", "fill", "stroke", "stroke-width", "x1", "y1", "x2", "y2"},
+    "path": _SHAPE | {"d"},
+    "circle": _SHAPE | {"cx", "cy", "r"},
+    "line": _SHAPE | {"x1", "y1", "x2", "y2"},
 }
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
+_NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
+_POINT = f"{_NUMBER},{_NUMBER}"
+#: What every path is: runs of absolute points and arcs.
+_PATH = re.compile(f"(?:M{_POINT}(?:L{_POINT}|A{_POINT} 0 0 [01] {_POINT})*Z?)+")
+_COMMAND = re.compile("[MLAZ]")
+_TO_SPACES = str.maketrans("MLAZ,", "     ")
+#: An arc that returns to the beginning of its run comes so near.
+_BACK = 1e-9
+
+
+class Runs(NamedTuple):
+    """The runs of a path.
+
+    ``points`` (N, 2) and the ``bulges`` of the sides that leave them, (N,), are those of all
+    runs; ``sizes`` and ``closed`` say for each run how many points it has and whether it is
+    closed. Bulges are as seen with y up.
+    """
+
+    points: Floats
+    bulges: Floats
+    sizes: list[int]
+    closed: list[bool]
 
 
 def read_svg(path: Path, *, layered: bool = True) -> Drawing:
@@ -30,40 +54,56 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
 
     ``layered`` says whether it must have the layers of a sheet, or none.
 
-    A shape outside a layer, a curve, and any element or attribute that our sheets do not need
-    (transforms, styles, masks, animations, …) is kept as a problem, because it may change what is
-    cut.
+    A shape outside a layer, and any element or attribute that our sheets do not need (transforms,
+    styles, masks, animations, …) is kept as a problem, because it may change what is cut.
 
     Raises
     ------
     ReadError
-        If the file is not SVG with its size in millimetres.
+        If the file is not SVG with its size in millimetres, or a shape cannot be understood.
     """
     try:
         # The file is the user's own job, and expat limits entity expansion.
-        parser = ET.XMLParser(target=_Builder())  # noqa: S314 - as said above
-        root = ET.fromstring(read_content(path), parser)  # noqa: S314 - the same
+        root = ET.fromstring(read_content(path))  # noqa: S314 - as said above
     except ET.ParseError as error:
         raise ReadError(f"it is not well-formed XML: {error}") from error
     if root.tag != f"{SVG}svg":
         raise ReadError(f"its root is {root.tag}, not svg")
-    width = _millimetres(root, "width")
-    height = _millimetres(root, "height")
+    size = np.array([_millimetres(root, name) for name in ("width", "height")])
     try:
-        box = [float(word) for word in root.get("viewBox", "").replace(",", " ").split()]
+        box = np.array(root.get("viewBox", "").split(), dtype=np.float64)
     except ValueError as error:
         raise ReadError(f"viewBox is not four numbers: {error}") from error
-    if len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0:
+    if len(box) != 4 or not np.all(box[2:] > 0.0):
         raise ReadError(f"viewBox is not four numbers: {root.get('viewBox')!r}")
-    size = np.array([width, height])
-    reader = _Reader(np.array(box[:2]), size / np.array(box[2:]), size, layered=layered)
-    if abs(reader.scale[0] / reader.scale[1] - 1.0) > 1e-6:
-        reader.problems.append(
-            f"one unit of the viewBox is {reader.scale[0]:g} mm wide and {reader.scale[1]:g} high"
+    scale = size / box[2:]
+    shapes = _Shapes(LAYERS if layered else ("",), float(scale[0]))
+    if abs(scale[0] / scale[1] - 1.0) > 1e-6:
+        shapes.problems.append(
+            f"one unit of the viewBox is {scale[0]:g} mm wide and {scale[1]:g} high"
         )
-    reader.judge(root, "svg")
-    reader.read(root, None)
-    return reader.drawing()
+    shapes.judge(root, "svg")
+    shapes.read(root, None)
+    points = (np.concatenate([np.zeros((0, 2)), *shapes.points]) - box[:2]) * scale
+    points[:, 1] = size[1] - points[:, 1]
+    if not np.all(np.isfinite(points)):
+        raise ReadError("a coordinate is not finite")
+    return Drawing(
+        layer=[layer for layer, _, _ in shapes.owners],
+        piece=[piece for _, piece, _ in shapes.owners],
+        name=[name for _, _, name in shapes.owners],
+        points=points,
+        bulges=np.concatenate([np.zeros(0), *shapes.bulges]),
+        start=np.concatenate([[0], np.cumsum(shapes.sizes, dtype=np.int64)]),
+        closed=np.array(shapes.closed, dtype=bool),
+        radius=np.array(shapes.radius, dtype=np.float64) * shapes.scale,
+        layers=tuple(shapes.layers),
+        width_mm=float(size[0]),
+        height_mm=float(size[1]),
+        problems=tuple(shapes.problems),
+        looks={layer: frozenset(looks) for layer, looks in shapes.looks.items()},
+        unit_mm=shapes.scale,
+    )
 
 
 def _millimetres(root: ET.Element, name: str) -> float:
@@ -78,92 +118,48 @@ def _millimetres(root: ET.Element, name: str) -> float:
     return value
 
 
-class _Builder(ET.TreeBuilder):
-    """Builds the tree of a file that does not tell programs to look elsewhere."""
+@dataclass
+class _Shapes:
+    """Walk the elements and collect shapes, in the file's coordinates, layers and problems."""
 
-    def doctype(self, *_said: object) -> None:
-        """Refuse declarations: they may add attributes, and name entities."""
-        raise ReadError("it has a DOCTYPE, which may change what is drawn")
-
-    def pi(self, target: str, text: str | None = None) -> ET.Element:
-        """Refuse instructions, such as those that name a stylesheet."""
-        raise ReadError(f"it has a processing instruction <?{target} {text or ''}?>")
-
-
-class _Reader:
-    """Walk the elements and collect shapes, layers and problems."""
-
-    def __init__(self, origin: Floats, scale: Floats, size: Floats, *, layered: bool) -> None:
-        self.known = LAYERS if layered else ("",)
-        self.origin = origin
-        self.scale = scale
-        self.size = size
-        self.owners: list[tuple[str, str | None, str]] = []
-        self.points: list[Floats] = [np.zeros((0, 2))]
-        self.bulges: list[Floats] = [np.zeros(0)]
-        self.sizes: list[int] = []
-        self.closed: list[bool] = []
-        self.radius: list[float] = []
-        self.layers: list[str] = []
-        self.looks: dict[str, set[Look]] = {}
-        self.problems: list[str] = []
-
-    def drawing(self) -> Drawing:
-        """Return what was collected, in millimetres with y up."""
-        points = (np.concatenate(self.points) - self.origin) * self.scale
-        points[:, 1] = self.size[1] - points[:, 1]
-        if not np.all(np.isfinite(points)):
-            raise ReadError("a coordinate is not finite")
-        return Drawing(
-            layer=[layer for layer, _, _ in self.owners],
-            piece=[piece for _, piece, _ in self.owners],
-            name=[name for _, _, name in self.owners],
-            points=points,
-            bulges=np.concatenate(self.bulges),
-            start=np.concatenate([[0], np.cumsum(self.sizes, dtype=np.int64)]),
-            closed=np.array(self.closed, dtype=bool),
-            radius=np.array(self.radius, dtype=np.float64) * float(self.scale[0]),
-            layers=tuple(self.layers),
-            width_mm=float(self.size[0]),
-            height_mm=float(self.size[1]),
-            problems=tuple(self.problems),
-            looks={layer: frozenset(looks) for layer, looks in self.looks.items()},
-            unit_mm=float(self.scale[0]),
-        )
+    known: tuple[str, ...]
+    scale: float
+    owners: list[tuple[str, str | None, str]] = field(default_factory=list)
+    points: list[Floats] = field(default_factory=list)
+    bulges: list[Floats] = field(default_factory=list)
+    sizes: list[int] = field(default_factory=list)
+    closed: list[bool] = field(default_factory=list)
+    radius: list[float] = field(default_factory=list)
+    layers: list[str] = field(default_factory=list)
+    looks: dict[str, set[Look]] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
 
     def read(self, element: ET.Element, layer: str | None) -> None:
         """Read the children of an element."""
         for child in element:
-            kind = _plain(child)
+            kind = str(child.tag).removeprefix(SVG)
             self.judge(child, kind)
-            if kind == "title":
-                if len(child):
-                    self.problems.append("<title> has elements in it")
-            elif kind == "g":
-                label = child.get(f"{INKSCAPE}label")
-                if layer is not None:
-                    self.problems.append(f"a group is within layer {layer!r}")
-                elif child.get(f"{INKSCAPE}groupmode") == "layer" and label is not None:
+            if kind == "g":
+                label = child.get(f"{INKSCAPE}label", "")
+                if layer is not None or child.get(f"{INKSCAPE}groupmode") != "layer":
+                    self.problems.append(f"<g> {child.get('id')} is no layer, or within one")
+                else:
                     self.layers.append(label)
                     if label not in self.known:
                         self.problems.append(f"layer {label!r} is none of {', '.join(self.known)}")
-                else:
-                    self.problems.append(f"<g> {child.get('id')} is no layer")
-                self.read(child, label if layer is None else layer)
-            else:
+                self.read(child, layer or label)
+            elif kind in ("path", "circle", "line"):
                 self._shape(child, kind, layer or "")
+            elif kind != "title":
+                self.problems.append(f"there is a <{kind}>, which may not be in a cutting file")
 
     def judge(self, element: ET.Element, kind: str) -> None:
         """Keep what an element has beside what our sheets need."""
+        named = f"<{kind}> {element.get('id')}"
         for name in sorted({*element.attrib} - ALLOWED.get(kind, {*element.attrib})):
-            short = name.rpartition("}")[2]
-            self.problems.append(f"<{kind}> {element.get('id')} has a {short}")
-        if kind in ALLOWED and element.tag != SVG + kind:
-            self.problems.append(f"<{kind}> {element.get('id')} is not of SVG's namespace")
-        if kind != "title" and any(
-            text and not text.isspace() for text in (element.text, element.tail)
-        ):
-            self.problems.append(f"<{kind}> {element.get('id')} has text beside it or in it")
+            self.problems.append(f"{named} has a {name.rpartition('}')[2]}")
+        if kind not in ("svg", "g") and any(child.tag != f"{SVG}title" for child in element):
+            self.problems.append(f"{named} has elements in it")
 
     def _shape(self, element: ET.Element, kind: str, layer: str) -> None:
         """Read one shape."""
@@ -174,50 +170,25 @@ class _Reader:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") != "none":
             self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
-        if any(_plain(child) != "title" for child in element):
-            self.problems.append(f"{name} has elements in it")
-        owner = (layer, piece, name)
-        width = element.get("stroke-width")
-        wide = None if width is None else _number(element, "stroke-width") * float(self.scale[0])
-        look = Look(element.get("stroke"), None, wide)
+        wide = _number(element, "stroke-width") if "stroke-width" in element.attrib else None
+        look = Look(element.get("stroke"), None, None if wide is None else wide * self.scale)
         self.looks.setdefault(layer, set()).add(look)
-        if kind == "circle":
-            x, y, radius = (_number(element, key) for key in ("cx", "cy", "r"))
-            self._add(owner, np.array([[x, y]]), [1], [False], radius)
-        elif kind == "line":
-            ends = np.array([[_number(element, f"x{n}"), _number(element, f"y{n}")] for n in "12"])
-            self._add(owner, ends, [2], [False])
-        elif kind == "path":
-            points, bulges, sizes, closed, strange = path_runs(element.get("d", ""))
-            if strange:
-                self.problems.append(f"{name} uses the path command {strange}")
-            if 1 in sizes:
-                self.problems.append(f"{name} has a run of a single point")
-            self._add(owner, points, sizes, closed, bulges=bulges)
+        radius = float("nan")
+        if kind == "path":
+            runs = path_runs(element.get("d", ""))
         else:
-            self.problems.append(f"{name} is a <{kind}>, which may not be in a cutting file")
-
-    def _add(
-        self,
-        owner: tuple[str, str | None, str],
-        points: Floats,
-        sizes: list[int],
-        closed: list[bool],
-        radius: float = float("nan"),
-        bulges: Floats | None = None,
-    ) -> None:
-        """Keep shapes in file coordinates."""
-        self.points.append(points)
-        self.bulges.append(np.zeros(len(points)) if bulges is None else bulges)
-        self.owners.extend([owner] * len(sizes))
-        self.sizes.extend(sizes)
-        self.closed.extend(closed)
-        self.radius.extend([radius] * len(sizes))
-
-
-def _plain(element: ET.Element) -> str:
-    """Return an element's name without its namespace."""
-    return str(element.tag).rpartition("}")[2]
+            ends = (("cx", "cy"),) if kind == "circle" else (("x1", "y1"), ("x2", "y2"))
+            points = np.array([[_number(element, key) for key in end] for end in ends])
+            runs = Runs(points, np.zeros(len(points)), [len(points)], [False])
+            radius = _number(element, "r") if kind == "circle" else radius
+        if kind == "path" and 1 in runs.sizes:
+            self.problems.append(f"{name} has a run of a single point")
+        self.points.append(runs.points)
+        self.bulges.append(runs.bulges)
+        self.owners.extend([(layer, piece, name)] * len(runs.sizes))
+        self.sizes.extend(runs.sizes)
+        self.closed.extend(runs.closed)
+        self.radius.extend([radius] * len(runs.sizes))
 
 
 def _number(element: ET.Element, name: str) -> float:
@@ -229,3 +200,49 @@ def _number(element: ET.Element, name: str) -> float:
     if not np.isfinite(value):
         raise ReadError(f"{element.get('id')}: {name} is {element.get(name)!r}")
     return value
+
+
+def path_runs(data: str) -> Runs:
+    """Read the runs of a path of absolute points and circular arcs, all numbers at once.
+
+    Raises
+    ------
+    ReadError
+        If there is anything else in it, or an arc that no circle has.
+
+    Examples
+    --------
+    >>> runs = path_runs("M0,0L2,0L2,1ZM5,5L6,5")
+    >>> runs.points.tolist(), runs.sizes, runs.closed
+    ([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [5.0, 5.0], [6.0, 5.0]], [3, 2], [True, False])
+    >>> path_runs("M0,0A1,1 0 0 0 2,0L2,5").bulges.round(9).tolist()
+    [1.0, 0.0, 0.0]
+    """
+    if not _PATH.fullmatch(data):
+        raise ReadError(f"a path is not of absolute points and arcs: {data:.40}")
+    words = np.array(_COMMAND.findall(data))
+    numbers = np.array(list(map(float, data.translate(_TO_SPACES).split())))
+    points_at = np.flatnonzero(words != "Z")
+    kinds = words[points_at]
+    ends = np.cumsum(np.where(kinds == "A", 7, 2))
+    points = np.column_stack([numbers[ends - 2], numbers[ends - 1]])
+    first = np.flatnonzero(kinds == "M")
+    sizes = np.diff(np.append(first, len(kinds)))
+    last = first + sizes - 1
+    closed = np.append(words, "M")[points_at[last] + 1] == "Z"
+    arcs = np.flatnonzero(kinds == "A")
+    # The numbers of an arc: two radii, a rotation, two flags (none is half a turn), and the goal.
+    radius, other, _, _, sweep = numbers[ends[arcs][:, None] + np.arange(-7, -2)].T
+    chord = np.hypot(*(points[arcs] - points[arcs - 1]).T)
+    if np.any((radius != other) | ~(radius > 0.0) | (chord > 2.0 * radius * (1.0 + 1e-6))):
+        raise ReadError("a path has an arc with unlike radii, or with one that is too small")
+    half = np.arcsin(np.minimum(chord / (2.0 * radius), 1.0))
+    bulges = np.zeros(len(points))
+    # Angles grow from x to y, which points down in the file.
+    bulges[arcs - 1] = np.where(sweep == 1.0, -1.0, 1.0) * np.tan(half / 2.0)
+    # An arc back to the beginning of a closed run says the first point again.
+    again = closed & (sizes > 1) & (kinds[last] == "A")
+    again &= np.hypot(*(points[last] - points[first]).T) < _BACK
+    kept = np.ones(len(points), dtype=bool)
+    kept[last[again]] = False
+    return Runs(points[kept], bulges[kept], (sizes - again).tolist(), closed.tolist())

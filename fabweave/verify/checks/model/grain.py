@@ -6,9 +6,8 @@ import numpy as np
 
 from fabweave.verify.checks.model.clearance import finding_about
 from fabweave.verify.checks.model.ribbons import measure_strip
-from fabweave.verify.drawing import Floats
+from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.bending import measure_bending
-from fabweave.verify.measure.course import Flags
 from fabweave.verify.measure.threads import station_run
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally, as_number, stated_number
@@ -31,7 +30,7 @@ def check_grain(job: Job, tally: Tally) -> None:
     for label, radius in along.items():
         row = place.at(f"thread {label}" if label else "limits")
         row.expect(
-            plan.from_grain_deg == 90.0,
+            plan.layout.rotations.from_grain_deg == 90.0,
             "a radius is taken that holds across the grain, and pieces need not lie across it",
         )
         limits = _limits(ribbons, label)
@@ -114,5 +113,7 @@ def _bends(job: Job, along: dict[str, float]) -> tuple[Flags, Flags, Floats]:
         tight.append(radius[ways] < limit + slack[ways])
         sure.append(radius[ways] < limit - slack[ways])
         step = np.abs(np.diff(piece.points, axis=0))
-        off.append(np.degrees(np.arctan2(step[:, 1], step[:, 0])) + plan.tolerance_deg)
+        off.append(
+            np.degrees(np.arctan2(step[:, 1], step[:, 0])) + plan.layout.rotations.tolerance_deg
+        )
     return np.concatenate(tight), np.concatenate(sure), np.concatenate(off)

@@ -5,7 +5,7 @@ import numpy as np
 from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.course import Panels, edge_quads, follows_walk, measure_panels
-from fabweave.verify.measure.joint_kinds import kind_of
+from fabweave.verify.measure.ends import kind_of
 from fabweave.verify.measure.turning import check_turns
 from fabweave.verify.measure.walks import LoadedMesh, Pass
 from fabweave.verify.read.job_files import Job, required

@@ -7,8 +7,8 @@ from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import ring_points
 from fabweave.verify.measure.development import Development
+from fabweave.verify.measure.ends import kind_of
 from fabweave.verify.measure.geometry import distances, widest_miss
-from fabweave.verify.measure.joint_kinds import kind_of
 from fabweave.verify.statement import Place, Tally
 
 #: Two records of one hole agree to this, in its place and its diameter.

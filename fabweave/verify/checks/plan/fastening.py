@@ -4,11 +4,10 @@ import re
 from typing import Any
 
 import numpy as np
-from scipy.cluster.hierarchy import DisjointSet
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.course import Flags
+from fabweave.verify.drawing import Flags, Floats, Ints
+from fabweave.verify.measure.threads import groups_of
 from fabweave.verify.measure.walks import LoadedMesh
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally, stated_number
@@ -106,14 +105,14 @@ def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
         return set(fastened)
     # The same station of two pieces of one kind is alike, seen from either end; so are all
     # crossings that such pairs lead to.
-    alike: DisjointSet = DisjointSet(("crossing", one.id, 0) for one in plan.crossings)
-    for piece in plan.pieces:
-        for at, station in enumerate(piece.stations):
-            place = ("kind", piece.kind, min(at, len(piece.stations) - 1 - at))
-            alike.add(place)
-            alike.merge(("crossing", station.crossing, 0), place)
-    roots = {alike[("crossing", crossing, 0)] for crossing in fastened}
-    return {one.id for one in plan.crossings if alike[("crossing", one.id, 0)] in roots}
+    places = (
+        (station.crossing, ("kind", piece.kind, min(at, len(piece.stations) - 1 - at)))
+        for piece in plan.pieces
+        for at, station in enumerate(piece.stations)
+    )
+    group = groups_of(places)
+    groups = {group.get(crossing) for crossing in fastened} - {None}
+    return {one.id for one in plan.crossings if group.get(one.id) in groups}
 
 
 def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:

@@ -12,9 +12,8 @@ from fabweave.verify.crossing_map import CrossingMap, Joint
 from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.arcs import ring_points
 from fabweave.verify.measure.development import Development
-from fabweave.verify.measure.ends import lap_rungs, ring_of_rungs
+from fabweave.verify.measure.ends import KINDS, kind_of, lap_rungs, ring_of_rungs
 from fabweave.verify.measure.geometry import Motion, farthest, fit_motion
-from fabweave.verify.measure.joint_kinds import KINDS, kind_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 

@@ -30,9 +30,9 @@ def check_materials(job: Job, tally: Tally) -> None:
                 )
     _check_sheets_of_bunches(job, plan, tally)
     gaps = [supply.gap_mm for supply in job.supplies.values() if supply.gap_mm is not None]
-    least = min(gaps, default=plan.gap_mm)
+    least = min(gaps, default=plan.layout.gap_mm)
     place = tally.at("crossing_map.json").against("job.toml")
-    place.number("the least gap", plan.gap_mm, least, within=1e-6)
+    place.number("the least gap", plan.layout.gap_mm, least, within=1e-6)
 
 
 def _agree(supply: Supply, material: object, thickness: object) -> bool:

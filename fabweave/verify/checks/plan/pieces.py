@@ -21,9 +21,7 @@ PATH_MM = 0.02
 #: Readers of SVG may take the wrong half of the circle of a longer arc.
 MOST_ARC_DEG = 179.0
 #: Lines are compared at points so far apart.
-_LOOK_MM = 0.5
-#: So many pieces are looked at together: enough for speed, few enough for memory.
-_TOGETHER = 64
+_LOOK_MM = 10.0
 #: A hole keeps at least this clear of its outline and of other holes.
 LEAST_WEB_MM = 0.01
 
@@ -171,33 +169,15 @@ def check_simple(job: Job, tally: Tally) -> None:
         turn = float(np.max(np.degrees(4.0 * np.arctan(np.abs(piece.path[:, 2])))))
         place.at_most("arc_deg", turn, MOST_ARC_DEG, "an arc of its path turns by {}")
         _check_webs(polygon, plan.holes[piece.id], place)
-    outlines = [np.concatenate([piece.outline, piece.outline[:1]]) for piece in plan.pieces]
-    for first in range(0, len(cuts), _TOGETHER):
-        some = slice(first, first + _TOGETHER)
-        apart = np.maximum(_off(cuts[some], outlines[some]), _off(outlines[some], cuts[some]))
-        for piece, off in zip(plan.pieces[some], apart.tolist(), strict=True):
-            place = tally.at(f"piece {piece.id}")
-            place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
-
-
-def _off(runs: list[Floats], others: list[Floats]) -> Floats:
-    """Return how far each run is from another at most, looked at every half millimetre."""
-    count = np.arange(len(runs))
-    lines = shapely.linestrings(
-        np.concatenate(others), indices=np.repeat(count, [len(run) for run in others])
+    apart = shapely.hausdorff_distance(
+        *(
+            shapely.segmentize([shapely.LinearRing(ring) for ring in rings], _LOOK_MM)
+            for rings in (cuts, [piece.outline for piece in plan.pieces])
+        )
     )
-    dense, owner = shapely.get_coordinates(
-        shapely.segmentize(
-            shapely.linestrings(
-                np.concatenate(runs), indices=np.repeat(count, [len(run) for run in runs])
-            ),
-            _LOOK_MM,
-        ),
-        return_index=True,
-    )
-    shapely.prepare(lines)
-    distance = shapely.distance(shapely.points(dense), lines[owner])
-    return np.maximum.reduceat(distance, np.searchsorted(owner, count))
+    for piece, off in zip(plan.pieces, apart.tolist(), strict=True):
+        place = tally.at(f"piece {piece.id}")
+        place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
 
 
 def _check_webs(polygon: shapely.Polygon, holes: list[Hole], place: Place) -> None:

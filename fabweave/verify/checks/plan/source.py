@@ -71,25 +71,18 @@ def check_source(job: Job, tally: Tally) -> None:
     if options.get("remesh", "none") != "none":
         return
     finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
-    joined = joined_faces(options)
     name = options.get("mesh")
     if isinstance(name, str) and name.startswith("shape:"):
         refined = bool(options.get("refine"))
         if gone is not None:
             _check_shape(
                 name, mesh, place,
-                finer=finer, refined=refined, joined=len(joined), told=told, gone=gone,
+                finer=finer, refined=refined, told=told, gone=gone,
             )  # fmt: skip
-    if told and (joined or (told.diameters_mm and _is_moved(options))):
+    if told.diameters_mm and _is_moved(options):
         return  # where corners were when the opening was made, nobody can tell
     if job.source is not None and not finer and options.get("bodies", "all") == "all":
-        _check_faces(job.source, mesh, options, joined, told, place)
-
-
-def joined_faces(options: dict[str, Any]) -> list[int]:
-    """Return the faces of the given mesh that gave way to handles, two for each."""
-    told = str(options.get("handle") or "")
-    return [int(word) for word in told.replace(":", ",").split(",") if word.strip().isdigit()]
+        _check_faces(job.source, mesh, options, told, place)
 
 
 def _is_moved(options: dict[str, Any]) -> bool:
@@ -104,7 +97,7 @@ def _extent(points: Floats) -> float:
 
 def _check_shape(
     name: str, mesh: LoadedMesh, place: Place, *,
-    finer: bool, refined: bool, joined: int, told: LeftOut, gone: int,
+    finer: bool, refined: bool, told: LeftOut, gone: int,
 ) -> None:  # fmt: skip
     """Check the faces and the Euler characteristic of a built-in shape that is known here.
 
@@ -123,10 +116,9 @@ def _check_shape(
         place.equal(
             f"its Euler characteristic, as a {kind},",
             found,
-            euler - joined - len(told.diameters_mm),
+            euler - len(told.diameters_mm),
         )
-    # How many quads a handle has is for its maker to say.
-    if not finer and not joined:
+    if not finer:
         values = dict(pair.partition("=")[::2] for pair in query.split("&"))
         for key, usual in parameters:
             wanted *= int(values.get(key, usual))
@@ -137,32 +129,23 @@ def _check_faces(
     source: SourceMesh,
     mesh: LoadedMesh,
     options: dict[str, Any],
-    joined: list[int],
     told: LeftOut,
     place: Place,
 ) -> None:
     """Check that the faces are those of the mesh that was given: turned upright, and scaled.
 
-    Faces that gave way to handles are not there, and the quads of these follow the others. Nor are
-    those that were left out; rims of openings lie on their circles instead.
+    Those that were left out are not there; rims of openings lie on their circles instead.
     """
-    whole = [face for face in source.faces if len(face) > 2]
-    faces = [face for at, face in enumerate(whole) if at not in joined]
+    faces = [face for face in source.faces if len(face) > 2]
     given = np.concatenate(faces)
     axes = _TURNED[str(options.get("up", "z"))]
     given = np.stack([sign * given[:, axis] for sign, axis in axes], axis=1)
     before = _extent(given)
     sizes = np.bincount(mesh.face)
-    tubes = len(sizes) - len(faces) if joined else 0
     place = place.against(source.name)
-    if joined and (tubes < 0 or (sizes[len(sizes) - tubes :] != 4).any()):
-        place.count()
-        place.fail(f"the faces of its handles are no quads after the {len(faces)} of {source.name}")
-        return
-    sizes = sizes[: len(sizes) - tubes]
-    points = mesh.vertices[mesh.corner[: int(sizes.sum())]]
+    points = mesh.vertices[mesh.corner]
     extent = _extent(points)
-    scale = float(options.get("scale", 1.0))
+    scale = 1.0
     if (size := length_of(options.get("size"))) is not None and before > 0.0:
         # What was left out was there when it was brought to size.
         scale = (size if told else extent) / before

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Step
+from fabweave.verify.measure.threads import groups_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 
@@ -109,21 +110,9 @@ def check_steps(job: Job, tally: Tally) -> None:
 
 def _count_parts(plan: CrossingMap) -> int:
     """Count the parts of the object, of which each hangs together by crossings and joints."""
-    above = {piece.id: piece.id for piece in plan.pieces}
-
-    def top(name: str) -> str:
-        while above[name] != name:
-            above[name] = above[above[name]]
-            name = above[name]
-        return name
-
-    at: dict[int, str] = {}
-    for piece in plan.pieces:
-        for station in piece.stations:
-            above[top(piece.id)] = top(at.setdefault(station.crossing, piece.id))
-    for joint in plan.joints:
-        above[top(joint.pieces[0])] = top(joint.pieces[1])
-    return len({top(name) for name in above})
+    crossings = [(piece.id, one.crossing) for piece in plan.pieces for one in piece.stations]
+    group = groups_of([*crossings, *(joint.pieces for joint in plan.joints)])
+    return len({group.get(piece.id, piece.id) for piece in plan.pieces})
 
 
 def _check_ring(step: Step, ring: dict[str, Any], place: Place) -> None:

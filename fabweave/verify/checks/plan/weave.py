@@ -126,29 +126,29 @@ def check_pattern(job: Job, tally: Tally) -> None:
     sense, torn = _senses(plan, mesh, passes)
     weave.expect(not torn, f"crossings have two strands over or two under: {torn[:4]}")
     counts = (0, 0, 0)
-    if plan.pattern == "plain":
+    if plan.weave.pattern == "plain":
         _check_plain(plan, sense, tally)
-    elif plan.pattern in _TWILLS:
+    elif plan.weave.pattern in _TWILLS:
         counts = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
     else:
         check_fabric(plan, mesh, job.edges, edge_keys(mesh).tolist(), tally)
-    for name, claimed, counted in zip(("edge", "face", "vertex"), plan.broken, counts, strict=True):
+    for (name, claimed), counted in zip(sorted(plan.weave.broken.items()), counts, strict=True):
         weave.equal(f"the number of broken {name} conditions", claimed, counted)
-    weave.equal("exact", plan.exact, sum(counts) == 0)
-    if plan.pattern == "twill":
+    weave.equal("exact", plan.weave.exact, sum(counts) == 0)
+    if plan.weave.pattern == "twill":
         _check_rotations(job, sense, tally)
 
 
 def _check_rotations(job: Job, sense: dict[int, bool], tally: Tally) -> None:
     """Check that as many rotations carry the weave onto itself as are asked for, and told."""
     plan, asked = required(job.map), job.options.get("twill_symmetry", 1)
-    if plan.rotations is None and asked == 1:
+    if plan.weave.rotations is None and asked == 1:
         return
-    wanted, told = tally.at("job.toml", "twill_symmetry"), plan.rotations or 0
+    wanted, told = tally.at("job.toml", "twill_symmetry"), plan.weave.rotations or 0
     if wanted.expect(type(asked) is int and asked >= 1, f"{asked!r} is no number of rotations"):
         tally.at("crossing_map.json", "weave").expect(
             told >= asked,
-            f"its rotations are {plan.rotations}, but job.toml asks for {asked} or more",
+            f"its rotations are {plan.weave.rotations}, but job.toml asks for {asked} or more",
         )
     found = count_rotations(required(job.mesh), sense, told)
     tally.count(len(sense))

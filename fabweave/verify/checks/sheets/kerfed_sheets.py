@@ -16,8 +16,8 @@ from fabweave.verify.drawing import (
     traced,
 )
 from fabweave.verify.measure.arcs import ring_points
+from fabweave.verify.read.folders import READY, Ready
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.kerfed_sheets import FOLDER, Ready
 from fabweave.verify.statement import Place, Tally
 
 #: Leaving out a side of a tenth of a millimetre in a hollow moves an outline by less than this.
@@ -32,28 +32,25 @@ def check_ready(job: Job, tally: Tally) -> None:
     if ready is None:
         return
     for sheet in plan.sheets:
-        number = sheet.number
-        drawings = (job.dxf.get(number), ready.dxf.get(number), ready.svg.get(number))
         rings = {piece.id: piece.placed_ring(piece.path) for piece in plan.on_sheet(sheet.number)}
-        _check_sheet(job, ready, sheet.name, drawings, rings, tally)
+        _check_sheet(job, ready, sheet.name, job.dxf.get(sheet.number), rings, tally)
     for name, nominal in (job.rim.dxf if job.rim is not None else {}).items():
         outlines = [shape for shape in nominal.shapes if shape.layer == OUTLINES]
         rings = {str(shape.piece): shape.ring for shape in outlines}
-        drawings = (nominal, ready.rim_dxf.get(name), ready.rim_svg.get(name))
-        _check_sheet(job, ready, name, drawings, rings, tally)
+        _check_sheet(job, ready, name, nominal, rings, tally)
 
 
 def _check_sheet(
     job: Job,
     ready: Ready,
     sheet: str,
-    drawings: tuple[Drawing | None, Drawing | None, Drawing | None],
+    nominal: Drawing | None,
     rings: dict[str, Floats],
     tally: Tally,
 ) -> None:
     """Check a sheet: the nominal one, and the DXF and the SVG that are to be cut."""
-    cut, name = required(job.map).cut, f"{FOLDER}/{ready.name_of(sheet)}"
-    nominal, dxf, svg = drawings
+    cut, name = required(job.map).cut, f"{READY}/{ready.name_of(sheet)}"
+    dxf, svg = ready.dxf.get(sheet), ready.svg.get(sheet)
     if nominal is None or dxf is None or svg is None:
         tally.fail(f"{name} is not checked, because it or its sheet could not be read")
         return

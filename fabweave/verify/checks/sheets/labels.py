@@ -1,8 +1,6 @@
 """Check the labels of every piece: what they tell, where they stand, and that they are legible."""
 
-from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +8,6 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Label, Piece
 from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, Ints, traced
-from fabweave.verify.measure.glyphs import Glyphs
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.statement import Place, Tally
 
@@ -24,25 +21,12 @@ SAME_MM = 0.02
 
 _LETTERS = "ENGRAVE_LABEL"
 _ARROW, _OVER, _UNDER = "→", "●", "○"
-#: Where not all partners are named, one of so many is, and the last.
-_EVERY = 3
-
-
-class _Fact(NamedTuple):
-    """Something that a piece tells: its kind, its words, and the station it is about."""
-
-    kind: str
-    text: str
-    station: int | None
 
 
 def check_labels(job: Job, tally: Tally) -> None:
     """Check that labels say what is true, and are engraved legibly where the map says."""
     plan = required(job.map)
     asked, side = job.options.get("labels", "full"), job.options.get("label_side", "outside")
-    wanted = asked
-    if (wanted, side) == ("hidden", "inside"):
-        wanted = "brief"
     if plan.cut.labels:
         tally.at("crossing_map.json").equal("what is engraved", plan.cut.labels, asked)
     tally.at("job.toml").expect(
@@ -50,9 +34,8 @@ def check_labels(job: Job, tally: Tally) -> None:
     )
     for piece in plan.to_cut:
         place = tally.at(f"piece {piece.id}")
-        _check_words(piece, plan, str(wanted), place)
+        _check_words(piece, plan, str(asked), place)
         _check_stations(piece, place)
-    glyphs = Glyphs()
     for sheet in plan.sheets:
         place = tally.at(sheet.name)
         place.equal(
@@ -65,71 +48,35 @@ def check_labels(job: Job, tally: Tally) -> None:
             continue
         pieces = plan.on_sheet(sheet.number)
         for piece in pieces:
-            _check_strokes(piece, drawing, glyphs, place.at(f"piece {piece.id}"))
+            _check_strokes(piece, drawing, place.at(f"piece {piece.id}"))
         _check_clearance(pieces, drawing, place)
         _check_apart(pieces, place)
-    for problem in glyphs.problems():
-        tally.fail(problem)
 
 
 def _check_words(piece: Piece, plan: CrossingMap, wanted: str, place: Place) -> None:
-    """Check that a piece tells all it should, once: in a label, or among what was dropped."""
-    pairs = _facts(piece, plan, wanted)
-    if piece.id in plan.spare_of and wanted not in ("kinds", "none"):
-        wanted = "numbers"  # whom a spare crosses depends on the place that it is put in
-    expected = {fact for pair in pairs for fact in pair if _is_wanted(fact, piece, wanted)}
-    ways: dict[tuple[str, int | None, str], tuple[_Fact, ...]] = {}
-    for fact, more in pairs:
-        if more.kind != "sign":  # without its sign a partner could be the piece's own id
-            ways[fact.kind, fact.station, fact.text] = (fact,)
-            ways[fact.kind, fact.station, fact.text + more.text] = (fact, more)
-        else:
-            ways[fact.kind, fact.station, more.text + fact.text] = (fact, more)
-    _, arrow = pairs[0]
-    ways["arrow", None, arrow.text] = (arrow,)
-    lettered = Counter(_Fact(lost.kind, lost.text, lost.station) for lost in piece.dropped)
-    for label in piece.labels:
-        facts = ways.get((label.kind, label.station, label.text))
-        if place.expect(facts, f"{_named(label)} is none of what it should tell"):
-            lettered.update(facts or ())
-    for fact in sorted({*expected, *lettered}, key=str):
-        about = "" if fact.station is None else f" at station {fact.station}"
-        place.equal(
-            f"the count of its {fact.kind} {fact.text!r}{about}, lettered or dropped,",
-            lettered[fact],
-            int(fact in expected),
-        )
-
-
-def _is_wanted(fact: _Fact, piece: Piece, wanted: str) -> bool:
-    """Return whether something is to be told with the labels that are asked for."""
-    if wanted in ("full", "none", "kinds"):
-        return wanted != "none"
-    if wanted == "numbers" or fact.kind == "id":
-        return wanted != "numbers" or fact.kind == "id"
-    if fact.kind not in ("partner", "sign"):
-        return True
-    stations = [
-        at for at, station in enumerate(piece.stations) if wanted == "brief" or not station.over
-    ]
-    return fact.station in (*stations[::_EVERY], *stations[-1:])
-
-
-def _facts(piece: Piece, plan: CrossingMap, wanted: str) -> list[tuple[_Fact, _Fact]]:
-    """Return all that a piece may tell: its id comes first, and what one label tells in pairs."""
-    if wanted == "kinds":
-        return [(_Fact("id", f"K{piece.kind}", None), _Fact("arrow", _ARROW, None))]
-    facts = [(_Fact("id", piece.id, None), _Fact("arrow", _ARROW, None))]
+    """Check that a piece bears its name once, or tells that it has no room, and nothing untrue."""
+    name = f"K{piece.kind}" if wanted == "kinds" else piece.id
+    true: set[tuple[str, int | None, str]] = {
+        ("id", None, name), ("id", None, name + _ARROW), ("arrow", None, _ARROW),
+    }  # fmt: skip
     last = len(piece.stations) - 1
     # At its beginning a piece meets the one that ends there, and the other way round.
     for number, at, side in ((piece.joints[0], 0, 0), (piece.joints[1], last, 1)):
         if number is not None:
             mate = plan.joint[number].pieces[side]
-            facts.append((_Fact("joint", f"#{number}", at), _Fact("mate", f">{mate}", at)))
+            true |= {("joint", at, f"#{number}"), ("joint", at, f"#{number}>{mate}")}
     for at, station in enumerate(piece.stations):
+        # Without its sign a partner could be the piece's own id.
         sign = _OVER if station.over else _UNDER
-        facts.append((_Fact("partner", station.partner, at), _Fact("sign", sign, at)))
-    return facts
+        true.add(("partner", at, sign + station.partner))
+    for label in piece.labels:
+        place.expect(
+            (label.kind, label.station, label.text) in true,
+            f"{_named(label)} is none of what it should tell",
+        )
+    kinds = [label.kind for label in piece.labels] + [lost.kind for lost in piece.dropped]
+    named = kinds.count("id")
+    place.equal("how often it is named, or its name is dropped,", named, int(wanted != "none"))
 
 
 def _check_stations(piece: Piece, place: Place) -> None:
@@ -146,8 +93,8 @@ def _check_stations(piece: Piece, place: Place) -> None:
         )
 
 
-def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place) -> None:
-    """Check that strokes fill their labels' boxes, with nothing beside, and learn the letters."""
+def _check_strokes(piece: Piece, drawing: Drawing, place: Place) -> None:
+    """Check that strokes fill their labels' boxes, with nothing beside."""
     shapes = drawing.of(_LETTERS, piece.id)
     if not len(shapes) and not piece.labels:
         return
@@ -176,23 +123,6 @@ def _check_strokes(piece: Piece, drawing: Drawing, glyphs: Glyphs, place: Place)
         here.at_most(
             "box_mm", float(np.abs(beside).max()), SAME_MM, "it does not fill its box: {} off"
         )
-        high = _box_height(label)
-        here.at_most(
-            "box_height_mm",
-            abs(label.box_mm[1] - high),
-            SAME_MM,
-            f"its box is {label.box_mm[1]:g} mm high instead of {high:g} mm: {{}} off",
-        )
-        runs = [local[number][stroke == at] for at in strokes.tolist()]
-        top = max(label.box_mm[1], label.height_mm) / 2
-        glyphs.read(label.text, label.height_mm, top, runs, str(here))
-
-
-def _box_height(label: Label) -> float:
-    """Return how high a text is: a quarter more where 6 or 9 is underlined, less if an arrow."""
-    if label.text == _ARROW:
-        return label.height_mm / 2
-    return label.height_mm * (1.25 if set(label.text) & set("69") else 1.0)
 
 
 def _in_box(piece: Piece, label: Label, points: Floats) -> Floats:

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 
 from fabweave.verify.drawing import NOTES, Drawing, Floats, Ints
+from fabweave.verify.read.folders import READY
 from fabweave.verify.read.job_files import Job, required, sheet_drawings
-from fabweave.verify.read.kerfed_sheets import FOLDER
 from fabweave.verify.statement import Place, Tally
 
 #: Coordinates are rounded to a ten-thousandth, which may shorten a tenth by as much.
@@ -24,8 +24,8 @@ def check_lines(job: Job, tally: Tally) -> None:
     for _, drawing, place in sheet_drawings(job, "dxf", tally):
         _check_segments(drawing, place)
     for sheet in required(job.map).sheets:
-        if job.ready is not None and (ready := job.ready.dxf.get(sheet.number)) is not None:
-            _check_segments(ready, tally.at(f"{FOLDER}/{job.ready.name_of(sheet.name)}.dxf"))
+        if job.ready is not None and (ready := job.ready.dxf.get(sheet.name)) is not None:
+            _check_segments(ready, tally.at(f"{READY}/{job.ready.name_of(sheet.name)}.dxf"))
 
 
 def _check_segments(drawing: Drawing, place: Place) -> None:

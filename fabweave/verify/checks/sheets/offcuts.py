@@ -7,8 +7,8 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, corners_apart
+from fabweave.verify.read.folders import OFFCUTS, STOCK, Offcuts
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.offcuts import FOLDER, STOCK, Offcuts
 from fabweave.verify.statement import Place, Tally
 
 _SAME_MM = 1e-3
@@ -16,13 +16,13 @@ _SAME_MM = 1e-3
 
 def check_offcuts(job: Job, tally: Tally) -> None:
     """Check every rest of a sheet against the sheet, its drawing and the list of stock."""
-    plan, offcuts = required(job.map), job.offcuts or Offcuts({}, None)
+    plan, offcuts = required(job.map), job.offcuts or Offcuts()
     rests = {
-        f"{FOLDER}/{sheet.rest.name}.dxf": sheet for sheet in plan.sheets if sheet.rest is not None
+        f"{OFFCUTS}/{sheet.rest.name}.dxf": sheet for sheet in plan.sheets if sheet.rest is not None
     }
-    tally.at("crossing_map.json").same("rests of sheets", rests, offcuts.drawings)
+    tally.at("crossing_map.json").same("rests of sheets", rests, offcuts.dxf)
     for name, sheet in rests.items():
-        if (drawing := offcuts.drawings.get(name)) is not None:
+        if (drawing := offcuts.dxf.get(name)) is not None:
             _check_rest(drawing, sheet, plan, tally.at(name))
     if rests or offcuts.stock is not None:
         _check_entries(offcuts.stock, rests, tally.at(STOCK))
@@ -58,7 +58,7 @@ def _check_rest(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
         place.at_least(
             "offcut_gap_mm",
             distance,
-            max(plan.gap_mm - _SAME_MM, _SAME_MM),
+            max(plan.layout.gap_mm - _SAME_MM, _SAME_MM),
             f"it is {{}} from piece {piece.id}",
         )
     for at, defect in enumerate(sheet.defects, start=1):
@@ -78,7 +78,7 @@ def _check_entries(stock: dict[str, Any] | None, sheets: dict[str, Sheet], place
     place.expect(
         len(set(names)) == len(names) and all(names), f"it has names twice, or none: {names}"
     )
-    outlines = [f"{FOLDER}/{entry.get('outline')}" for entry in entries]
+    outlines = [f"{OFFCUTS}/{entry.get('outline')}" for entry in entries]
     place.same("outlines", outlines, sheets)
     for name, entry in zip(outlines, entries, strict=True):
         if (sheet := sheets.get(name)) is not None:

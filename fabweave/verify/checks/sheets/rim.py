@@ -12,8 +12,8 @@ from fabweave.verify.checks.plan.fastening import ring_edges
 from fabweave.verify.checks.sheets.drawings import compare_formats
 from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, traced
 from fabweave.verify.measure.geometry import farthest, fit_motion
+from fabweave.verify.read.folders import RIM, RIM_RECORD
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.rim import FOLDER, RECORD
 from fabweave.verify.statement import Place, Tally
 
 #: Holes lie where they must to this; figures are told to a thousandth, and chords of arcs are off
@@ -48,9 +48,9 @@ class _Cone:
 def check_rim(job: Job, tally: Tally) -> None:
     """Check every ring against the crossings that hold it, and against its drawings."""
     asked = job.options.get("rim", "none") == "ring"
-    place = tally.at(RECORD)
+    place = tally.at(RIM_RECORD)
     if job.rim is None or not asked:
-        tally.at(FOLDER).expect(
+        tally.at(RIM).expect(
             job.rim is None and not asked,
             "rings are asked for, and there is no such folder" if asked else "nobody asked for it",
         )
@@ -65,10 +65,10 @@ def check_rim(job: Job, tally: Tally) -> None:
     for ring, opening in zip(job.rim.rings, openings, strict=True):
         _check_ring(job, ring, opening, place.at(str(ring["side"])))
     for name, drawing in job.rim.dxf.items():
-        _check_sheet(job, drawing, tally.at(FOLDER, name))
+        _check_sheet(job, drawing, tally.at(RIM, name))
         other = job.rim.svg.get(name)
-        if tally.at(FOLDER, name).expect(other is not None, "there is no SVG beside the DXF"):
-            compare_formats(other or drawing, drawing, tally.at(FOLDER, f"{name}.svg"))
+        if tally.at(RIM, name).expect(other is not None, "there is no SVG beside the DXF"):
+            compare_formats(other or drawing, drawing, tally.at(RIM, f"{name}.svg"))
 
 
 def _names(job: Job, count: int) -> list[str]:
@@ -188,11 +188,14 @@ def _check_sheet(job: Job, drawing: Drawing, place: Place) -> None:
     for shape, polygon in zip(shapes, polygons, strict=True):
         low, high = np.array(polygon.bounds[:2]), np.array(polygon.bounds[2:])
         place.at(f"piece {shape.piece}").expect(
-            bool(np.all(low >= plan.margin_mm - _SAME_MM))
-            and bool(np.all(high <= size - plan.margin_mm + _SAME_MM)),
+            bool(np.all(low >= plan.layout.margin_mm - _SAME_MM))
+            and bool(np.all(high <= size - plan.layout.margin_mm + _SAME_MM)),
             "it reaches into the margin",
         )
     for one, other in combinations(polygons, 2):
         place.at_least(
-            "gap_mm", float(one.distance(other)), plan.gap_mm - _SAME_MM, "two pieces are {} apart"
+            "gap_mm",
+            float(one.distance(other)),
+            plan.layout.gap_mm - _SAME_MM,
+            "two pieces are {} apart",
         )

@@ -13,9 +13,9 @@ from fabweave.verify.checks.sheets.drawings import SAME_MM, ring_distance
 from fabweave.verify.checks.sheets.looks import check_dxf_looks, check_svg_looks
 from fabweave.verify.crossing_map import CrossingMap, Hole, Piece
 from fabweave.verify.drawing import Drawing, Floats
-from fabweave.verify.measure.arcs import ring_points
+from fabweave.verify.measure.arcs import ring_area, ring_length, ring_points
+from fabweave.verify.read.folders import PLAIN_LAYER, SERVICE, TABLE, Service
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.read.service import FOLDER, LAYER, TABLE, Service
 from fabweave.verify.statement import Place, Tally, cell_number
 
 #: Colour 7 is black on white and white on black; it has no exact colour.
@@ -27,7 +27,7 @@ def check_service(job: Job, tally: Tally) -> None:
     """Check the folder of a job for a service; of another job that there is none."""
     plan, service = required(job.map), job.service
     wanted = plan.cut.profile == "service"
-    folder = tally.at(FOLDER)
+    folder = tally.at(SERVICE)
     if service is None or not wanted:
         folder.expect(
             service is None and not wanted,
@@ -97,13 +97,26 @@ def _check_row(
             KIND_MM,
             f"piece {piece.id} does not cover {pieces[0].id}, they differ by {{}}",
         )
-    figures = job.areas[pieces[0].id]
-    for key, value, within in (
-        ("area_mm2", figures.piece_mm2, _FIGURE_MM2),
-        ("cut_length_mm", figures.cut_mm, _FIGURE_MM),
-        ("holes", figures.cutouts, 0.0),
+    for key, value, within in zip(
+        ("area_mm2", "cut_length_mm", "holes"),
+        _figures(pieces[0], plan),
+        (_FIGURE_MM2, _FIGURE_MM, 0.0),
+        strict=True,
     ):
         place.number(key, cell_number(row[key]), value, within=within)
+
+
+def _figures(piece: Piece, plan: CrossingMap) -> tuple[float, float, int]:
+    """Return what is left of the material, the length of all cuts, and how many cut-outs."""
+    diameters = np.array([hole.diameter or 0.0 for hole in plan.holes[piece.id]])
+    slots = piece.slots
+    return (
+        ring_area(piece.path)
+        - float(np.sum(np.pi * diameters**2 / 4.0))
+        - sum(abs(ring_area(slot)) for slot in slots),
+        sum(map(ring_length, (piece.path, *slots))) + float(np.sum(np.pi * diameters)),
+        len(diameters) + len(slots),
+    )
 
 
 def _check_looks(drawing: Drawing, plan: CrossingMap, place: Place) -> None:
@@ -112,8 +125,8 @@ def _check_looks(drawing: Drawing, plan: CrossingMap, place: Place) -> None:
     if drawing.version is None:
         check_svg_looks(drawing, cut, {"": cut.colours["CUT_OUTER"]}, place)
         return
-    place.equal("its layers", set(drawing.layers), {LAYER})
-    check_dxf_looks(drawing, cut, {LAYER: (None, _PLAIN)}, place)
+    place.equal("its layers", set(drawing.layers), {PLAIN_LAYER})
+    check_dxf_looks(drawing, cut, {PLAIN_LAYER: (None, _PLAIN)}, place)
 
 
 def _check_drawing(

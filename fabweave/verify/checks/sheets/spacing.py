@@ -32,13 +32,13 @@ def check_sheets(job: Job, tally: Tally) -> None:
                 float(sheet.height_mm - points[:, 1].max()),
             )
             place.at(f"piece {piece.id}").at_least(
-                "margin_mm", border, plan.margin_mm - ROUNDING_MM, "it is {} from the border"
+                "margin_mm", border, plan.layout.margin_mm - ROUNDING_MM, "it is {} from the border"
             )
         names = [piece.id for piece in pieces]
         polygons = shapely.make_valid(np.array([shapely.Polygon(points) for points in placed]))
         _check_room(sheet, names, polygons, plan, place)
         gaps = [job.supplies[piece.thread].gap_mm for piece in pieces]
-        gap = min((gap for gap in gaps if gap is not None), default=plan.gap_mm)
+        gap = min((gap for gap in gaps if gap is not None), default=plan.layout.gap_mm)
         _check_gaps(names, polygons, max(gap - ROUNDING_MM, 0.0), place)
 
 
@@ -75,7 +75,7 @@ def _check_room(
         place.at(f"piece {name}").at_least(
             "outline_margin_mm",
             room,
-            plan.margin_mm - ROUNDING_MM,
+            plan.layout.margin_mm - ROUNDING_MM,
             "it is {} from the outline" if room >= 0.0 else "it is not within the outline",
         )
     for number, ring in enumerate(sheet.defects, start=1):
@@ -84,6 +84,6 @@ def _check_room(
             place.at(f"piece {name}").at_least(
                 "defect_mm",
                 apart,
-                max(plan.gap_mm - ROUNDING_MM, 1e-9),
+                max(plan.layout.gap_mm - ROUNDING_MM, 1e-9),
                 f"it is {{}} from defect {number}",
             )

@@ -117,7 +117,11 @@ def _check_shape(sheet: Sheet, place: Place) -> None:
 
 def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> None:
     """Check that pieces stand at allowed angles, and that the settings allow the same."""
-    step, tolerance, aslant = plan.step_deg, plan.tolerance_deg, plan.from_grain_deg
+    step, tolerance, aslant = (
+        plan.layout.rotations.step_deg,
+        plan.layout.rotations.tolerance_deg,
+        plan.layout.rotations.from_grain_deg,
+    )
     if "rotations" in options:
         text = str(options["rotations"]).strip().lower()
         grain = _GRAIN.fullmatch(text)
@@ -137,7 +141,11 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
         sheet = plan.sheet.get(piece.sheet)
         grain_deg = (sheet.grain_deg if sheet is not None else None) or 0.0
         # A mirrored sheet is turned over: its angles run the other way.
-        turn = piece.rotation_deg if piece.mirror_mm is None else -piece.rotation_deg
+        turn = (
+            piece.placement.rotation_deg
+            if piece.mirror_mm is None
+            else -piece.placement.rotation_deg
+        )
         aside = abs((turn - grain_deg - aslant + step / 2.0) % step - step / 2.0)
         tally.at(f"piece {piece.id}").at_most(
             "angle_deg",

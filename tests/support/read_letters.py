@@ -1,0 +1,45 @@
+"""Read what is engraved from its strokes, without a font: the same letter always looks the same."""
+
+import numpy as np
+
+from fabweave.verify.checks.sheets.labels import SAME_MM, _in_box
+
+#: In parts of the height of a letter: the least gap between letters, and how alike they look.
+GAP, SAME = 0.21, 0.02
+
+
+def letters_of(piece, drawing):
+    """Yield the text of each label of a piece, and the strokes of each of its letters, one high."""
+    points, stroke = drawing.traced(drawing.of("ENGRAVE_LABEL", piece.id))
+    for label in piece.labels:
+        local = _in_box(piece, label, points)
+        half = np.array(label.box_mm) / 2 + SAME_MM
+        runs = [local[stroke == at] for at in range(stroke[-1] + 1)]
+        runs = sorted(
+            (run for run in runs if np.all(np.abs(run) <= half)), key=lambda run: run[:, 0].min()
+        )
+        high, letters, reach = label.height_mm, [], -np.inf
+        for run in runs:
+            if run[:, 0].min() > reach + GAP * high:
+                letters.append([])
+            letters[-1].append(run)
+            reach = max(reach, run[:, 0].max())
+        low = max(label.box_mm[1], high) / 2 - high
+        yield (
+            label.text,
+            [
+                [(run - (min(one[:, 0].min() for one in letter), low)) / high for run in letter]
+                for letter in letters
+            ],
+        )
+
+
+def alike(one, two):
+    """Say whether two letters have the same strokes, in whichever order and direction."""
+
+    def same(run, other):
+        return len(run) == len(other) and any(
+            np.abs(run - way).max() <= SAME for way in (other, other[::-1])
+        )
+
+    return len(one) == len(two) and all(any(same(run, other) for other in two) for run in one)
