@@ -19,7 +19,8 @@ JOBS = {
     ),
     "kagome_ball": (
         "shape:icosahedron", "--size", "300mm", "--refine", "loop:1", "--pattern", "kagome",
-        "--material", "card:sienna", "--width", "open:0.2", "--kinds", "fewest", "--labels", "kinds",
+        "--material", "card:sienna", "--width", "open:0.2", "--kinds", "fewest",
+        "--labels", "kinds",
         "--sheet", "600x400mm", "--template", "none", "--effort", "quick", "--title", "Kagome ball",
     ),
     # Straight edges between crossings and numbers alone keep the files small.
