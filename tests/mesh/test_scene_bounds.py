@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from fabweave.core.errors import InputError
-from fabweave.mesh.io import scene_bounds
+from fabweave.mesh.io import scenes
 from fabweave.mesh.io.files import read_mesh
 
 HEAD = (
@@ -127,7 +127,7 @@ def test_arrays_of_zeros_without_end_are_refused(tmp_path):
 
 
 def test_a_mesh_that_is_placed_very_often_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(scene_bounds, "_MOST_PLACED", 10)
+    monkeypatch.setattr(scenes, "_MOST_PLACED", 10)
     scene = trimesh.Scene([trimesh.creation.box()])
     for n in range(20):
         scene.add_geometry(trimesh.creation.box(), node_name=f"n{n}", geom_name="box")
