@@ -24,7 +24,7 @@ from fabweave.mesh.remesh.along.direction import (
     read_directions,
     turning_rows,
 )
-from fabweave.mesh.remesh.along.grooves import Groove, fine_enough, groove_spacing, grooved
+from fabweave.mesh.remesh.along.search import Groove, fine_enough, groove_spacing, grooved
 from fabweave.mesh.remesh.engines import ENGINES
 from fabweave.mesh.remesh.fit import fit
 from fabweave.mesh.remesh.model import model_of

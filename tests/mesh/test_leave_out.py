@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.openings.leave_out import leave_out
+from fabweave.mesh.openings.leave_out import leave_out, rim_on_circle
 from fabweave.mesh.openings.request import parse_leave_out, read_leave_out
-from fabweave.mesh.openings.rim import rim_on_circle
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.model import face_normals
 from fabweave.mesh.shapes import grids, solids

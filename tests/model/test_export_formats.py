@@ -18,7 +18,7 @@ from fabweave.core.errors import InputError
 from fabweave.model.bodies import clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.model.formats import model_bytes, require_rhino
 from fabweave.model.yarns import spin_yarns
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 from fabweave.ribbon.measures import ribbon_widths
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")

@@ -20,7 +20,7 @@ from fabweave.model.bodies import Body, clashing_facets, yarn_bodies
 from fabweave.model.yarn_contact import bends_too_tightly, segment_distances, touching_points
 from fabweave.model.yarn_course import draw_spines, lay_course
 from fabweave.model.yarns import Yarns, spin_yarns
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 
 SHAPES = {
     "torus": ("torus?m=10&n=6", "plain", "end"),

@@ -24,9 +24,8 @@ from fabweave.ribbon.project import project_ribbons
 from fabweave.stock.material import material_library
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
-from fabweave.weave.shades import shade_strands
+from fabweave.weave.shades import shade_strands, strand_tones
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.tones import strand_tones
 
 #: Each of these has one to four threads, and they cross themselves.
 FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube", "knot")

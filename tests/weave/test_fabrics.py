@@ -15,8 +15,13 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.weave.fabric.fabrics import FabricWeave, weave_fabric
-from fabweave.weave.fabric.labelling import Labelling, label_body, sort_crossings
+from fabweave.weave.fabric.fabrics import (
+    FabricWeave,
+    Labelling,
+    label_body,
+    sort_crossings,
+    weave_fabric,
+)
 from fabweave.weave.fabric.repeat import Fabric, parse_fabric
 from fabweave.weave.fabric.warp_and_weft import part_strands
 from fabweave.weave.pattern import over_of_passes, plain_weave
