@@ -137,9 +137,6 @@ Strategy: TypeAlias = Literal[
     "material", "safe", "direction", "piece", "bunch", "hue-circle", "hue-range"
 ]
 STRATEGIES: tuple[Strategy, ...] = get_args(Strategy)
-#: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
-LEAST_DIFFERENCE = 0.06
-
 #: The light tone of a colour is so much lighter, and the dark one so much darker than the light, in
 #: OKLab; white and black leave no room on one side, and use it on the other.
 _LIGHTER, _APART = 0.04, 0.15
@@ -291,13 +288,3 @@ def crossing_colours(weave: Weave, strands: Colours) -> Colours:
         Of the strand below and of that above, as it comes and as it leaves.
     """
     return np.asarray(strands[strand_passes(weave)])
-
-
-def least_difference(weave: Weave, strands: Colours) -> float:
-    """Return by how much the strands of a crossing differ at least, in OKLab.
-
-    The strand below is compared on both sides of the one above.
-    """
-    lab = oklab_of(light_of(crossing_colours(weave, strands)))
-    away = np.linalg.norm(lab[:, 0, :, None] - lab[:, 1, None, :], axis=-1)
-    return float(away.min(initial=np.inf))
