@@ -42,8 +42,7 @@ from fabweave.mesh.resize import (
     turned_upright,
 )
 from fabweave.mesh.seams import weld_seams
-from fabweave.mesh.shapes.catalogue import is_shape, parse_shape
-from fabweave.mesh.shapes.titles import object_title
+from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise

@@ -63,7 +63,7 @@ def design(
         from fabweave.app.design.page import best_of, design_json, told_design
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
-        from fabweave.mesh.shapes.titles import object_title
+        from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
     executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)

@@ -30,6 +30,7 @@ READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
 HOUSE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]]
 HOUSE_FACES = [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
 V = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
+F = "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
 
 
 def read(kind, text):
@@ -47,7 +48,7 @@ def same(mesh, other):
 
 
 OBJ_TRAPS = {
-    "plain": V + "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
+    "plain": V + F,
     "negative": V + "f -5 -2 -3 -4\nf -5 -4 -1\nf -4 -3 -1\nf -3 -2 -1\nf -2 -5 -1\n",
     "negative, mixed with positive": V + "f 1 -2 3 -4\nf 1 2 -1\nf -4 3 5\nf 3 4 5\nf 4 1 5\n",
     "texture and normals": V
@@ -55,14 +56,11 @@ OBJ_TRAPS = {
     "f 3/-1/-1 4/1/1 5/2/1\nf 4/ 1// 5\n",
     "continuation": V
     + "f 1 \\\n4 3 \\\n 2\nf 1 2\\\n 5\nf 2 3 5\\\n\nf 3 4 5\nf 4 1 5\n# path C:\\\n",
-    "comment with a backslash before a face": V
-    + "# C:\\tmp\\\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5",
-    "CRLF": (V + "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n").replace("\n", "\r\n"),
-    "CR only": (V + "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n").replace("\n", "\r"),
+    "comment with a backslash before a face": V + "# C:\\tmp\\\n" + F.rstrip(),
+    "CRLF": (V + F).replace("\n", "\r\n"),
+    "CR only": (V + F).replace("\n", "\r"),
     "CRLF continuation": V.replace("\n", "\r\n")
     + "f 1 4 \\\r\n3 2\r\nf 1 2 5\r\nf 2 3 5\r\nf 3 4 5\r\nf 4 1 5\r\n",
-    "colours": "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\nv 0.5 0.5 1 0 0 0\n"
-    "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
     "weights and colours on some": "v 0 0 0 1\nv 1 0 0\nv 1 1 0 0.1 0.2 0.3\nv 0 1 0\n"
     "v 0.5 0.5 1 1.0\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
     "faces before their vertices": "f 1 4 3 2\nf 1 2 5\n" + V + "f 2 3 5\nf 3 4 5\nf 4 1 5\n",
@@ -151,14 +149,10 @@ def house_off(order, keyword, extra, colours):
 @pytest.mark.parametrize(("keyword", "extra"), [("", 0), ("C", 4), ("N", 3), ("STCN", 9)])
 @pytest.mark.parametrize("colours", [(), (3,), (0, 4, 1, 3, 0)])
 def test_off_binary(order, keyword, extra, colours):
-    mesh = read("off", house_off(order, keyword, extra, colours))
+    mesh, notes = read_off(house_off(order, keyword, extra, colours), "a.off")
     assert mesh.vertices.tolist() == HOUSE
     assert mesh.faces() == HOUSE_FACES
-
-
-def test_off_in_the_other_byte_order_is_said():
-    assert read_off(house_off(">", "", 0, ()), "a.off")[1] == ()
-    assert "little-endian" in read_off(house_off("<", "", 0, ()), "a.off")[1][0]
+    assert len(notes) == (order == "<")
 
 
 #: Two strips: a band of four triangles, and one of a triangle, a detour and two more.
@@ -186,12 +180,7 @@ def test_ply_strips(order, empty_faces):
             data += " ".join(map(str, values)).encode() + b"\n"
     mesh, notes = read_ply(data, "a.ply")
     assert mesh.faces() == STRIP_FACES
-    assert notes == ("the file has 2 rows of triangle strips, which were read as 6 triangles",)
-
-
-def test_off_says_what_it_left_out():
-    _, notes = read_off(("OFF\n5 4 0\n" + OFF_V + OFF_F).encode(), "a.off")
-    assert notes == ("1 lines after the last face were ignored",)
+    assert len(notes) == 1
 
 
 PLY_CODES = {
@@ -239,20 +228,15 @@ def ply_house(order, *, count="uchar", index="int", position="float", extras=Tru
 
 
 @pytest.mark.parametrize("order", [None, "<", ">"])
-@pytest.mark.parametrize("count", PLY_CODES)
-@pytest.mark.parametrize("index", PLY_CODES)
-def test_ply_of_every_list_type(order, count, index):
-    mesh = read("ply", ply_house(order, count=count, index=index))
-    assert mesh.vertices.tolist() == HOUSE
-    assert mesh.faces() == HOUSE_FACES
-
-
-@pytest.mark.parametrize("order", [None, "<", ">"])
 @pytest.mark.parametrize("extras", [False, True])
 @pytest.mark.parametrize("other", [False, True])
 @pytest.mark.parametrize("position", ["float", "double"])
-def test_ply_with_and_without_other_things(order, extras, other, position):
-    data = ply_house(order, extras=extras, other=other, position=position)
+@pytest.mark.parametrize("kinds", [*zip(PLY_CODES, reversed(PLY_CODES), strict=True)])
+def test_ply_of_every_list_type_with_and_without_other_things(
+    order, extras, other, position, kinds
+):
+    count, index = kinds
+    data = ply_house(order, extras=extras, other=other, position=position, count=count, index=index)
     mesh = read("ply", data)
     assert mesh.vertices.tolist() == HOUSE
     assert mesh.faces() == HOUSE_FACES
@@ -315,18 +299,6 @@ def test_face_of_300_corners():
         assert same(read(kind, data), mesh)
 
 
-@pytest.mark.parametrize(
-    ("kind", "first", "comment"),
-    [("obj", b"", b"# a\n"), ("off", b"OFF\n", b"# a\n"), ("ply", b"1.0\n", b"comment a\n")],
-)
-def test_comments_are_passed_over(kind, first, comment):
-    make = {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind]
-    head, _, rest = (
-        make(solids.cube()).partition(first) if first else (b"", b"", make(solids.cube()))
-    )
-    assert same(read(kind, head + first + 2 * comment + rest), solids.cube())
-
-
 @pytest.mark.parametrize("extension", WRITABLE)
 def test_files_on_disk(tmp_path, extension):
     path = tmp_path / f"solid.{extension.upper()}"
@@ -337,187 +309,97 @@ def test_files_on_disk(tmp_path, extension):
     assert (found.format, found.unit, found.unit_mm, found.notes) == (extension, None, None, ())
 
 
-BROKEN = {
-    "obj word": ("obj", V + "f 1 2 three\n", "line 6: found 'three' instead of a whole number"),
-    "obj fraction": ("obj", V + "f 1 2 3.5\n", "line 6: found '3.5' instead of a whole number"),
-    "obj underscore": ("obj", V + "f 1 2 1_0\n", "line 6: found '1_0'"),
-    "obj number glued": (
-        "obj",
-        "v 1-2 3 0\nv 0 0 1_0\n",
-        "line 1: found '1-2' instead of a number",
-    ),
-    "obj two numbers": ("obj", "v 0 0\n" + V, "line 1: found 2 numbers, but expected at least 3"),
-    "obj vertex word": ("obj", V + "\n\nv 0 zero 0\n", "line 8: found 'zero' instead of a number"),
-    "obj out of range": (
-        "obj",
-        V + "f 1 2 3\nf 1 2 6\n",
-        "line 7: a face names vertex 6, but there are only 5",
-    ),
-    "obj zero": ("obj", V + "f 0 1 2\n", "line 6: a face names vertex 0, but OBJ counts from 1"),
-    "obj too negative": ("obj", V + "f -1 -2 -6\n", "line 6: a face names vertex -6.* 5 vertices"),
-    "obj huge": ("obj", V + "f 1 2 99999999999999999999\n", "line 6: "),
-    "obj no corners": ("obj", V + "f\n", "line 6: a face has no corners"),
-    "obj after continuation": ("obj", V + "f 1 \\\n2 \\\n 3\nf 1 2 x\n", "line 9: found 'x'"),
-    "off word": (
-        "off",
-        "OFF\n3 1 0\n0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n",
-        "line 5: found 'x' instead of a number",
-    ),
-    "off range": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "line 6: .*vertex 3"),
-    "off below": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "line 6: .*x -1"),
-    "off short face": (
-        "off",
-        "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n",
-        "the list should have 4 numbers",
-    ),
-    "off huge face": (
-        "off",
-        "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9223372036854775807 0 1 2\n",
-        "the list should have 9223372036854775807 numbers",
-    ),
-    "off fraction": (
-        "off",
-        "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1.5 2\n",
-        "6: found 1.5 instead",
-    ),
-    "off cut": (
-        "off",
-        "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-        "ends before its 3 ver",
-    ),
-    "off huge counts": ("off", "OFF\n999999999999 2 0\n0 0 0\n", "ends before its 999999999999"),
-    "off negative counts": (
-        "off",
-        "OFF\n-3 2 0\n0 0 0\n",
-        "line 2: expected the numbers of vertices",
-    ),
-    "off no counts": ("off", "OFF\n", "the numbers of vertices"),
-    "off other": ("off", "ply\n3 1 0\n", "line 1: found 'ply' instead of the word OFF"),
-    "off 4": ("off", "4OFF\n3 1 0\n", "not in three dimensions"),
-    "off n": ("off", "nOFF\n3\n3 1 0\n", "not in three dimensions"),
-    "off blank": ("off", "\n# only\n", "nothing but blank lines"),
-    "off binary header": (
-        "off",
-        b"OFF BINARY\n\0\0\0\1",
-        "byte 11: the file ends inside its header",
-    ),
-    "off binary counts": (
-        "off",
-        b"OFF BINARY\n\x7f\0\0\0\0\0\0\1\0\0\0\0",
-        "but only 12 bytes",
-    ),
-    "off binary face": (
-        "off",
-        binary_off(solids.cube())[:-8],
-        "face 5 of 6 is broken or cut short",
-    ),
-    "ply head": ("ply", "plx\n", "line 1: expected the word ply"),
-    "ply no end": ("ply", "ply\nformat ascii 1.0\n", "no line end_header"),
-    "ply no format": (
+HEAD = "ply\nformat ascii 1.0\n"
+XYZ = "element vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
+TRIANGLE = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n"
+TEXT_CUBE = ply_bytes(solids.cube())
+#: What is wrong: the kind, the file, and the place that the message names.
+BROKEN = (
+    ("obj", V + "f 1 2 three\n", "line 6"),
+    ("obj", V + "f 1 2 3.5\n", "line 6"),
+    ("obj", "v 1-2 3 0\nv 0 0 zero\n", "line 1"),
+    ("obj", "v 0 0\n" + V, "line 1"),
+    ("obj", V + "\n\nv 0 zero 0\n", "line 8"),
+    ("obj", V + "f 1 2 3\nf 1 2 6\n", "line 7"),
+    ("obj", V + "f 0 1 2\n", "line 6"),
+    ("obj", V + "f -1 -2 -6\n", "line 6"),
+    ("obj", V + "f 1 2 99999999999999999999\n", "line 6"),
+    ("obj", V + "f\n", "line 6"),
+    ("obj", V + "f 1 \\\n2 \\\n 3\nf 1 2 x\n", "line 9"),
+    ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n", "line 5"),
+    ("off", TRIANGLE + "3 0 1 3\n", "line 6"),
+    ("off", TRIANGLE + "3 0 1 -1\n", "line 6"),
+    ("off", TRIANGLE + "4 0 1 2\n", "line 6"),
+    ("off", TRIANGLE + "9223372036854775807 0 1 2\n", "line 6"),
+    ("off", TRIANGLE + "3 0 1.5 2\n", "line 6"),
+    ("off", TRIANGLE.replace("3 1", "3 2") + "3 0 1 2\n", "end of the file"),
+    ("off", "OFF\n999999999999 2 0\n0 0 0\n", "end of the file"),
+    ("off", "OFF\n-3 2 0\n0 0 0\n", "line 2"),
+    ("off", "OFF\n", "line 1"),
+    ("off", "ply\n3 1 0\n", "line 1"),
+    ("off", "4OFF\n3 1 0\n", "line 1"),
+    ("off", "nOFF\n3\n3 1 0\n", "line 1"),
+    ("off", "\n# only\n", "blank"),
+    ("off", b"OFF BINARY\n\0\0\0\1", "byte 11"),
+    ("off", b"OFF BINARY\n\x7f\0\0\0\0\0\0\1\0\0\0\0", "byte 11"),
+    ("off", binary_off(solids.cube())[:-8], "face 5 of 6"),
+    ("ply", "plx\n", "line 1"),
+    ("ply", HEAD, "end_header"),
+    ("ply", "ply\nelement vertex 0\nend_header\n", "format"),
+    ("ply", "ply\nformat binary 1.0\nend_header\n", "line 2"),
+    ("ply", HEAD + "element vertex -1\nend_header\n", "line 3"),
+    ("ply", HEAD + "element vertex 1\nproperty quad x\nend_header\n", "line 4"),
+    ("ply", HEAD + "property int x\nend_header\n", "line 3"),
+    (
         "ply",
-        "ply\nelement vertex 0\nend_header\n",
-        "no line that begins",
+        HEAD + XYZ + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        "0 0 0\n3 0 1 2\n",
+        "face 0",
     ),
-    "ply format": ("ply", "ply\nformat binary 1.0\nend_header\n", "line 2: .*format must be ascii"),
-    "ply count": ("ply", "ply\nformat ascii 1.0\nelement vertex -1\nend_header\n", "line 3: "),
-    "ply type": (
-        "ply",
-        "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n",
-        "line 4: .*unknown type 'quad'; the types are char",
-    ),
-    "ply stray property": (
-        "ply",
-        "ply\nformat ascii 1.0\nproperty int x\nend_header\n",
-        "line 3: ",
-    ),
-    "ply strips": (
-        "ply",
-        "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
-        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n3 0 1 2\n",
-        "a face names vertex 1, but there are only 1",
-    ),
-    "ply no z": (
-        "ply",
-        "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nend_header\n",
-        "no properties x, y and z.*it gives x, y",
-    ),
-    "ply float index": (
-        "ply",
-        ply_bytes(solids.cube()).replace(b"uchar int", b"uchar float"),
-        "not whole numbers",
-    ),
-    "ply cut": ("ply", ply_house("<")[:-40], r"the file ends in row \d of 5 of element 'face'"),
-    "ply cut vertices": ("ply", ply_house(">", other=False)[:-180], "of element 'vertex'"),
-    "ply text cut": ("ply", ply_house(None)[:-60], "rows of element 'face' are there"),
-    "ply huge count": (
-        "ply",
-        binary_ply(solids.cube()).replace(b"face 6", b"face 999999999999999"),
-        "of element 'face'",
-    ),
-    "ply range": (
-        "ply",
-        ply_bytes(solids.cube()).replace(b"\n4 0 2 3 1", b"\n4 0 2 3 8"),
-        "face 0: a face names vertex 8, but there are only 8",
-    ),
-    "ply text list": (
-        "ply",
-        ply_bytes(solids.cube()).replace(b"\n4 0 2 3 1", b"\n5 0 2 3 1"),
-        "line 18: the list should have 5 numbers, but 4 follow",
-    ),
-}
+    ("ply", HEAD + XYZ[:-15] + "end_header\n0 0\n", "x, y"),
+    ("ply", HEAD + XYZ + "end_header\n0 x 0\n", "line 8"),
+    ("ply", TEXT_CUBE.replace(b"uchar int", b"uchar float"), "whole numbers"),
+    ("ply", ply_house("<")[:-40], "row 3 of 5 of element 'face'"),
+    ("ply", ply_house(">", other=False)[:-180], "of element 'vertex'"),
+    ("ply", ply_house(None)[:-60], "of element 'face'"),
+    ("ply", binary_ply(solids.cube()).replace(b"face 6", b"face 999999999999999"), "'face'"),
+    ("ply", TEXT_CUBE.replace(b"\n4 0 2 3 1", b"\n4 0 2 3 8"), "face 0"),
+    ("ply", TEXT_CUBE.replace(b"\n4 0 2 3 1", b"\n5 0 2 3 1"), "line 18"),
+)
 
 
-@pytest.mark.parametrize(("kind", "data", "message"), BROKEN.values(), ids=BROKEN)
-def test_broken_file_is_named_with_its_place(kind, data, message):
-    with pytest.raises(InputError, match=message) as caught:
+@pytest.mark.parametrize(("kind", "data", "place"), BROKEN)
+def test_broken_file_is_named_with_its_place(kind, data, place):
+    with pytest.raises(InputError, match=place) as caught:
         read(kind, data)
     assert str(caught.value).startswith(f"a.{kind}")
 
 
-def test_ply_line_numbers_are_those_of_the_file():
-    lines = ply_house(None).decode().split("\n")
-    row = lines.index("end_header") + 1 + 2 + 3  # two cameras, then the fourth vertex
-    lines[row] = "7 0 x 0 9"
-    with pytest.raises(InputError, match=f"line {row + 1}: found 'x' instead of a number"):
-        read("ply", "\n".join(lines))
-
-
 def test_unreadable_paths(tmp_path):
-    cases = {
-        tmp_path / "a.obj": "no such file",
-        tmp_path
-        / "a.xyz": "format '.xyz' cannot be read; formats that can be read: OBJ, OFF, PLY, STL",
-        tmp_path / "a": "without an extension",
-    }
     (tmp_path / "folder.ply").mkdir()
-    cases[tmp_path / "folder.ply"] = "it is a folder"
+    names = ["a.obj", "a.xyz", "a", "folder.ply", "nul\0l.obj", "points.obj", "points.ply"]
     for extension in READABLE:
-        empty = tmp_path / f"empty.{extension}"
-        empty.write_bytes(b"")
-        cases[empty] = "the file is empty"
+        (tmp_path / f"empty.{extension}").write_bytes(b"")
+        names.append(f"empty.{extension}")
     (tmp_path / "points.obj").write_text("v 0 0 0\n")
-    cases[tmp_path / "points.obj"] = "1 vertices and no faces"
     (tmp_path / "points.ply").write_bytes(ply_bytes(PolyMesh.from_faces([[0, 0, 0]], [])))
-    cases[tmp_path / "points.ply"] = "1 vertices and no faces"
-    for path, message in cases.items():
-        with pytest.raises(InputError, match=message):
-            read_mesh(path)
-    with pytest.raises(InputError, match="cannot read"):
-        read_mesh(tmp_path / "nul\0l.obj")
+    for name in names:
+        with pytest.raises(InputError):
+            read_mesh(tmp_path / name)
 
 
-def test_unwritable(tmp_path):
-    mesh = solids.cube()
-    with pytest.raises(
-        InputError, match="cannot be written; formats that can be written: OBJ, OFF, PLY"
-    ):
-        write_mesh(tmp_path / "a.stl", mesh)
-    with pytest.raises(InputError, match="cannot write"):
-        write_mesh(tmp_path / "absent" / "a.obj", mesh)
-    with pytest.raises(InputError, match="1 corners name vertices that do not exist"):
-        write_mesh(tmp_path / "a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0, 0, 1]]))
-    with pytest.raises(InputError, match=r"1 faces have no corners \(first: face 1\)"):
-        write_mesh(tmp_path / "a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0], []]))
+@pytest.mark.parametrize(
+    ("name", "mesh"),
+    [
+        ("a.stl", solids.cube()),
+        ("absent/a.obj", solids.cube()),
+        ("a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0, 0, 1]])),
+        ("a.obj", PolyMesh.from_faces([[0, 0, 0]], [[0], []])),
+    ],
+)
+def test_unwritable(name, mesh, tmp_path):
+    with pytest.raises(InputError):
+        write_mesh(tmp_path / name, mesh)
 
 
 def triangulated(mesh):
@@ -560,7 +442,7 @@ def test_triangle_files_are_placed_and_welded(tmp_path, extension, unit_mm):
     assert report.problems == ()
     assert report.n_vertices == 2 * 48
     assert found.unit_mm == unit_mm
-    assert f"{2 * 96 * 3 - 96} vertices were at the same place as another" in found.notes[0]
+    assert str(2 * 96 * 3 - 96) in found.notes[0]
     assert found.mesh.vertices[:, 0].max() == pytest.approx(24)
     # Both are outside out: the mirrored one was turned.
     points = found.mesh.vertices[found.mesh.indices.reshape(-1, 3)]
@@ -577,7 +459,7 @@ def test_collapsed_triangles_are_dropped_and_counted(tmp_path):
     path.write_text("solid a\n" + "".join(facet.format(c) for c in corners) + "endsolid a\n")
     found = read_mesh(path)
     assert found.mesh.n_faces == 1
-    assert found.notes[1] == "1 face collapsed to a line or a point and was left out"
+    assert len(found.notes) == 2
 
 
 @given(st.integers(0, 2**32), st.floats(1e-3, 1e3))
@@ -610,20 +492,7 @@ SEEDS = {
     ],
     "ply": [ply_house(None), ply_house("<"), ply_house(">", extras=False)],
 }
-PIECES = [
-    b"\n",
-    b" ",
-    b"-1",
-    b"9" * 30,
-    b"#",
-    b"\\\n",
-    b"1e400",
-    b"nan",
-    b"/",
-    b"\0",
-    b"list",
-    b"\xff",
-]
+PIECES = [b"\n", b" ", b"-1", b"9" * 30, b"#", b"\\\n", b"1e400", b"nan", b"/", b"\0", b"list"]
 
 
 @st.composite
@@ -637,81 +506,19 @@ def mutated(draw, kind):
     return data
 
 
-def mesh_or_input_error(kind, data):
-    message = f"a.{kind}"
+@pytest.mark.parametrize("kind", READERS)
+@settings(max_examples=200)
+@given(data=st.data())
+def test_spoiled_file_gives_a_mesh_or_an_input_error(kind, data):
     try:
-        mesh = read(kind, data)
+        mesh = read(kind, data.draw(mutated(kind)))
     except InputError as error:
-        message = str(error)
+        assert str(error).startswith(f"a.{kind}")  # noqa: PT017 -- either is right
     else:
         assert mesh.offsets[0] == 0
         assert mesh.offsets[-1] == mesh.n_corners
         assert np.all(mesh.face_sizes >= 0)
         assert not mesh.n_corners or 0 <= mesh.indices.min() <= mesh.indices.max() < mesh.n_vertices
-    assert message.startswith(f"a.{kind}")
-
-
-@pytest.mark.parametrize("kind", READERS)
-@settings(max_examples=200)
-@given(data=st.data())
-def test_spoiled_file_gives_a_mesh_or_an_input_error(kind, data):
-    mesh_or_input_error(kind, data.draw(mutated(kind)))
-
-
-HEADS = {
-    "obj": [b"", b"v 0 0 0\nf "],
-    "off": [b"OFF\n", b"OFF BINARY\n", b"OFF\n2 1 0\n"],
-    "ply": [
-        b"ply\n",
-        b"ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
-        b"element face 2\nproperty list int int vertex_indices\nend_header\n",
-        b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty char x\nproperty char y\n"
-        b"property char z\nelement face 2\nproperty list short int a\n"
-        b"property list char char vertex_indices\nend_header\n",
-    ],
-}
-
-
-@pytest.mark.parametrize("kind", READERS)
-@settings(max_examples=100)
-@given(data=st.data())
-def test_any_bytes_give_a_mesh_or_an_input_error(kind, data):
-    text = st.text("0123456789 -+.e\n#/\\vf_", max_size=60).map(str.encode)
-    body = data.draw(st.one_of(st.binary(max_size=60), text))
-    mesh_or_input_error(kind, data.draw(st.sampled_from(HEADS[kind])) + body)
-
-
-@pytest.mark.parametrize("extension", ["stl", "glb", "gltf", "3mf"])
-def test_spoiled_triangle_file_gives_a_mesh_or_an_input_error(tmp_path, extension):
-    rng = np.random.default_rng(5)
-    good = tmp_path / f"good.{extension}"
-    scene = trimesh.Scene(triangulated(solids.cube()))
-    if extension == "gltf":
-        files = scene.export(file_type="gltf")
-        for name, data in files.items():
-            (tmp_path / name).write_bytes(data)
-        good = tmp_path / "model.gltf"
-    else:
-        scene.export(good)
-    assert check_mesh(read_mesh(good).mesh).genus == 0
-    data = good.read_bytes()
-    bad = tmp_path / f"bad.{extension}"
-    messages = []
-    for trial in range(25):
-        spoilt = bytearray(data)
-        for at in rng.integers(0, len(data), size=3):
-            spoilt[at] = rng.integers(256)
-        if trial % 5 == 0:
-            spoilt = spoilt[: int(rng.integers(1, len(data)))]
-        if trial == 1:
-            spoilt = bytearray(rng.bytes(200))
-        bad.write_bytes(spoilt)
-        try:
-            assert read_mesh(bad).mesh.n_faces > 0
-        except InputError as error:
-            messages.append(str(error))
-    assert messages
-    assert all(message.startswith(bad.name) for message in messages)
 
 
 @pytest.mark.parametrize("extension", ["glb", "gltf"])

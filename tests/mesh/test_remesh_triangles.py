@@ -18,10 +18,9 @@ from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import Engine
 from fabweave.mesh.remesh.fit import fit
-from fabweave.mesh.remesh.flips import flip_edges, quality
 from fabweave.mesh.remesh.model import line_edges, model_of
 from fabweave.mesh.remesh.source import cut_surface
-from fabweave.mesh.remesh.triangles import remesh_triangles, triangle_faults
+from fabweave.mesh.remesh.triangles import flip_edges, quality, remesh_triangles, triangle_faults
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate

@@ -15,9 +15,8 @@ from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.engines import ENGINES
-from fabweave.mesh.remesh.quads import remesh_quads
+from fabweave.mesh.remesh.quads import not_worse, remesh_quads, symmetric_quads, without_doublets
 from fabweave.mesh.remesh.source import cut_surface, ready_source
-from fabweave.mesh.remesh.symmetric_quads import not_worse, symmetric_quads, without_doublets
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids, solids
 

@@ -1,7 +1,5 @@
 """Bodies that run into one another become the surface of what they enclose together."""
 
-import sys
-
 import numpy as np
 import pytest
 import trimesh
@@ -75,13 +73,6 @@ def test_an_open_body_is_named():
     lidless = PolyMesh.from_faces(cube.vertices + 0.5, cube.faces()[:-1])
     with pytest.raises(InputError, match=r"body 2 of 2, with 11 triangles, is not closed"):
         join_bodies(together(cube, lidless))
-
-
-def test_without_the_package_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "manifold3d", None)
-    cube = box([0, 0, 0], [1, 1, 1])
-    with pytest.raises(InputError, match=r"pip install 'fabweave\[join\]'"):
-        join_bodies(together(cube, cube.with_vertices(cube.vertices + 0.5)))
 
 
 def test_a_joined_model_is_loaded_as_one_body(tmp_path):

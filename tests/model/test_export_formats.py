@@ -2,7 +2,6 @@
 
 import io
 import struct
-import sys
 import zipfile
 from types import SimpleNamespace
 from xml.etree import ElementTree as ET
@@ -16,9 +15,9 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.core.errors import InputError
 from fabweave.model.bodies import clashing_facets, ribbon_bodies, yarn_bodies
-from fabweave.model.formats import model_bytes, require_rhino
+from fabweave.model.formats import model_bytes
 from fabweave.model.yarns import spin_yarns
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 from fabweave.ribbon.measures import ribbon_widths
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")
@@ -195,12 +194,6 @@ def test_same_bodies_give_the_same_bytes(model, suffix):
 def test_an_unknown_suffix_lists_the_known_ones(model):
     with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf, \.3dm"):
         model_bytes(".dwg", model.bodies)
-
-
-def test_without_rhino3dm_the_message_says_how_to_get_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "rhino3dm", None)
-    with pytest.raises(InputError, match=r"fabweave\[rhino\]"):
-        require_rhino()
 
 
 # --- thick ribbons ----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.picture.camera import View
 from fabweave.picture.portrait import object_portrait, opposite_view, portrait_png
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave

@@ -10,9 +10,8 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.ribbon.facets import cut_facets
 from fabweave.ribbon.project import following_rung
-from fabweave.ribbon.rules.clearance import near_pairs
+from fabweave.ribbon.rules.clearance import folded_pairs, near_pairs, run_straight
 from fabweave.ribbon.rules.clearance_update import measure_changed, measure_pairs
-from fabweave.ribbon.rules.folding import folded_pairs, run_straight
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.stretches import cut_stretches, ends_of_stretches, neighbours, passes_along
 from fabweave.ribbon.subweave import take_part

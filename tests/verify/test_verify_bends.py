@@ -13,7 +13,7 @@ from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.records import to_json
 from fabweave.model.woven_glb import woven_glb
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 from fabweave.report.ribbon_report import ribbon_report
 from fabweave.verify.checks.model.bends import check_bends
 from fabweave.verify.checks.model.ribbons import measure_strip

@@ -16,7 +16,7 @@ from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.model.woven_glb import woven_glb
-from fabweave.picture.thread_colours import thread_colours
+from fabweave.picture.strand_colours import thread_colours
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.verify.measure.gaps import triangle_gaps

@@ -197,26 +197,6 @@ def test_what_is_named_as_the_obstruction_obstructs(mesh: PolyMesh) -> None:
     assert reason.vertices or reason.faces or reason.threads
 
 
-@pytest.mark.parametrize(
-    ("mesh", "text"),
-    [
-        (solids.cube(), "vertex 0 has valence 3; in all, 8 vertices"),
-        (solids.icosahedron(), "vertex 0 has valence 5; in all, 12 vertices"),
-        (solids.octahedron(), "face 0 has 3 sides; in all, 8 faces"),
-        (grids.torus(5, 5, 2.0, 1.0), "10 of 10 threads it is not: A (10), B (10), C (10)"),
-    ],
-)
-def test_reasons_are_said_in_words(mesh: PolyMesh, text: str) -> None:
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges)
-    conditions = twill_conditions(halfedges, threads)
-    reason = explain(
-        halfedges, threads, conditions, decide_twill(conditions), thread_labels(threads.n_threads)
-    )
-    assert reason is not None
-    assert text in reason.text
-
-
 @pytest.mark.parametrize("length", [2, 6, 10, 3, 5])
 def test_a_ring_of_crossings_that_is_no_multiple_of_four_obstructs(length: int) -> None:
     # One ring that passes other strands: only its own edge conditions.

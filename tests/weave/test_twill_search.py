@@ -30,12 +30,10 @@ from fabweave.weave.twill.anneal import (
     sweep,
     unpack,
 )
-from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
+from fabweave.weave.twill.bound import PARTS, WIDER_WORK, Work, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import Broken, count_broken, twill_conditions
-from fabweave.weave.twill.crossover import cross, score
 from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.elimination import PARTS, Work
-from fabweave.weave.twill.optimise import optimise_twill
+from fabweave.weave.twill.optimise import cross, optimise_twill, score
 from fabweave.weave.twill.voting import RULES, best_vote, literal_vote
 from fabweave.weave.twill.weaving import weave_twill
 from fabweave.weave.twill.weights import EQUAL, TwillWeights, parse_weights

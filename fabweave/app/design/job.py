@@ -14,7 +14,7 @@ from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes.titles import object_title
+from fabweave.mesh.shapes.catalogue import object_title
 
 #: What a search leaves in its folder beside the candidates.
 FILES = ("design.html", "design.json", "design.csv")

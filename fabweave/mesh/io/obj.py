@@ -1,13 +1,11 @@
 """Read and write polygon meshes in Wavefront OBJ."""
 
-from itertools import pairwise
+from array import array
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray, offsets_of
 from fabweave.core.errors import InputError
-from fabweave.mesh.io.number_rows import first_columns, int_numbers
-from fabweave.mesh.io.token_rows import keyword_rows, text_rows, without_slashes
+from fabweave.mesh.io.lines import checked_mesh, position, text_lines
 from fabweave.mesh.polymesh import PolyMesh
 
 
@@ -43,29 +41,24 @@ def read_obj(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     >>> mesh.faces()
     [[0, 1, 2]]
     """
-    rows = text_rows(data, name, continued=True)
-    vertex_rows, vertex_at = keyword_rows(rows, "v")
-    face_rows, face_at = keyword_rows(rows, "f")
-    del rows
-    vertices = first_columns(vertex_rows, 3)
-    del vertex_rows
-    sizes = face_rows.counts
-    empty = np.flatnonzero(sizes == 0)
-    if len(empty):
-        raise face_rows.fault(int(empty[0]), "a face has no corners")
-    numbers = int_numbers(without_slashes(face_rows))
-    before = np.repeat(np.searchsorted(vertex_at, face_at), sizes)
-    indices = np.where(numbers > 0, numbers - 1, before + numbers)
-    wrong = np.flatnonzero((numbers == 0) | (indices < 0) | (indices >= len(vertices)))
-    if len(wrong):
-        first = int(wrong[0])
-        known = before[first] if numbers[first] < 0 else len(vertices)
-        raise face_rows.fault(
-            int(np.searchsorted(np.cumsum(sizes), first, side="right")),
-            f"a face names vertex {numbers[first]}, but "
-            + ("OBJ counts from 1" if numbers[first] == 0 else f"there are only {known} vertices"),
-        )
-    return PolyMesh(vertices, offsets_of(sizes), indices), ()
+    vertices, sizes, indices, lines = array("d"), array("q"), array("q"), array("q")
+    for line in text_lines(data, name, continued=True):
+        words = line.text.split()
+        if words[0] == b"v":
+            vertices.extend(position(line, words[1:]))
+        elif words[0] == b"f":
+            corners = line.integers([word.partition(b"/")[0] for word in words[1:]])
+            if not corners:
+                raise line.fault("a face has no corners")
+            known = len(vertices) // 3
+            for corner in corners:
+                if not -known <= corner or corner == 0:
+                    what = f"there are only {known} vertices" if corner else "OBJ counts from 1"
+                    raise line.fault(f"a face names vertex {corner}, but {what}")
+                indices.append(corner - 1 if corner > 0 else known + corner)
+            sizes.append(len(corners))
+            lines.append(line.number)
+    return checked_mesh(name, vertices, sizes, indices, lines=lines, counted_from=1), ()
 
 
 def obj_bytes(mesh: PolyMesh) -> bytes:
@@ -97,9 +90,8 @@ def obj_bytes(mesh: PolyMesh) -> bytes:
             f"{len(empty)} faces have no corners (first: face {empty[0]}); OBJ cannot hold them; "
             "remove them first"
         )
-    lines = vertex_lines(mesh, "v ")
-    lines += ["f " + face for face in _face_lines(mesh.indices + 1, mesh.offsets)]
-    return ("\n".join(lines) + "\n").encode("ascii")
+    faces = [" ".join(["f", *[str(vertex + 1) for vertex in face]]) for face in mesh.faces()]
+    return ("\n".join(vertex_lines(mesh, "v ") + faces) + "\n").encode("ascii")
 
 
 def vertex_lines(mesh: PolyMesh, prefix: str = "") -> list[str]:
@@ -107,14 +99,6 @@ def vertex_lines(mesh: PolyMesh, prefix: str = "") -> list[str]:
     return [f"{prefix}{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
 
 
-def _face_lines(numbers: IntArray, offsets: IntArray) -> list[str]:
-    tokens = list(map(str, numbers.tolist()))
-    bounds = offsets.tolist()
-    return [" ".join(tokens[a:b]) for a, b in pairwise(bounds)]
-
-
 def counted_face_lines(mesh: PolyMesh) -> list[str]:
     """Return one line a face: its number of corners, then its vertices counted from 0."""
-    sizes = mesh.face_sizes.tolist()
-    faces = _face_lines(mesh.indices, mesh.offsets)
-    return [f"{size} {face}" if size else "0" for size, face in zip(sizes, faces, strict=True)]
+    return [" ".join(map(str, [len(face), *face])) for face in mesh.faces()]

@@ -1,22 +1,19 @@
 """Read and write polygon meshes in OFF, as text and as binary."""
 
 import re
-from typing import Any
+from array import array
 
 import numpy as np
-import numpy.typing as npt
 
-from fabweave.core.arrays import IntArray, offsets_of
 from fabweave.core.errors import InputError
-from fabweave.mesh.io.number_rows import first_columns, float_numbers, parse_int, row_lists
+from fabweave.mesh.io.lines import Line, checked_mesh, position, text_lines
 from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
-from fabweave.mesh.io.token_rows import Rows, text_rows
 from fabweave.mesh.polymesh import PolyMesh
 
-_KEYWORD = re.compile(r"((?:ST|C|N)*)(4?n?)OFF")
+_KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF")
 _BINARY = re.compile(rb"\s*((?:ST|C|N)*)OFF[ \t]+BINARY[ \t]*\r?\n")
 #: Numbers that a letter of the keyword adds to each vertex.
-_EXTRA = {"ST": 2, "C": 4, "N": 3}
+_EXTRA = {b"ST": 2, b"C": 4, b"N": 3}
 
 
 def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
@@ -52,165 +49,117 @@ def read_off(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     """
     binary = _BINARY.match(data)
     if binary:
-        extra = _extra_numbers(binary.group(1).decode("ascii"))
-        return _read_binary(data, binary.end(), name, extra)
-    rows = text_rows(data, name)
-    if not len(rows):
+        return _read_binary(data, binary.end(), name, _vertex_width(binary.group(1)))
+    lines = list(text_lines(data, name))
+    if not lines:
         raise InputError(f"{name}: the file contains nothing but blank lines and comments")
-    extra, n_vertices, n_faces, rows = _text_header(rows)
-    if len(rows) < n_vertices + n_faces:
-        return _read_stream(rows, n_vertices, n_faces, extra), ()
-    vertices = first_columns(rows.cut(0, n_vertices), 3)
-    face_rows = rows.cut(n_vertices, n_vertices + n_faces)
-    # One face a line; what follows its corners is a colour.
-    sizes, indices = row_lists(face_rows, np.zeros(n_faces, dtype=np.int64))
-    check_range(sizes, indices, n_vertices, name, face_rows)
-    spare = len(rows) - n_vertices - n_faces
+    width, n_vertices, n_faces, lines = _text_header(lines)
+    if len(lines) < n_vertices + n_faces:
+        lines = _one_a_line(lines, n_vertices, n_faces, width, name)
+    vertices, sizes, indices = array("d"), array("q"), array("q")
+    for line in lines[:n_vertices]:
+        vertices.extend(position(line, line.text.split()))
+    face_lines = lines[n_vertices : n_vertices + n_faces]
+    for line in face_lines:
+        corners = line.integers(line.counted(line.text.split()))  # what follows them is a colour
+        sizes.append(len(corners))
+        indices.extend(corners)
+    spare = len(lines) - n_vertices - n_faces
     notes = (f"{spare} lines after the last face were ignored",) if spare else ()
-    return PolyMesh(vertices, offsets_of(sizes), indices), notes
+    numbers = [line.number for line in face_lines]
+    return checked_mesh(name, vertices, sizes, indices, lines=numbers), notes
 
 
-def check_range(
-    sizes: IntArray, indices: IntArray, n_vertices: int, name: str, rows: Rows | None = None
-) -> None:
-    """Raise an error that names the first face with a vertex that does not exist."""
-    wrong = np.flatnonzero((indices < 0) | (indices >= n_vertices))
-    if not len(wrong):
-        return
-    face = int(np.searchsorted(np.cumsum(sizes), wrong[0], side="right"))
-    what = (
-        f"a face names vertex {indices[wrong[0]]}, but there are only {n_vertices}, counted from 0"
-    )
-    raise rows.fault(face, what) if rows else InputError(f"{name}, face {face}: {what}")
+def _vertex_width(letters: bytes) -> int:
+    """Return how many numbers each vertex has, by the letters of the keyword."""
+    return 3 + sum(_EXTRA[letter] for letter in re.findall(b"ST|C|N", letters))
 
 
-def _extra_numbers(letters: str) -> int:
-    return sum(_EXTRA[letter] for letter in re.findall("ST|C|N", letters))
-
-
-def _text_header(rows: Rows) -> tuple[int, int, int, Rows]:
-    """Return the extra numbers of each vertex, the counts, and the rows that follow."""
-    words = rows.tokens(0)
+def _text_header(lines: list[Line]) -> tuple[int, int, int, list[Line]]:
+    """Return the numbers of a vertex, the counts, and the lines that follow."""
+    line = lines[0]
+    words = line.text.split()
     keyword = _KEYWORD.fullmatch(words[0])
-    extra = at = 0
+    width, after = 3, 1
     if keyword is not None:
         if keyword.group(2):
-            raise rows.fault(0, f"{words[0]} is not in three dimensions; export as plain OFF")
-        extra = _extra_numbers(keyword.group(1))
-        words = words[1:]
-        if not words:
-            at = 1
-            words = rows.tokens(1) if len(rows) > 1 else []
+            what = f"{words[0].decode()} is not in three dimensions; export as plain OFF"
+            raise line.fault(what)
+        width, words = _vertex_width(keyword.group(1)), words[1:]
+        if not words and len(lines) > 1:
+            line, after = lines[1], 2
+            words = line.text.split()
     elif not words[0].isdigit():  # the format lets the keyword be absent
-        raise rows.fault(0, f"found {words[0][:40]!r} instead of the word OFF")
-    try:
-        counts = [parse_int(word) for word in words]
-    except ValueError:
-        counts = []
-    if len(counts) not in (2, 3) or min(counts) < 0:
-        raise rows.fault(at, "expected the numbers of vertices, faces and edges here")
-    return extra, counts[0], counts[1], rows.cut(at + 1)
+        what = f"found {words[0][:40].decode('latin-1')!r} instead of the word OFF"
+        raise line.fault(what)
+    if len(words) not in (2, 3) or not all(word.isdigit() for word in words):
+        raise line.fault("expected the numbers of vertices, faces and edges here")
+    n_vertices, n_faces = line.integers(words[:2])
+    return width, n_vertices, n_faces, lines[after:]
 
 
-def _read_stream(rows: Rows, n_vertices: int, n_faces: int, extra: int) -> PolyMesh:
-    """Read a file that puts several vertices or faces on a line; it may hold no face colours."""
-    values = float_numbers(rows)
-    ends = np.cumsum(rows.counts)
-
-    def fault(token: int, what: str) -> InputError:
-        return rows.fault(int(np.searchsorted(ends, token, side="right")), what)
-
-    width = 3 + extra
-    start = n_vertices * width
-    early = f"the file ends before its {n_vertices} vertices and {n_faces} faces are complete"
-    if len(values) < start + n_faces:
-        raise fault(len(values), early)
-    numbers = values[start:]
-    broken = np.flatnonzero(~((np.abs(numbers) < 2**53) & (numbers == np.floor(numbers))))
-    if len(broken):
-        raise fault(start + int(broken[0]), "a number in a face is not whole")
-    flat = numbers.astype(np.int64)
-    starts_of_faces = _record_starts(flat.tolist(), n_faces)
-    if len(starts_of_faces) <= n_faces:
-        raise fault(len(values), early)
-    if starts_of_faces[-1] != len(flat):
-        raise fault(start + int(starts_of_faces[-1]), "there are more numbers after the last face")
-    sizes = flat[starts_of_faces[:-1]]
-    indices = np.delete(flat, starts_of_faces[:-1])
-    check_range(sizes, indices, n_vertices, rows.name)
-    vertices = values[:start].reshape(n_vertices, width)[:, :3]
-    return PolyMesh(vertices, offsets_of(sizes), indices)
-
-
-def _record_starts(flat: list[int], n_faces: int) -> IntArray:
-    """Walk from face to face; return where each starts and the last ends, as far as they go."""
-    starts_of_faces = [0]
-    position = 0
-    for _ in range(n_faces):
-        size = flat[position] if position < len(flat) else -1
-        position += 1 + size
-        if size < 0 or position > len(flat):
+def _one_a_line(
+    lines: list[Line], n_vertices: int, n_faces: int, width: int, name: str
+) -> list[Line]:
+    """Give each vertex and face a line, where a file puts several on one; none has a colour."""
+    words = [(line, word) for line in lines for word in line.text.split()]
+    result: list[Line] = []
+    at = 0
+    while len(result) < n_vertices + n_faces and at < len(words):
+        line, word = words[at]
+        size = width if len(result) < n_vertices else 1 + max(line.integers([word])[0], 0)
+        part = words[at : at + size]
+        if len(part) < size:
             break
-        starts_of_faces.append(position)
-    return np.array(starts_of_faces, dtype=np.int64)
+        result.append(Line(name, line.number, b" ".join(word for _, word in part)))
+        at += size
+    if len(result) < n_vertices + n_faces:
+        raise InputError(
+            f"{name}, at the end of the file: the file ends before its {n_vertices} vertices and "
+            f"{n_faces} faces are complete"
+        )
+    if at < len(words):
+        raise words[at][0].fault("there are more numbers after the last face")
+    return result
 
 
-def _read_binary(data: bytes, base: int, name: str, extra: int) -> tuple[PolyMesh, tuple[str, ...]]:
+def _read_binary(data: bytes, base: int, name: str, width: int) -> tuple[PolyMesh, tuple[str, ...]]:
     """Read what follows ``OFF BINARY``: 32-bit integers and floats.
 
     The format wants them big-endian; some programs write them as their machine has them.
     """
-    words = np.frombuffer(data, dtype=">i4", offset=base, count=(len(data) - base) // 4)
-    if len(words) < 3:
-        raise InputError(f"{name}, byte {base}: the file ends inside its header")
-    width = 3 + extra
-    turned = words.view("<i4")
-    notes: tuple[str, ...] = ()
-    if not _has_room(words, width) and _has_room(turned, width):
-        words = turned
-        notes = ("the numbers in the file are little-endian, and were read as such",)
-    n_vertices, n_faces = int(words[0]), int(words[1])
-    start = 3 + n_vertices * width
-    if not _has_room(words, width):
+    for order in "><":
+        words = np.frombuffer(data, f"{order}i4", offset=base, count=(len(data) - base) // 4)
+        if len(words) < 3:
+            raise InputError(f"{name}, byte {base}: the file ends inside its header")
+        n_vertices, n_faces = int(words[0]), int(words[1])
+        start = 3 + n_vertices * width
+        if n_vertices >= 0 and n_faces >= 0 and start + 2 * n_faces <= len(words):
+            break
+    else:
         raise InputError(
-            f"{name}, byte {base}: the header promises {n_vertices} vertices and {n_faces} faces, "
-            f"but only {len(data) - base} bytes follow"
+            f"{name}, byte {base}: the header promises more vertices and faces than fit into the "
+            f"{len(data) - base} bytes that follow"
         )
-    floats = (
-        words[3:start].view(words.dtype.str.replace("i", "f")).reshape(n_vertices, width)[:, :3]
-    )
-    sizes = []
-    starts = []
-    position, end = start, len(words)
-    flat = words.tolist()
+    with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
+        numbers = words[3:start].view(f"{order}f4").astype(np.float64)
+    sizes, indices = array("q"), array("q")
+    flat, at = words.tolist(), start
     # A face's place depends on every face before it (sizes and colours vary), so walk.
     for face in range(n_faces):
-        size = flat[position] if position < end else -1
-        after = position + 1 + size
-        colours = flat[after] if size >= 0 and after < end else -1
-        if size < 0 or colours < 0 or after + 1 + colours > end:
+        size = flat[at] if at < len(flat) else -1
+        after = at + 1 + size
+        colours = flat[after] if size >= 0 and after < len(flat) else -1
+        if colours < 0 or after + 1 + colours > len(flat):
             raise InputError(
-                f"{name}, byte {base + 4 * position}: face {face} of {n_faces} is broken or cut "
-                "short"
+                f"{name}, byte {base + 4 * at}: face {face} of {n_faces} is broken or cut short"
             )
         sizes.append(size)
-        starts.append(position + 1)
-        position = after + 1 + colours
-    size_array = np.array(sizes, dtype=np.int64)
-    offsets = offsets_of(size_array)
-    shift = np.array(starts, dtype=np.int64) - offsets[:-1]
-    indices = words[np.arange(offsets[-1]) + np.repeat(shift, size_array)].astype(np.int64)
-    check_range(size_array, indices, n_vertices, name)
-    with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
-        vertices = floats.astype(np.float64)
-    return PolyMesh(vertices, offsets, indices), notes
-
-
-def _has_room(words: npt.NDArray[Any], width: int) -> bool:
-    """Tell whether the vertices and faces that the head of a binary file promises may follow."""
-    n_vertices, n_faces = int(words[0]), int(words[1])
-    room = 3 + n_vertices * width + 2 * n_faces
-    return n_vertices >= 0 and n_faces >= 0 and room <= len(words)
+        indices.extend(flat[at + 1 : after])
+        at = after + 1 + colours
+    turned = "the numbers in the file are little-endian, and were read as such"
+    mesh = checked_mesh(name, numbers.reshape(-1, width)[:, :3], sizes, indices)
+    return mesh, (turned,) if order == "<" else ()
 
 
 def off_bytes(mesh: PolyMesh) -> bytes:

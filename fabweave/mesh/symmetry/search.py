@@ -1,19 +1,170 @@
 """Find the group of motions that map a mesh onto itself."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension
-from fabweave.mesh.symmetry.closure import Elements, key_of, reached_from
 from fabweave.mesh.symmetry.group import Symmetry, images_of
 from fabweave.mesh.symmetry.motions import best_motions, distances_left
-from fabweave.mesh.symmetry.walks import Walks, follow_walks, plan_walks, step_table
 from fabweave.mesh.topology import label_links
+
+
+@frozen_value
+class Walks:
+    """The shortest walks from some half-edges to all that they are connected with.
+
+    Parameters
+    ----------
+    order : (N,) int array
+        The half-edges that are reached, by the length of their walk; those at the beginning first.
+    before : (N,) int array
+        Of which of them the walk comes; itself at the beginning.
+    step : (N,) int array
+        By which step: 0 to the next of the face, 1 to the twin.
+    levels : (L + 1,) int array
+        Walks of ``k`` steps are at ``levels[k]:levels[k + 1]``.
+    """
+
+    order: IntArray
+    before: IntArray
+    step: IntArray
+    levels: IntArray
+
+
+def plan_walks(halfedges: Halfedges, roots: IntArray) -> Walks:
+    """Plan walks from some half-edges, no two of which are connected.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.polymesh import PolyMesh
+    >>> pair = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [0, 2, 3]])
+    >>> walks = plan_walks(build_halfedges(pair), np.array([0]))
+    >>> walks.order.tolist(), walks.levels.tolist()
+    ([0, 1, 2, 3, 4, 5], [0, 1, 2, 3, 4, 5, 6])
+    """
+    count = halfedges.n_halfedges
+    inner = halfedges.twin >= 0
+    bounds = np.concatenate(([0], np.cumsum(1 + inner), [count + inner.sum() + len(roots)]))
+    links = np.empty(bounds[-1], dtype=np.int64)
+    links[bounds[:count]] = halfedges.next
+    links[bounds[:count][inner] + 1] = halfedges.twin[inner]
+    links[bounds[count] :] = roots
+    graph = sparse.csr_array(
+        (np.ones(len(links), dtype=np.int8), links.astype(np.int32), bounds.astype(np.int32)),
+        shape=(count + 1, count + 1),
+    )
+    reached, came_from = csgraph.breadth_first_order(graph, count, directed=True)
+    order: IntArray = reached[1:].astype(np.int64)
+    before: IntArray = came_from[order].astype(np.int64)
+    before[: len(roots)] = order[: len(roots)]
+    place = np.empty(count, dtype=np.int64)
+    place[order] = np.arange(len(order))
+    came = place[before]  # does not decrease
+    came[: len(roots)] = -1
+    levels = [0, len(roots)]
+    while levels[-1] < len(order):
+        levels.append(int(np.searchsorted(came, levels[-1])))
+    step = (halfedges.next[before] != order).astype(np.int64)
+    return Walks(order, before, step, np.array(levels, dtype=np.int64))
+
+
+def step_table(halfedges: Halfedges, *, reverses: bool) -> IntArray:
+    """Return where each step leads from each half-edge, (2, H), or leads to in a mirror image.
+
+    A mirror image runs around faces the other way, so what is next comes to lie before.
+    """
+    return np.stack((halfedges.prev if reverses else halfedges.next, halfedges.twin))
+
+
+def follow_walks(walks: Walks, table: IntArray, images: IntArray) -> IntArray:
+    """Follow the same walks from other half-edges.
+
+    Parameters
+    ----------
+    walks : Walks
+        The walks.
+    table : (2, H) int array
+        Where steps lead.
+    images : int array
+        Where the walks begin, in the order of the roots.
+
+    Returns
+    -------
+    (H,) int array
+        Where the walk to each half-edge leads instead; -1 for those not reached, and where a walk
+        would leave the mesh at its boundary.
+    """
+    flat = table.ravel()
+    count = table.shape[1]
+    result = np.full(count, -1, dtype=np.int64)
+    result[walks.order[: len(images)]] = images
+    shift = walks.step * count
+    bounds = walks.levels.tolist()
+    for low, high in pairwise(bounds[1:]):
+        came = result[walks.before[low:high]]
+        result[walks.order[low:high]] = np.where(came >= 0, flat[shift[low:high] + came], -1)
+    return result
+
+
+def key_of(image: int, reverses: int, mirrors: int) -> int:
+    """Return the number under which a motion is remembered."""
+    return 4 * image + 2 * reverses + mirrors
+
+
+@frozen_value
+class Elements:
+    """Products of generators: where each takes the first half-edge, and how it is made."""
+
+    image: IntArray
+    reverses: IntArray
+    mirrors: IntArray
+    after: IntArray
+    by: IntArray
+
+    @property
+    def keys(self) -> IntArray:
+        """The key of each."""
+        return np.asarray(4 * self.image + 2 * self.reverses + self.mirrors)
+
+
+def reached_from(
+    generators: Sequence[IntArray],
+    signs: Sequence[tuple[bool, bool]],
+    start: tuple[int, int, int],
+    count: int,
+) -> Elements:
+    """Return all that products of generators make of one motion."""
+    seen = np.zeros(4 * count, dtype=bool)
+    seen[key_of(*start)] = True
+    image, reverses, mirrors = (np.array([value], dtype=np.int64) for value in start)
+    number = np.zeros(1, dtype=np.int64)
+    rows = [np.stack((image, reverses, mirrors, number - 1, number - 1))]
+    total = 1
+    while len(image):
+        fresh = []
+        for by, (generator, (turns, flips)) in enumerate(zip(generators, signs, strict=True)):
+            there = np.stack((generator[image], reverses ^ turns, mirrors ^ flips))
+            key = 4 * there[0] + 2 * there[1] + there[2]
+            new = ~seen[key]
+            seen[key[new]] = True
+            made = np.full(np.count_nonzero(new), by)
+            fresh.append(np.concatenate((there[:, new], [number[new], made])))
+        step = np.concatenate(fresh, axis=1) if fresh else np.zeros((5, 0), dtype=np.int64)
+        rows.append(step)
+        image, reverses, mirrors = step[:3]
+        number = total + np.arange(step.shape[1])
+        total += step.shape[1]
+    return Elements(*np.concatenate(rows, axis=1))
+
 
 #: How far a motion may take a corner from its image, as a share of the mesh's size: above what
 #: rounding does to built meshes, and to files with seven digits.
