@@ -121,7 +121,7 @@ def write_job(
         job_facts(job, bill),
         job.drawings,
         (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
-        step_seconds(crossing_map),
+        step_seconds(crossing_map, job.costs.assembly),
         job.settings.paper,
         job.piece_set.rings,
     )

@@ -96,7 +96,9 @@ def job_viewer(job: Job, crossing_map: CrossingMap, views: Sequence[View] = ()) 
         view_deg=(view.azimuth_deg, view.elevation_deg),
         step_views_deg=[(one.azimuth_deg, one.elevation_deg) for one in views],
         hands={
-            "seconds": [round(seconds, 1) for seconds in step_seconds(crossing_map)],
+            "seconds": [
+                round(seconds, 1) for seconds in step_seconds(crossing_map, job.costs.assembly)
+            ],
             "hours": list(job.costs.assembly.hours),
         },
     )

@@ -57,7 +57,7 @@ def scene_of(**changed):
 def manual_of(paper="a4", **changed):
     job = job_of(**changed)
     crossing_map, pictures = parts_of(**changed)
-    seconds = step_seconds(crossing_map)
+    seconds = step_seconds(crossing_map, job.costs.assembly)
     return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, seconds, paper=paper)
 
 
@@ -108,7 +108,7 @@ def test_same_bytes():
     crossing_map, _ = parts_of()
     job = job_of()
     again = step_pictures(scene_of(), crossing_map)
-    seconds = step_seconds(crossing_map)
+    seconds = step_seconds(crossing_map, job.costs.assembly)
     data = manual_pdf(crossing_map, facts_of(job), job.drawings, again, seconds)
     assert data == manual_of()
 

@@ -15,7 +15,8 @@ from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.model.rung_colours import rung_colours
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import thread_lengths
+from fabweave.ribbon.rules.bends import measure_bends
 
 if TYPE_CHECKING:
     import trimesh
@@ -58,7 +59,7 @@ class Ribbons:
     @property
     def widths_mm(self) -> FloatArray:
         """The width at every cross-line, (R,)."""
-        return frozen(ribbon_widths(self.woven.ribbons))
+        return frozen(measure_bends(self.woven.ribbons).width_mm)
 
     @property
     def lengths_mm(self) -> FloatArray:

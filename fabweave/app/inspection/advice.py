@@ -18,7 +18,7 @@ _DENSITIES = 3
 
 
 def advice(
-    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str
+    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str, *, tried: bool = False
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
@@ -35,6 +35,8 @@ def advice(
         Of its ribbons.
     level : str
         The verdict's.
+    tried : bool
+        Whether coarser meshes are going to be tried: then none is named before that.
 
     Returns
     -------
@@ -68,15 +70,15 @@ def advice(
         remeshed = asked.remesh is not None or asked.refine is not None or is_shape(asked.mesh)
         coarser = None if remeshed else _coarser(woven)
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
+        text, command = "a mesh with fewer, larger faces may do", None
         if coarser is not None and level == "not makeable" and is_free(asked):
-            text = "make takes a coarser mesh by itself"
-            add(f"{text}; {fine}" if fine else text)
+            text, command = "make takes a coarser mesh by itself", long_command(asked)
+        elif coarser is not None and tried:
+            text = "a coarser mesh may do: see the designs below"
         elif coarser is not None:
             text = "a coarser mesh may do"
-            add(f"{text}; {fine}" if fine else text, remesh=f"quads:{coarser}")
-        else:
-            text = "a mesh with fewer, larger faces may do"
-            ways.append({"text": f"{text}; {fine}" if fine else text, "command": None})
+            command = long_command(replace(asked, remesh=f"quads:{coarser}"))
+        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))

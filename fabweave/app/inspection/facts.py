@@ -46,7 +46,7 @@ from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
@@ -190,7 +190,7 @@ def inspect_mesh(
         "bunches": bunch_facts(threads),
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
         "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
-        "ribbons": spread(ribbon_widths(woven.ribbons)),
+        "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
         "checks": {
@@ -206,7 +206,13 @@ def inspect_mesh(
                 ),
             ],
         },
-        "advice": advice(asked, woven, check, facts["verdict"]["level"]),
+        "advice": advice(
+            asked,
+            woven,
+            check,
+            facts["verdict"]["level"],
+            tried=n_designs > 0 and tries_designs(asked),
+        ),
         "designs": [],
         "designs_why": "",
         "left_out": left_out,

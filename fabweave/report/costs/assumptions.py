@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 
 from fabweave.flat.bill_of_materials import BillOfMaterials
-from fabweave.report.costs.assembly_time import AssemblyTime
-from fabweave.report.costs.fasteners import fastener_class
+from fabweave.report.costs.assembly_time import AssemblyTime, hardware_for
+from fabweave.report.costs.money import fastener_price
 from fabweave.report.costs.rates import MaterialRates
 from fabweave.stock.labour import CURRENCY, PACE
 from fabweave.stock.machine import OneOrSpan, as_span, machines
@@ -106,10 +106,10 @@ def _prices(rates: MaterialRates) -> Iterator[str]:
 def _hardware(bill: BillOfMaterials) -> Iterator[str]:
     """Say what fasteners, glue and tape cost."""
     for size in sorted({row.diameter_mm for row in bill.fasteners}):
-        kind = fastener_class(size)
+        sorts = ", ".join(sort.title for sort in hardware_for(size, bill))
         yield (
-            f"A fastener for a hole of {size:g} mm ({kind.words}) costs {_span(kind.price)} "
-            f"{CURRENCY}, an estimate."
+            f"A fastener for a hole of {size:g} mm ({sorts}) costs "
+            f"{_span(fastener_price(size, bill))} {CURRENCY}, an estimate."
         )
     if bill.glue.joints or bill.tape.joints:
         yield "Glue and tape cost a cent or two a joint, an estimate."

@@ -18,11 +18,9 @@ from fabweave.flat.pieces import PieceSet
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import (
     AssemblyTime,
-    Counts,
-    assembly_time,
     difficulty,
-    planned_counts,
-    step_counts,
+    job_hands,
+    planned_hands,
 )
 from fabweave.report.costs.assumptions import assumptions_of
 from fabweave.report.costs.machine_time import (
@@ -162,7 +160,7 @@ def job_costs(
         times,
         materials,
         sum_prices(sheet.price for sheet in each),
-        step_counts(steps, [joint.kind.name for joint in piece_set.joints], bill),
+        job_hands(steps, [joint.kind.name for joint in piece_set.joints], bill),
         bill,
         sheets=each,
         calibration=calibration,
@@ -210,7 +208,7 @@ def planned_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_counts(len(pieces), crossings, joints, bill),
+        planned_hands(len(pieces), crossings, joints, bill),
         bill,
         planned=True,
         calibration=calibration,
@@ -222,7 +220,7 @@ def _costs(
     times: Sequence[MachineTime],
     materials: Sequence[Material],
     sheets_cost: Price | None,
-    counts: Counts,
+    hands: AssemblyTime,
     bill: BillOfMaterials,
     *,
     calibration: float,
@@ -234,7 +232,7 @@ def _costs(
     # Sums are of what is stated, so that whoever adds up the sheets finds them.
     machine = scaled_time(add_times(times), 1.0)
     total = machine.total_s
-    hands, hardware = assembly_time(counts), hardware_price(bill)
+    hardware = hardware_price(bill)
     rent = machine_price([time.total_s for time in times], materials)
     rates = tuple(material_rates(material) for material in dict.fromkeys(materials))
     return Costs(
@@ -245,7 +243,7 @@ def _costs(
         machine=machine,
         machine_s=None if total is None else (round(total[0], 3), round(total[1], 3)),
         assembly=hands,
-        difficulty=_difficulty(pieces, counts, hands),
+        difficulty=_difficulty(pieces, hands),
         sheet_price=sheets_cost,
         hardware_price=hardware,
         machine_price=rent,
@@ -256,11 +254,11 @@ def _costs(
     )
 
 
-def _difficulty(pieces: Sequence[Piece], counts: Counts, hands: AssemblyTime) -> DifficultyFigures:
+def _difficulty(pieces: Sequence[Piece], hands: AssemblyTime) -> DifficultyFigures:
     """Return how difficult an assembly is."""
     rails = np.concatenate([np.zeros((0, 2, 2)), *(piece.rails for piece in pieces)])
     widths = np.hypot(*(rails[:, 1] - rails[:, 0]).T)
     width = round(float(np.median(widths)), 3) if len(widths) else 0.0
-    unders = round(counts.under / max(counts.pieces, 1), 4)
+    unders = round(hands.often("under") / max(hands.often("take"), 1), 4)
     found = difficulty(hands.practised_h, unders, width)
     return DifficultyFigures(score=found.score, word=found.word, unders=unders, width_mm=width)
