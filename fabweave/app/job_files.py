@@ -42,7 +42,6 @@ from fabweave.picture.camera import View
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import costs_text
-from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
@@ -51,12 +50,12 @@ from fabweave.report.offcuts import (
     stock_entries,
     stock_text,
 )
+from fabweave.report.pages import INDEX_FILE, About, index_page, waste_page
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
 from fabweave.report.rings import rim_sheets
 from fabweave.report.splitting import splitting_record
 from fabweave.report.verdict import verdict_json
 from fabweave.report.waste import WasteReport, piece_table, waste_report
-from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
 
 _Made = TypeVar("_Made")

@@ -1,6 +1,5 @@
 """Say what the rings around openings take: sheets of their own, material, time of the machine."""
 
-import html
 from collections.abc import Sequence
 
 from fabweave.core.records import inline, record
@@ -8,8 +7,7 @@ from fabweave.cut.drawing import SheetDrawing
 from fabweave.flat.rim_ring import RimRing
 from fabweave.nest.layout import Layout
 from fabweave.report.costs.machine_time import MachineTime, scaled_time, sheet_time
-from fabweave.report.costs.money import Price, price_text, sheet_price
-from fabweave.report.costs.texts import time_text
+from fabweave.report.costs.money import Price, sheet_price
 from fabweave.stock.material import Material
 
 _DECIMALS = 6
@@ -73,35 +71,3 @@ def rim_sheets(
             )
         )
     return tuple(found)
-
-
-def rim_section(sheets: Sequence[RimSheet] | None) -> str:
-    """Return what rings take as a section of a web page; nothing without rings."""
-    if not sheets:
-        return ""
-    heads = ("Sheet", "Size, mm", "Pieces", "Pieces, cm²", "Cutting", "Engraving", "Moves", "Price")
-    rows = [
-        (
-            one.sheet,
-            f"{one.width_mm:g} × {one.height_mm:g}, {one.material} {one.thickness_mm:g}",
-            one.pieces,
-            f"{one.piece_area_mm2 / 100:.1f}",
-            time_text(one.machine.cut_s),
-            time_text(one.machine.engrave_s),
-            time_text(one.machine.travel_s),
-            price_text(one.price),
-        )
-        for one in sheets
-    ]
-    return (
-        "<h2>Rings</h2>\n<p>The rings around openings are cut from sheets of their own, in rim/. "
-        "They come on top of all sheets, times and prices above; their fasteners are among those "
-        f"to buy.</p>\n<table><thead>{_row(heads, 'th')}</thead>\n<tbody>\n"
-        + "\n".join(map(_row, rows))
-        + "\n</tbody></table>\n"
-    )
-
-
-def _row(cells: Sequence[object], tag: str = "td") -> str:
-    """Return a row of a table."""
-    return "<tr>" + "".join(f"<{tag}>{html.escape(str(cell))}</{tag}>" for cell in cells) + "</tr>"

@@ -23,8 +23,7 @@ from fabweave.report.costs.calibration import parse_calibration
 from fabweave.report.costs.costs import job_costs, planned_costs
 from fabweave.report.costs.machine_time import MachineTime, add_times
 from fabweave.report.costs.money import hardware_price, machine_price, priced, sheet_price
-from fabweave.report.costs.page import costs_section
-from fabweave.report.costs.texts import cost_rows, costs_text, time_text
+from fabweave.report.costs.texts import costs_text
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import machines
 from fabweave.stock.material import machine_of, material_library, material_named
@@ -206,22 +205,6 @@ def test_difficulty_grows_without_steps():
         assert all(0.0 < score < 10.0 for score in scores)
 
 
-def test_words_of_difficulty_change_by_way_of_both():
-    words = [
-        difficulty(hours, 0.1, 60.0).word for hours in np.geomspace(0.05, 500.0, 2000).tolist()
-    ]
-    told = list(dict.fromkeys(words))
-    assert told == [
-        "easy",
-        "easy to moderate",
-        "moderate",
-        "moderate to demanding",
-        "demanding",
-        "demanding to very demanding",
-        "very demanding",
-    ]
-
-
 # ---- money --------------------------------------------------------------------------------------
 
 
@@ -255,34 +238,10 @@ def test_other_currencies_than_that_of_hardware_make_no_sum():
     assert costs.price is None
 
 
-# ---- words --------------------------------------------------------------------------------------
-
-
-def test_the_page_shows_every_sheet_and_what_it_rests_on():
-    costs = job_of().costs
-    names = [drawing.name for drawing in job_of().drawings]
-    page = costs_section(costs, names)
-    for name, sheet in zip(names, costs.sheets, strict=True):
-        assert f"<td>{name}</td><td>{time_text(sheet.machine.cut_s)}</td>" in page
-    for text in costs.assumptions:
-        assert f"<li>{text}</li>" in page
-    assert time_text(costs.machine_s) in page
-
-
-def test_text_of_a_stranger_is_no_markup():
-    hostile = replace(CARD, price_source="<script>alert(1)</script>")
-    job = job_of()
-    costs = costs_of(job, [hostile] * len(job.drawings))
-    page = costs_section(costs, [drawing.name for drawing in job.drawings])
-    assert "<script>" not in page
-    assert "&lt;script&gt;" in page
-
-
 def test_costs_are_json_with_plain_keys():
     document = json.loads(json.dumps(to_json(job_of().costs)))
     assert {"cut_s", "engrave_s", "travel_s", "machine_s", "assembly", "price"} <= set(document)
     assert set(document["sheets"][0]) == {"sheet", "cut_s", "engrave_s", "travel_s", "price"}
-    assert dict(cost_rows(job_of().costs)).keys() == {"Difficulty", "Time", "Machine", "Cost"}
 
 
 # ---- calibration --------------------------------------------------------------------------------
