@@ -18,9 +18,9 @@ from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual import book as manual_book
 from fabweave.assembly.manual.cover import write_cover
-from fabweave.assembly.manual.piece_titles import place_across
-from fabweave.assembly.manual.pixels import Painted
+from fabweave.assembly.manual.painting import Painted
 from fabweave.assembly.manual.scene import build_scene
+from fabweave.assembly.manual.sheets import place_across
 from fabweave.assembly.manual.step_pictures import step_pictures
 from fabweave.assembly.manual.writing import manual_pdf
 from fabweave.flat.unfold.stretch import piece_stretches
@@ -275,7 +275,7 @@ def test_pictures_are_kept_as_they_are():
     number = dice.integers(0, 9, (5, 7), dtype=np.uint8)
     painted = Painted(7, 5, colours, zlib.compress(number.tobytes()))
     picture = Image.fromarray(dice.integers(0, 256, (4, 3, 3), dtype=np.uint8))
-    book = manual_book.Book("a4", "Pictures", 1)
+    book = manual_book.Book("a4", "Pictures")
     book.page("One")
     book.image(painted, 50.0, 50.0, 70.0, 50.0)
     book.image(picture, 50.0, 250.0, 30.0, 40.0)
@@ -288,7 +288,7 @@ def test_pictures_are_kept_as_they_are():
 
 
 def test_characters_that_no_font_has_become_question_marks():
-    book = manual_book.Book("a4", "Knödel 編み (a\\b)", 1)
+    book = manual_book.Book("a4", "Knödel 編み (a\\b)")
     book.page("One")
     text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
     assert "Knödel ?? (a\\b)" in text
@@ -314,7 +314,7 @@ def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_ma
 @pytest.mark.parametrize(("words", "pages"), [(10, 1), (150, 1), (600, 2)])
 def test_a_long_verdict_makes_the_picture_small_and_runs_on(words, pages):
     facts = replace(facts_of(job_of()), buildable="Yes, with care. " * (words // 3))
-    book = manual_book.Book("a4", "Torus", of_pages=pages)
+    book = manual_book.Book("a4", "Torus")
     write_cover(book, job_map(job_of()), facts)
     reader = pypdf.PdfReader(io.BytesIO(book.finish()))
     assert len(reader.pages) == pages

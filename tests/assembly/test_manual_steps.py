@@ -13,12 +13,13 @@ import pytest
 from fabweave.app.job_records import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
+from fabweave.assembly.manual.marks import strand_pieces
 from fabweave.assembly.manual.painting import BLACK, FIXED, NEW, OUTLINE, THERE, make_palette
 from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.step_pictures import step_pictures
+from fabweave.assembly.manual.steps import view_words
 from fabweave.assembly.manual.tags import TAG, place_tags
 from fabweave.assembly.manual.views import VIEWS, choose_views, side_words
-from fabweave.assembly.manual.words import strand_pieces, view_words
 from fabweave.core.colour_space import light_of
 from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
