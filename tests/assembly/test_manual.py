@@ -122,15 +122,6 @@ def test_every_piece_is_in_every_section_that_lists_pieces():
         assert words <= ids, name
 
 
-def test_steps_are_said_and_in_order():
-    crossing_map, _ = parts_of()
-    text = section("Steps")
-    heads = [int(number) for number in re.findall(r"Step (\d+)", text)]
-    assert heads == [step.number for step in crossing_map.steps]
-    for step in crossing_map.steps:
-        assert step.text in text
-
-
 def test_cover_has_the_figures():
     crossing_map, _ = parts_of()
     text = section("Overview")
@@ -151,21 +142,6 @@ def test_the_map_tells_the_step_of_each_piece():
     told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
     step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
     assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
-
-
-@pytest.mark.slow
-def test_inside_lettering_is_told():
-    assert "This is the inside of the object" in section("How to read", label_side="inside")
-    assert "This is the outside of the object" in section("How to read")
-
-
-def test_joined_with_says_both_ways():
-    crossing_map, _ = parts_of()
-    joints = {joint.id: joint for joint in crossing_map.joints}
-    for step in crossing_map.steps:
-        for key in step.joints:
-            one, other = joints[key].pieces
-            assert {one, other} & set(step.pieces)
 
 
 # --- pictures -----------------------------------------------------------------------------------
@@ -258,15 +234,6 @@ def test_pieces_that_are_alike_are_drawn_once():
 
 def test_pictures_take_few_bytes():
     assert len(manual_of()) < 2_000_000
-
-
-@pytest.mark.slow
-def test_a_hundred_pieces_have_a_third_of_their_pages():
-    """Once there was a page for each piece; with cards, steps need no tables behind them."""
-    demo = {"mesh": "shape:torus?m=24&n=12", "pattern": "twill"}
-    pages, pieces = pages_of(**demo), len(job_of(**demo).piece_set.pieces)
-    assert len(pages) <= pieces / 3
-    assert sum(page.startswith("Steps ") for page in pages) <= 0.22 * pieces
 
 
 def test_pictures_are_kept_as_they_are():
