@@ -52,10 +52,9 @@ from fabweave.report.offcuts import (
 )
 from fabweave.report.pages import INDEX_FILE, About, index_page, waste_page
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
-from fabweave.report.rings import rim_sheets
 from fabweave.report.splitting import splitting_record
 from fabweave.report.verdict import verdict_json
-from fabweave.report.waste import WasteReport, piece_table, waste_report
+from fabweave.report.waste import WasteReport, piece_table, rim_sheets, waste_report
 from fabweave.verify import VerifyReport
 
 _Made = TypeVar("_Made")
