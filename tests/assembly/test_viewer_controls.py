@@ -7,7 +7,7 @@ import pytest
 from viewer_tab import Scene, Tab, all_of
 
 from fabweave.report.costs.texts import hours_text
-from fabweave.stock.labour import MIDDLE_PACE, PACE
+from fabweave.stock.labour import MIDDLE_PACE
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
 
@@ -256,11 +256,9 @@ def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
 def test_time_is_that_of_the_job(tab, torus):
     hands = torus.job.costs.assembly
     seconds = tab.page.evaluate("fabweave.clock.seconds")
-    # Nothing is left out but the sorting before.
-    sort = next(action for action in hands.actions if action.action == "sort")
-    whole = 3600.0 * hands.practised_h - sort.count * sort.each_s
+    whole = 3600.0 * hands.practised_h
     assert sum(seconds) == pytest.approx(MIDDLE_PACE * whole, abs=0.06 * len(seconds))
-    span = tuple(pace * whole / 3600.0 for pace in PACE)
+    span = hands.hours
     assert hours_text(span) in tab.page.locator("#left").inner_text()
     half = len(seconds) // 2
     tab.page.click("#tab-steps")
