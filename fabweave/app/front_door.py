@@ -77,7 +77,8 @@ from fabweave.model.yarns import Yarns as SpunYarns
 from fabweave.nest.layout import Layout as NestedLayout
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.report.costs.costs import Costs
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import thread_lengths
+from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify import VerifyReport, verify_job
 
@@ -773,7 +774,7 @@ class Ribbons:
     @property
     def widths_mm(self) -> FloatArray:
         """The width at every cross-line, (R,)."""
-        return frozen(ribbon_widths(self.woven.ribbons))
+        return frozen(measure_bends(self.woven.ribbons).width_mm)
 
     @property
     def lengths_mm(self) -> FloatArray:

@@ -50,7 +50,6 @@ from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import step_seconds
 from fabweave.report.costs.texts import cost_rows, costs_text
-from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
@@ -59,12 +58,11 @@ from fabweave.report.offcuts import (
     stock_entries,
     stock_text,
 )
+from fabweave.report.pages import INDEX_FILE, About, index_page, waste_page
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
-from fabweave.report.rings import rim_sheets
 from fabweave.report.splitting import splitting_record
 from fabweave.report.verdict import verdict_json, verdict_words
-from fabweave.report.waste import WasteReport, piece_table, waste_report
-from fabweave.report.waste_page import waste_page
+from fabweave.report.waste import WasteReport, piece_table, rim_sheets, waste_report
 from fabweave.verify import VerifyReport
 
 
@@ -141,7 +139,9 @@ def job_viewer(job: Job, crossing_map: CrossingMap, views: Sequence[View] = ()) 
         view_deg=(view.azimuth_deg, view.elevation_deg),
         step_views_deg=[(one.azimuth_deg, one.elevation_deg) for one in views],
         hands={
-            "seconds": [round(seconds, 1) for seconds in step_seconds(crossing_map)],
+            "seconds": [
+                round(seconds, 1) for seconds in step_seconds(crossing_map, job.costs.assembly)
+            ],
             "hours": list(job.costs.assembly.hours),
         },
     )
@@ -209,7 +209,7 @@ def write_job(
         job_facts(job, bill),
         job.drawings,
         (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
-        step_seconds(crossing_map),
+        step_seconds(crossing_map, job.costs.assembly),
         job.settings.paper,
         job.piece_set.rings,
     )

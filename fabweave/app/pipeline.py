@@ -44,8 +44,7 @@ from fabweave.core.parallel.executors import (
     side_workers,
 )
 from fabweave.cut.kerf import kerfed_sheets
-from fabweave.cut.labels.exposure import seen_mm
-from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares
+from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.cut.labels.texts import kind_name
 from fabweave.cut.notes.qr_code import with_code
 from fabweave.cut.sheets import draw_sheets

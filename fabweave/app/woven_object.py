@@ -20,10 +20,11 @@ from fabweave.core.errors import TooFineError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.measures import require_width, ribbon_widths
+from fabweave.ribbon.measures import require_width
 from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
 from fabweave.ribbon.openness import open_share
 from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.remedy import Depth, is_too_stiff
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, require_pliable
@@ -316,7 +317,7 @@ def _even_notes(woven: WovenObject, settings: Settings) -> list[str]:
     """Return a note on the one width of ribbons, if they have one."""
     if not settings.width_rule.even or not len(woven.ribbons.entry):
         return []
-    width = ribbon_widths(woven.ribbons)[woven.ribbons.entry]
+    width = measure_bends(woven.ribbons).width_mm[woven.ribbons.entry]
     widest, least = float(width.max()), float(width.min())
     share = float(np.mean(width > _AS_WIDE * widest))
     note = f"width: ribbons are {widest:.1f} mm wide at {share:.0%} of all crossings"

@@ -31,7 +31,7 @@ def materials(materials: tuple[str, ...]) -> None:
             own.setdefault(source, []).append(material.name)
         table.add_row(
             material.name if source == OURS else f"{material.name} *",
-            Text(material.title),
+            Text(material.full_title),
             f"{material.thickness_mm:g}",
             f"{material.gap_mm:g}",
             f"{wide:g} × {high:g}",

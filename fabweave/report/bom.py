@@ -1,6 +1,5 @@
 """Count what is bought besides sheets: fasteners by diameter and grip, glue, tape."""
 
-import html
 from collections import Counter
 
 import numpy as np
@@ -102,8 +101,8 @@ def _fitting(row: FastenerRow) -> str:
     return f"; {', '.join(map(str, sold))} " + agree(len(sold), "[fits|fit]")
 
 
-def bom_section(bill: BillOfMaterials) -> str:
-    """Return the shopping list as a section of a web page; nothing if there is nothing to buy."""
+def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
+    """Return the shopping list: what, its size, how many are needed, are spare and are bought."""
     rows: list[tuple[object, ...]] = [
         (
             f"Fasteners, {row.layers} layers",
@@ -119,13 +118,4 @@ def bom_section(bill: BillOfMaterials) -> str:
         rows.append(("Glue", f"{glue.area_mm2 / 100:.1f} cm² of laps", glue.joints, "", ""))
     if tape.joints:
         rows.append(("Tape", f"{tape.length_mm / 1000:.2f} m", tape.joints, "", ""))
-    if not rows:
-        return ""
-    body = "\n".join(
-        "<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>"
-        for row in rows
-    )
-    return (
-        "<h2>To buy</h2>\n<table><thead><tr><th>What</th><th>Size</th><th>Needed</th>"
-        f"<th>Spare</th><th>Buy</th></tr></thead>\n<tbody>\n{body}\n</tbody></table>"
-    )
+    return rows

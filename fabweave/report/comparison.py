@@ -1,6 +1,5 @@
 """Compare how the material is used with the best there could be, and with two naive ways."""
 
-import html
 import math
 from collections.abc import Sequence
 
@@ -8,7 +7,6 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.flat.piece import Piece
 from fabweave.flat.unfold.development import unfold_threads
@@ -163,69 +161,4 @@ def _naive(sizes: FloatArray, counts: FloatArray | IntArray, used_mm2: float) ->
         sheets=int(sheets),
         too_large=int(too_large),
         utilisation=None if too_large else round(used_mm2 / area, 6),
-    )
-
-
-def _grain_ways(told: GrainCost | None) -> list[tuple[str, RoughWay]]:
-    """Return the names of both ways of laying pieces, with what they take."""
-    if told is None:
-        return []
-    return [
-        ("nested roughly, across the grain as here", told.across),
-        ("nested roughly, at any angle", told.free),
-    ]
-
-
-def comparison_section(told: Comparison, sums: SheetSums) -> str:
-    """Return the comparison as a section of a web page.
-
-    Only areas of whole sheets stand in one column: that around pieces would mislead there.
-    """
-    ways = [
-        ("this job", f"{sums.area_mm2 / 1e6:.2f}", str(sums.sheets), told.gross),
-        (
-            "this job, kept offcuts not counted",
-            f"{(sums.area_mm2 - told.kept_mm2) / 1e6:.2f}",
-            str(sums.sheets),
-            told.net,
-        ),
-        (
-            "no layout could be better: pieces with half the gap around",
-            "",
-            str(told.bound_sheets),
-            told.best,
-        ),
-        *(
-            (
-                name,
-                "",
-                str(way.sheets)
-                if not way.too_large
-                else agree(way.too_large, "{n} do[es|] not fit"),
-                way.utilisation,
-            )
-            for name, way in (
-                ("naive: the pieces' rectangles on shelves", told.rectangles),
-                ("naive: whole threads, not cut, in their rectangles", told.strips),
-            )
-        ),
-        *(
-            (name, f"{way.area_mm2 / 1e6:.2f}", str(way.sheets), way.utilisation)
-            for name, way in _grain_ways(told.grain)
-        ),
-    ]
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{area}</td><td>{sheets}</td>"
-        + (
-            "<td></td><td></td></tr>"
-            if share is None
-            else f'<td>{share:.1%}</td><td><div class="bar"><span style="width:{share:.1%}">'
-            "</span></div></td></tr>"
-        )
-        for name, area, sheets, share in ways
-    )
-    return (
-        "<h2>How well the material is used</h2><p>Share of whole sheets that becomes pieces; holes "
-        "are waste in all of them.</p><table><thead><tr><th>Way</th><th>Sheets, m²</th>"
-        f"<th>Sheets</th><th>Used</th><th></th></tr></thead><tbody>{rows}</tbody></table>"
     )

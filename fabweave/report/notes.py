@@ -15,8 +15,9 @@ from fabweave.flat.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.flat.pieces import PieceSet
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.bom import bill_of_materials, bom_notes
-from fabweave.ribbon.measures import ribbon_widths, size_for
+from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.weave.pattern import Weave
 
 #: What labels tell, in the order of ``KINDS``.
@@ -48,8 +49,7 @@ def all_notes(
     """
     size = float(np.ptp(mesh.vertices, axis=0).max())
     notes = _weave_notes(weave)
-    width = ribbon_widths(ribbons)
-    notes.append(_width_note(width))
+    notes.append(_width_note(measure_bends(ribbons).width_mm))
     notes += _hole_notes(piece_set, rules, size)
     notes += joint_notes(piece_set, size, fastened=bool(rules))
     notes += bom_notes(bill_of_materials(piece_set, hardware))

@@ -1,6 +1,5 @@
 """Tell what is left of the sheets and worth keeping, for people and as stock of the next job."""
 
-import html
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.records import record
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
-from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM, Offcut
+from fabweave.nest.offcut import Offcut
 
 #: Where offcuts lie in a job's folder, and the list of stock beside their drawings.
 OFFCUT_FOLDER, OFFCUT_STOCK = "offcuts", "stock.toml"
@@ -110,40 +109,6 @@ def stock_text(records: Sequence[KeptOffcut], entries: Sequence[str]) -> str:
         for offcut, entry in zip(records, entries, strict=True)
     ]
     return "\n".join(parts)
-
-
-def offcut_section(
-    records: Sequence[KeptOffcut], entries: Sequence[str], sheet_names: Sequence[str]
-) -> str:
-    """Return what is worth keeping as a section of a web page; nothing if there is nothing."""
-    if not records:
-        return ""
-    rows = []
-    for offcut in records:
-        low, high = offcut.rectangle
-        cells = (
-            f'<a href="{offcut.file}">{offcut.file}</a>',
-            sheet_names[offcut.sheet - 1],
-            f"{html.escape(offcut.material)} {offcut.thickness_mm:g}",
-            f"{high[0] - low[0]:.0f} × {high[1] - low[1]:.0f}",
-            f"{offcut.area_mm2 / 100:.0f}",
-            "unknown" if offcut.worth is None else f"{offcut.worth:.2f}",
-        )
-        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    body = "\n".join(rows)
-    stock = f"{OFFCUT_FOLDER}/{OFFCUT_STOCK}"
-    return (
-        "<h2>To keep</h2>\n<p>The largest rest of a sheet is kept if a square of "
-        f"{KEPT_SIDE_MM:g} mm fits in it, or if it is at least {KEPT_SHARE:.0%} of the sheet and a "
-        f"square of {KEPT_WIDTH_MM:g} mm fits in it. Its edge is dashed in the notes of its sheet; "
-        "its worth is its share of the sheet's price.</p>\n"
-        "<table><thead><tr><th>Offcut</th><th>Sheet</th><th>Material, mm</th>"
-        "<th>Largest rectangle, mm</th><th>Area, cm²</th><th>Worth</th></tr></thead>\n<tbody>\n"
-        f"{body}\n</tbody></table>\n"
-        f"<p>In the next job, use <code>--stock {stock}</code>, and <code>--sheet</code> for what "
-        f'does not fit. Or copy entries from <a href="{stock}">{stock}</a> to your own list, with '
-        f"the path from there to the drawings:</p>\n<pre>{html.escape(chr(10).join(entries))}</pre>"
-    )
 
 
 def _room(offcut: KeptOffcut) -> str:

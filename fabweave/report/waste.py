@@ -14,6 +14,7 @@ from fabweave.core.records import inline, optional, record
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.piece import Piece
+from fabweave.flat.rim_ring import RimRing
 from fabweave.nest.allotment import Allotment
 from fabweave.nest.layout import Layout
 from fabweave.report.accounts import (
@@ -25,11 +26,73 @@ from fabweave.report.accounts import (
 )
 from fabweave.report.comparison import Comparison, GrainCost, compare_use
 from fabweave.report.costs.costs import Costs
+from fabweave.report.costs.machine_time import MachineTime, scaled_time, sheet_time
+from fabweave.report.costs.money import Price, sheet_price
 from fabweave.report.offcuts import KeptOffcut
-from fabweave.report.rings import RimSheet
 from fabweave.report.splitting import SplittingRecord
 from fabweave.ribbon.project import Ribbons
-from fabweave.stock.material import sheet_mass_kg
+from fabweave.stock.material import Material, sheet_mass_kg
+
+
+@record
+class RimSheet:
+    """A sheet with pieces of rings: its name and size, their area without holes, time, price."""
+
+    sheet: str
+    width_mm: float
+    height_mm: float
+    pieces: int
+    piece_area_mm2: float
+    material: str
+    thickness_mm: float
+    machine: MachineTime = inline()
+    price: Price | None
+
+
+def rim_sheets(
+    rings: Sequence[RimRing],
+    layout: Layout | None,
+    drawings: Sequence[SheetDrawing],
+    material: Material,
+    *,
+    calibration: float,
+) -> tuple[RimSheet, ...] | None:
+    """Return what each sheet of rings takes; None without rings.
+
+    Parameters
+    ----------
+    rings : sequence of RimRing
+    layout : Layout or None
+        Of their pieces, one after another.
+    drawings : sequence of SheetDrawing
+        Its sheets.
+    material : Material
+        Of all of them.
+    calibration : float
+        What the machine took, divided by what was estimated.
+    """
+    if layout is None:
+        return None
+    areas = [piece.net_area_mm2 for ring in rings for piece in ring.pieces]
+    found = []
+    for number, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
+        own = [areas[one.piece] for one in layout.placements if one.sheet == number]
+        stated = 0.0 if sheet.offcut and sheet.price is None else sheet.price
+        found.append(
+            RimSheet(
+                sheet=drawing.name,
+                width_mm=sheet.width_mm,
+                height_mm=sheet.height_mm,
+                pieces=len(own),
+                piece_area_mm2=round(sum(own), _DECIMALS),
+                material=material.name,
+                thickness_mm=material.thickness_mm,
+                machine=scaled_time(sheet_time(drawing, material), calibration),
+                price=sheet_price(sheet.area_mm2, material, stated),
+            )
+        )
+    return tuple(found)
+
 
 _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)

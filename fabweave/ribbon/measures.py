@@ -17,7 +17,11 @@ COARSER, NEAR_SIZE = "a coarser mesh (--remesh quads:N makes one)", 1.5
 
 
 def ribbon_widths(ribbons: Ribbons) -> FloatArray:
-    """Return the length of every rung, (R,): the width of the ribbon there."""
+    """Return the length of every rung, (R,): what the rule of widths lays.
+
+    Where a rung is slanted the ribbon is less wide than that: ``Bends.width_mm`` is what people are
+    told.
+    """
     return np.linalg.norm(ribbons.left - ribbons.right, axis=1)
 
 

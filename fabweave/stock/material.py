@@ -99,7 +99,8 @@ class Material:
     Parameters
     ----------
     name, title : str
-        What it is called on the command line, and by people.
+        What it is called on the command line, and by people: ``{g_m2}`` stands for the weight of
+        its thickness, grams a square metre.
     thickness_mm, density_kg_m3, kerf_mm : float
         Measured thickness, density, and the width that the beam removes.
     gap_mm : float
@@ -172,6 +173,18 @@ class Material:
     laid_across: bool = False
 
     @property
+    def full_title(self) -> str:
+        """Its name for people; of what is sold by weight, with that of the thickness that is used.
+
+        Examples
+        --------
+        >>> replace(material_named("card"), thickness_mm=0.2).full_title
+        'Card, 150 g/m²'
+        """
+        # Millimetres times kilograms a cubic metre are grams a square metre.
+        return self.title.replace("{g_m2}", f"{self.thickness_mm * self.density_kg_m3:.0f}")
+
+    @property
     def description(self) -> str:
         """Its name for people, with the thickness that is used.
 
@@ -180,7 +193,7 @@ class Material:
         >>> material_named("birch-veneer").description
         'Birch veneer ply, 0.8 mm'
         """
-        return f"{self.title}, {self.thickness_mm:g} mm"
+        return f"{self.full_title}, {self.thickness_mm:g} mm"
 
     @property
     def rgb(self) -> tuple[int, int, int]:

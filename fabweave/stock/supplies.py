@@ -391,7 +391,7 @@ def sort_of_material(name: str, user_materials: Sequence[Material] = ()) -> Mate
 
     Examples
     --------
-    >>> sort_of_material("card:red").title
+    >>> sort_of_material("card:red").full_title
     'Card, 300 g/m², red'
     """
     plain, colon, sort = _split_sort(name)

@@ -22,7 +22,8 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.report.verdict import refused
-from fabweave.ribbon.measures import NEAR_SIZE, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import NEAR_SIZE, thread_lengths
+from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import WidthRule
 
 slow = pytest.mark.slow
@@ -247,7 +248,8 @@ def test_what_is_told_is_what_is_made(settings) -> None:
     job = make_job(replace(settings, effort="quick"))
     assert facts["pieces"]["count"] == len(job.piece_set.pieces)
     assert facts["pieces"]["sheets"] == ["1000x700mm"]
-    width, length = ribbon_widths(job.woven.ribbons), thread_lengths(job.woven.ribbons)
+    width = measure_bends(job.woven.ribbons).width_mm
+    length = thread_lengths(job.woven.ribbons)
     assert facts["ribbons"]["least"] == pytest.approx(width.min(), abs=5e-4)
     assert facts["ribbons"]["median"] == pytest.approx(np.median(width), abs=5e-4)
     assert facts["ribbons"]["greatest"] == pytest.approx(width.max(), abs=5e-4)

@@ -12,7 +12,7 @@ from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual.cards import lay_card, spread, what_is_met
-from fabweave.assembly.manual.words import strand_pieces
+from fabweave.assembly.manual.marks import strand_pieces
 
 WIDE = 254.0
 SMALL = ("shape:torus?m=8&n=4", "auto")

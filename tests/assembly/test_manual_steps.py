@@ -13,17 +13,17 @@ import pytest
 from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
+from fabweave.assembly.manual.marks import strand_pieces
 from fabweave.assembly.manual.painting import BLACK, FIXED, NEW, OUTLINE, THERE, make_palette
 from fabweave.assembly.manual.scene import build_scene
 from fabweave.assembly.manual.step_pictures import step_pictures
+from fabweave.assembly.manual.steps import view_words
 from fabweave.assembly.manual.tags import TAG, place_tags
 from fabweave.assembly.manual.views import VIEWS, choose_views, side_words
-from fabweave.assembly.manual.words import strand_pieces, view_words
 from fabweave.core.colour_space import light_of
 from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
-from fabweave.report.bom import bill_of_materials
-from fabweave.report.costs.assembly_time import assembly_time, step_counts, step_seconds
+from fabweave.report.costs.assembly_time import step_seconds
 
 LARGE = pytest.param(
     {"mesh": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0}, marks=pytest.mark.slow
@@ -222,11 +222,8 @@ def test_words_tell_each_view_from_the_others():
 # --- times --------------------------------------------------------------------------------------
 
 
-def test_steps_take_as_long_as_the_whole_but_for_sorting():
+def test_steps_take_as_long_as_the_whole():
     job, crossing_map, _, _ = made(SMALL)
-    kinds = [joint.kind for joint in crossing_map.joints]
-    whole = assembly_time(step_counts(crossing_map.steps, kinds, bill_of_materials(job.piece_set)))
-    sorting = sum(one.count * one.each_s for one in whole.actions if one.action == "sort")
-    told = sum(step_seconds(crossing_map)) / 3600.0
-    low, high = (hours * (1.0 - sorting / 3600.0 / whole.practised_h) for hours in whole.hours)
-    assert told == pytest.approx(np.sqrt(low * high), rel=1e-3)
+    whole = job.costs.assembly
+    told = sum(step_seconds(crossing_map, whole)) / 3600.0
+    assert told == pytest.approx(np.sqrt(np.prod(whole.hours)), rel=1e-3)

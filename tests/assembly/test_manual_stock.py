@@ -7,7 +7,7 @@ from crossing_maps import points, sheet_record
 from jobs import run
 from pypdf import PdfReader
 
-from fabweave.assembly.manual.stock import draw_stock, stock_words
+from fabweave.assembly.manual.sheets import draw_stock, stock_words
 from fabweave.flat.crossing_map import RestRecord
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]

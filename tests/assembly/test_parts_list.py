@@ -37,7 +37,7 @@ def test_a_kind_goes_on_over_pages(cube, tmp_path, count, on_each, pages):
     other = next(piece for piece in crossing_map.pieces if piece.id != pattern.id)
     last = next(piece for piece in drawing.pieces if piece.piece_id == other.id)
     plan = replace(crossing_map, pieces=(*pieces, replace(other, id="B1", kind=2)), sheets=sheets)
-    book = Book("a4", "Many", 9)
+    book = Book("a4", "Many")
     write_parts(book, plan, [replace(drawing, pieces=(*alike, replace(last, piece_id="B1")))])
     path = tmp_path / "parts.pdf"
     path.write_bytes(book.finish())

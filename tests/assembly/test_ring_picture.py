@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.assembly.manual.ring_picture import ring_picture
+from fabweave.assembly.manual.steps import lay_ring
 from fabweave.flat.rim_ring import plan_ring
 
 POINTS_MM = 72 / 25.4
@@ -19,16 +19,16 @@ def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, coun
         hole_mm=np.full(12, 2.0), edge_mm=4.0, thickness_mm=0.4,
     )  # fmt: skip
     wide = 250.0
-    picture = ring_picture(ring, wide)
-    assert picture.ratio >= 1.0
+    pieces, high, ratio = lay_ring(ring, wide)
+    assert ratio >= 1.0
     low = 0.0
-    for piece, drawn in zip(ring.pieces, picture.pieces, strict=True):
+    for piece, drawn in zip(ring.pieces, pieces, strict=True):
         assert drawn.id == piece.id
         apart = np.linalg.norm(np.diff(piece.holes[:, :2], axis=0), axis=1)
         shown = np.linalg.norm(np.diff(drawn.holes, axis=0), axis=1)
-        np.testing.assert_allclose(shown, apart * POINTS_MM / picture.ratio)
+        np.testing.assert_allclose(shown, apart * POINTS_MM / ratio)
         shape = shapely.Polygon(drawn.outline)
-        area = piece.path.area * (POINTS_MM / picture.ratio) ** 2
+        area = piece.path.area * (POINTS_MM / ratio) ** 2
         assert shape.area == pytest.approx(area, rel=0.01)
         assert shapely.contains(shape, shapely.points(drawn.holes)).all()
         assert shape.contains(shapely.Point(drawn.middle))
@@ -38,4 +38,4 @@ def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, coun
         assert everything[:, 0].max() < wide
         assert everything[:, 1].max() < low
         low = everything[:, 1].min()
-    assert -low < picture.high
+    assert -low < high

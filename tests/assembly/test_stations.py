@@ -2,8 +2,7 @@
 
 from crossing_maps import piece_record, small_map, station_record, step_record
 
-from fabweave.assembly.csv_tables import crossing_table, station_table
-from fabweave.assembly.stations import piece_stations
+from fabweave.assembly.csv_tables import crossing_table, piece_stations, station_table
 from fabweave.flat.crossing_map import CrossingRecord, JointRecord, StrandRecord
 
 

@@ -215,23 +215,20 @@ def test_threads_kinds_and_sheets_are_shown_alone(tab, torus, query):
         assert "Sheet 2 of" in tab.page.locator("#panel-sheet .turner").inner_text()
     # A piece of it is brought out among them, and the whole is one tap away.
     label = sorted(group)[0]
-    tab.page.fill("#query", label)
-    tab.page.keyboard.press("Enter")
+    tab.search(label)
     codes = dict(zip(torus.ids, tab.page.evaluate("fabweave.codes()"), strict=True))
     assert {one for one, code in codes.items() if code} == group
     assert codes[label] == 4
     tab.page.keyboard.press("Escape")
     assert pieces_alone(tab, torus) == set(torus.ids)
-    tab.page.fill("#query", query)
-    tab.page.keyboard.press("Enter")
+    tab.search(query)
     tab.page.click("#only")
     assert pieces_alone(tab, torus) == set(torus.ids)
     assert tab.page.locator("#only").is_hidden()
 
 
 def test_steps_crossings_and_what_is_not_there(tab, torus):
-    tab.page.fill("#query", "step 7")
-    tab.page.keyboard.press("Enter")
+    tab.search("step 7")
     assert tab.page.evaluate("document.body.dataset.step") == "7"
     crossing = torus.plan.crossings[12]
     tab.page.fill("#query", "crossing 12")
@@ -254,18 +251,9 @@ def test_steps_crossings_and_what_is_not_there(tab, torus):
         assert "Nothing" in tab.page.locator("#found").inner_text(), query
 
 
-def test_the_legend_stands_clear_of_the_object(tab):
-    legend = tab.page.locator("#legend")
-    if legend.is_visible():
-        box, picture = legend.bounding_box(), tab.page.locator("#object").bounding_box()
-        assert box["y"] >= picture["y"] + picture["height"] - 1
-        assert "bunch" not in legend.inner_text()
-
-
 def test_partners_and_mates_are_one_tap_away(tab, torus):
     piece = torus.plan.pieces[3]
-    tab.page.fill("#query", piece.id)
-    tab.page.keyboard.press("Enter")
+    tab.search(piece.id)
     tab.page.locator("#panel-piece tbody tr").nth(2).locator("button").first.click()
     assert tab.chosen() == piece.stations[2].partner
 
@@ -273,8 +261,7 @@ def test_partners_and_mates_are_one_tap_away(tab, torus):
 def test_a_piece_that_comes_later_is_shown_where_it_comes(tab, torus):
     label = torus.plan.steps[9].pieces[0]
     tab.go_to(4)
-    tab.page.fill("#query", label)
-    tab.page.keyboard.press("Enter")
+    tab.search(label)
     assert tab.page.evaluate("document.body.dataset.step") == "10"
     codes = tab.page.evaluate("fabweave.codes()")
     step = torus.plan.steps[9].pieces
@@ -340,8 +327,7 @@ def test_without_webgl_the_rest_works_and_says_so(browser, torus, tmp_path):
     )
     opened = Tab(browser, torus, script=script)
     assert "WebGL" in opened.page.locator("#no-space").inner_text()
-    opened.page.fill("#query", "C1")
-    opened.page.keyboard.press("Enter")
+    opened.search("C1")
     assert opened.page.locator("#panel-piece h2").inner_text().strip() == "C1"
     opened.page.click("#tab-sheet")
     assert opened.page.locator("#panel-sheet g.chosen").get_attribute("data-piece") == "C1"
@@ -360,12 +346,7 @@ def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened = Tab(browser, torus, size=SIZES["tablet"], has_touch=True)
     box = opened.page.locator("#object").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    hand = opened.context.new_cdp_session(opened.page)
-
-    def touch(kind, *points):
-        places = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(points)]
-        hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
-
+    touch = opened.hand()
     first = eye(opened)
     touch("touchStart", (x, y))
     for k in range(1, 9):
@@ -424,8 +405,7 @@ def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, sche
 
 def test_paper_shows_piece_sheet_and_object(browser, torus, tmp_path):
     opened = Tab(browser, torus, color_scheme="dark")
-    opened.page.fill("#query", "B2")
-    opened.page.keyboard.press("Enter")
+    opened.search("B2")
     opened.settle()
     opened.page.pdf(path=tmp_path / "print.pdf", format="A4")
     pages = PdfReader(tmp_path / "print.pdf").pages

@@ -1,23 +1,15 @@
 """The viewer's controls in a real browser: colours, views, flights, times, addresses and keys."""
 
-import json
 import re
-from base64 import b64decode, b64encode
 
 import numpy as np
 import pytest
-from viewer_scene import page_data
 from viewer_tab import Scene, Tab, all_of
 
 from fabweave.report.costs.texts import hours_text
-from fabweave.stock.machine import MIDDLE_PACE, PACE
+from fabweave.stock.machine import MIDDLE_PACE
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
-
-SIZES = {
-    "phone": (390, 844), "phone on its side": (844, 390), "tablet upright": (820, 1180),
-    "tablet": (1180, 820), "laptop": (1440, 900),
-}  # fmt: skip
 
 
 GROUPS = {
@@ -129,8 +121,7 @@ def test_what_is_cut_away_is_not_seen_and_the_chosen_piece_is_whole(tab, torus):
     assert seen.keys() & set(np.flatnonzero(far < -0.5).tolist())
     # The first of what is gone is whole when it is chosen.
     label = torus.ids[min(gone)]
-    tab.page.fill("#query", label)
-    tab.page.keyboard.press("Enter")
+    tab.search(label)
     tab.settle()
     assert min(gone) in seen_pieces(tab)
 
@@ -265,11 +256,9 @@ def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
 def test_time_is_that_of_the_job(tab, torus):
     hands = torus.job.costs.assembly
     seconds = tab.page.evaluate("fabweave.clock.seconds")
-    # Nothing is left out but the sorting before.
-    sort = next(action for action in hands.actions if action.action == "sort")
-    whole = 3600.0 * hands.practised_h - sort.count * sort.each_s
+    whole = 3600.0 * hands.practised_h
     assert sum(seconds) == pytest.approx(MIDDLE_PACE * whole, abs=0.06 * len(seconds))
-    span = tuple(pace * whole / 3600.0 for pace in PACE)
+    span = hands.hours
     assert hours_text(span) in tab.page.locator("#left").inner_text()
     half = len(seconds) // 2
     tab.page.click("#tab-steps")
@@ -296,8 +285,7 @@ def test_addresses_name_step_and_piece(browser, torus):
     opened.page.fill("#query", "A1")
     opened.page.click("#mode-whole")
     opened.page.keyboard.press("Escape")
-    opened.page.fill("#query", "A1")
-    opened.page.keyboard.press("Enter")
+    opened.search("A1")
     assert opened.page.url.endswith("#piece=A1")
     for nonsense in ("#step=0", "#step=x&piece=Z99", "#piece=", "#<b>"):
         opened.page.evaluate("address => { location.hash = address; }", nonsense)
@@ -335,15 +323,10 @@ def test_the_wheel_zooms_to_the_pointer(tab, torus, parallel):
 
 
 def test_fingers_zoom_to_where_they_are(browser, torus):
-    opened = Tab(browser, torus, size=SIZES["tablet"], has_touch=True)
+    opened = Tab(browser, torus, size=(1180, 820), has_touch=True)
     point, (x, y) = corner_under(opened, torus, seed=8)
     x, y = x + opened.box["x"], y + opened.box["y"]
-    hand, size = opened.context.new_cdp_session(opened.page), opened.scale(point)
-
-    def touch(kind, *points):
-        places = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(points)]
-        hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
-
+    touch, size = opened.hand(), opened.scale(point)
     touch("touchStart", (x - 30, y), (x + 30, y))
     for k in range(1, 9):
         touch("touchMove", (x - 30 - 6 * k, y), (x + 30 + 6 * k, y))
@@ -388,39 +371,6 @@ def test_buttons_and_keys_do_the_same(tab, move):
     assert tab.page.evaluate("document.body.dataset.step") == ""
 
 
-def test_the_view_is_said(tab):
-    said = []
-    for _ in range(24):
-        tab.page.click("[data-move=right]")
-        said.append(tab.page.locator("#spoken").inner_text())
-    # Once round, each side is named three times.
-    sides = ["front", "front right", "right", "back right", "back", "back left", "left",
-             "front left"]  # fmt: skip
-    assert sorted(re.match(r"Seen from the ([a-z ]+?) and above", words)[1] for words in said) == (
-        sorted(3 * sides)
-    )
-    tab.page.click("[data-move=in]")
-    assert "times as large" in tab.page.locator("#spoken").inner_text()
-    hint = tab.page.locator("#object").get_attribute("aria-describedby")
-    assert "rrow keys turn" in tab.page.locator(f"#{hint}").text_content()
-
-
-def test_keys_are_listed(tab):
-    tab.page.keyboard.press("?")
-    listed = tab.page.locator("#keys")
-    assert listed.is_visible()
-    for key in ("p", "d", "a", "/", "Esc", "Home"):
-        assert key in listed.locator("kbd").all_inner_texts()
-    tab.page.keyboard.press("Escape")
-    assert listed.is_hidden()
-    tab.page.click("#view summary")
-    tab.page.click("#help")
-    listed.locator("button").click()
-    assert listed.is_hidden()
-    tab.page.keyboard.press("l")
-    assert tab.page.locator("#show-labels").get_attribute("aria-pressed") == "true"
-
-
 def test_a_hidden_piece_is_turned_up(tab, torus):
     """After each step some of its piece is seen, wherever the one before was."""
     turns, before = 0, None
@@ -435,39 +385,6 @@ def test_a_hidden_piece_is_turned_up(tab, torus):
         turns += view != before
         before = view
     assert turns <= len(steps)
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_the_screen_is_used(browser, torus, tmp_path, size):
-    wide, high = SIZES[size]
-    opened = Tab(browser, torus, size=(wide, high), has_touch="laptop" not in size)
-    opened.go_to(12)
-    page = opened.page
-    page.screenshot(path=tmp_path / "page.png")
-    assert page.evaluate("document.documentElement.scrollWidth") <= wide
-    assert page.evaluate("document.documentElement.scrollHeight") <= high
-    box = page.locator("#space").bounding_box()
-    assert box["width"] * box["height"] >= 0.3 * wide * high
-    card = page.locator("#step-text").bounding_box()
-    assert card["height"] >= 55
-    assert card["y"] + card["height"] <= high
-    assert page.locator("#panel-piece").bounding_box()["height"] >= 150
-    # No button stands over another, and none outside.
-    boxes = [one.bounding_box() for one in page.locator("#space button:visible, summary").all()]
-    least = 24 if size == "laptop" else 40
-    for k, one in enumerate(boxes):
-        assert min(one["width"], one["height"]) >= least
-        assert one["x"] >= 0
-        assert one["x"] + one["width"] <= wide
-        for other in boxes[:k]:
-            apart = (
-                one["x"] + one["width"] <= other["x"] + 2
-                or other["x"] + other["width"] <= one["x"] + 2
-                or one["y"] + one["height"] <= other["y"] + 2
-                or other["y"] + other["height"] <= one["y"] + 2
-            )
-            assert apart
-    opened.close()
 
 
 def test_still_edges_are_smooth(tab):
@@ -492,87 +409,4 @@ def test_pieces_are_named_as_they_are_engraved(browser, tmp_path):
     opened.page.click("#tab-sheet")
     drawn = opened.page.locator("#panel-sheet g[data-piece] text").all_text_contents()
     assert set(drawn) <= {f"K{piece.kind}" for piece in scene.plan.pieces}
-    opened.close()
-
-
-def test_without_webgl_colours_and_steps_work(browser, torus):
-    script = "HTMLCanvasElement.prototype.getContext = () => null"
-    opened = Tab(browser, torus, script=script)
-    assert opened.page.locator("#pad").is_hidden()
-    assert opened.page.locator("#view").is_hidden()
-    opened.page.select_option("#colours", "sheet")
-    opened.page.click("#forward")
-    opened.page.click("#forward")
-    assert torus.plan.steps[1].text in opened.page.locator("#step-text").inner_text()
-    assert opened.page.locator("svg.piece .station.now").count() > 0
-    opened.page.click("#tab-sheet")
-    shown = opened.page.evaluate("fabweave.plan.colour")
-    assert json.dumps(shown) == json.dumps([shown[0] if p.sheet == torus.plan.pieces[0].sheet
-                                            else next(c for c in shown if c != shown[0])
-                                            for p in torus.plan.pieces])  # fmt: skip
-    opened.close()
-
-
-def many_times(page, count):
-    """Return a page whose job is there many times over: its pieces, its strips and its steps."""
-    data = page_data(page)
-    plan, space = data["plan"], data["space"]
-
-    def named(label, copy):
-        letters, number = re.fullmatch(r"([A-Z]+)(\d+)", label).groups()
-        return f"{letters}{int(number) + 100 * copy}"
-
-    def renamed(value, copy):
-        if isinstance(value, dict):
-            own = {key: renamed(item, copy) for key, item in value.items()}
-            return own | {key: named(own[key], copy) for key in ("id", "partner") if key in own}
-        return [renamed(item, copy) for item in value] if isinstance(value, list) else value
-
-    pieces, steps = plan["pieces"], plan["steps"]
-    data["hands"]["seconds"] *= count
-    plan["pieces"] = [renamed(piece, copy) for copy in range(count) for piece in pieces]
-    plan["steps"] = [
-        step | {"step": len(steps) * copy + step["step"],
-                "pieces": [named(label, copy) for label in step["pieces"]]}
-        for copy in range(count) for step in steps
-    ]  # fmt: skip
-    for key in ("counts", "panels"):
-        space[key] *= count
-    for key in ("rungs", "from_right"):
-        space[key] = b64encode(count * b64decode(space[key])).decode()
-    data["colours"] *= count
-    return re.sub(
-        r'(<script id="data"[^>]*>)[^<]*',
-        lambda start: start[1] + json.dumps(data).replace("<", "\\u003c"),
-        page,
-    )
-
-
-#: Goes five steps on, and returns how long each kept the page busy, in milliseconds.
-FIVE_STEPS = """() => {
-    const slider = document.getElementById('slider'), begun = performance.now();
-    for (let k = 0; k < 5; k++) {
-        slider.value = Number(slider.value) + 1;
-        slider.dispatchEvent(new Event('input'));
-    }
-    return (performance.now() - begun) / 5;
-}"""
-
-
-def test_a_job_of_five_thousand_pieces_stays_usable(browser, torus, tmp_path):
-    path = tmp_path / "assembly.html"
-    page = many_times(torus.path.read_text("utf-8"), 170)
-    path.write_text(page, encoding="utf-8")
-    # All copies stand in one place: few pixels, so that they are not drawn over and over.
-    opened = Tab(browser, torus, path=path, size=(420, 480))
-    assert opened.page.evaluate("fabweave.plan.pieces.length") == 170 * len(torus.ids) > 5000
-    assert opened.page.evaluate(FIVE_STEPS) < 60.0
-    opened.page.click("#tab-steps")
-    opened.settle()
-    assert opened.page.evaluate(FIVE_STEPS) < 600.0
-    opened.page.fill("#query", torus.ids[3])
-    opened.page.keyboard.press("Enter")
-    assert opened.chosen() == torus.ids[3]
-    opened.page.select_option("#colours", "thread")
-    opened.page.click("#show-labels")
     opened.close()

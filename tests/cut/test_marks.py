@@ -9,8 +9,7 @@ import shapely
 from irregular_meshes import lumpy_ball, pieces_of
 
 from fabweave.core.arc_path import straight_path
-from fabweave.cut.labels.exposure import seen_mm
-from fabweave.cut.labels.marks import Marks, mark_pieces
+from fabweave.cut.labels.marks import Marks, mark_pieces, seen_mm
 from fabweave.cut.labels.placement import (
     CLEAR_MM,
     COVER_MM,

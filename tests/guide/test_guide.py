@@ -18,6 +18,7 @@ from fabweave.flat.joint.kinds import KINDS
 from fabweave.guide.pages import TOPICS, for_terminal, page, summary
 from fabweave.mesh.shapes.catalogue import SHAPES
 from fabweave.mesh.subdivide.refine import SCHEMES
+from fabweave.report.costs.texts import hours_text
 from fabweave.stock.material import material_library, min_bend_radius_mm
 from fabweave.verify.report import MEANINGS
 
@@ -200,6 +201,22 @@ def test_the_table_of_materials_is_that_of_the_library():
         )
         for material in material_library()
     ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("row", "shape", "size"),
+    [(0, "shape:octahedron", "200mm"), (2, "shape:torus?m=24&n=12", "400mm")],
+)
+def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
+    job = finished(shape, "--size", size, "--effort", "quick")
+    waste = json.loads((job / "waste.json").read_text("utf-8"))
+    plan = json.loads((job / "crossing_map.json").read_text("utf-8"))
+    _, *told, time = rows(page("design"), "object")[row]
+    fasteners = sum(one["needed"] for one in waste["fasteners"])
+    assert list(map(int, told)) == [len(plan["crossings"]), len(plan["pieces"]), fasteners]
+    hours = hours_text(waste["estimate"]["assembly"]["hours"])
+    assert time.replace("minutes", "min").replace("hours", "h") == hours
 
 
 def test_the_files_of_a_job_are_those_that_are_told(finished):

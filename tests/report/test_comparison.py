@@ -50,14 +50,6 @@ def test_the_naive_ways_take_more(waste) -> None:
         assert way["utilisation"] is None or way["utilisation"] <= told["best"]
 
 
-def test_the_page_shows_all_of_them(finished, waste) -> None:
-    page = (finished(*JOB) / "waste.html").read_text(encoding="utf-8")
-    told = waste["comparison"]
-    for share in (told["gross"], told["net"], told["best"], told["rectangles"]["utilisation"]):
-        assert f"<td>{share:.1%}</td>" in page
-    assert "@media print" in page
-
-
 def test_shelves_hold_what_a_count_by_hand_says() -> None:
     # A sheet of 100 x 50 with no gap holds five rows of ten squares of 10.
     squares = np.full((51, 2), 10.0)

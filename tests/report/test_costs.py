@@ -12,20 +12,19 @@ from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.core.errors import InputError
 from fabweave.core.records import to_json
+from fabweave.flat.bill_of_materials import BillOfMaterials, FastenerRow, GlueRow, TapeRow
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import (
-    Counts,
     assembly_time,
     difficulty,
-    planned_counts,
-    step_counts,
+    planned_hands,
 )
 from fabweave.report.costs.calibration import parse_calibration
 from fabweave.report.costs.costs import job_costs, planned_costs
 from fabweave.report.costs.machine_time import MachineTime, add_times
 from fabweave.report.costs.money import hardware_price, machine_price, priced, sheet_price
-from fabweave.report.costs.page import costs_section
-from fabweave.report.costs.texts import cost_rows, costs_text, time_text
+from fabweave.report.costs.texts import costs_text
+from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import machines
 from fabweave.stock.material import machine_of, material_library, material_named
 
@@ -154,10 +153,28 @@ def test_every_material_has_speed_price_and_sources():
 # ---- hands --------------------------------------------------------------------------------------
 
 
+def bill_with(hole_mm, needed, *fits):
+    """Return a bill of fasteners of one sort of hole, which these sorts fit."""
+    row = FastenerRow(
+        diameter_mm=hole_mm, layers=2, grip_mm=0.8, needed=needed, spare=2, buy=needed + 2,
+        fits=fits,
+    )  # fmt: skip
+    glue, tape = GlueRow(joints=0, area_mm2=0.0), TapeRow(joints=0, length_mm=0.0)
+    return BillOfMaterials(fasteners=(row,), glue=glue, tape=tape)
+
+
+@pytest.mark.parametrize("sort", hardware_catalogue().values(), ids=lambda sort: sort.name)
+def test_a_fastener_takes_and_costs_what_the_catalogue_says(sort):
+    bill = bill_with(sort.cut_mm, 100, sort.name)
+    (action,) = (one for one in assembly_time(0, 0, 0, [], bill).actions if "fasten" in one.action)
+    assert (action.count, action.each_s) == (100, sort.seconds)
+    assert hardware_price(bill) == priced((102 * sort.each[0], 102 * sort.each[1]), "EUR")
+
+
 def test_the_time_of_hands_is_that_of_every_action():
-    counts = Counts(pieces=3, over=4, under=5, joints=(("glue", 2),), fasteners=((2.5, 6),))
-    found = assembly_time(counts)
-    seconds = 3 * (5 + 5 + 4.5) + 4 * 2.5 + 5 * 8.5 + (6 + 2) * 6 + 2 * 15 + 6 * 10
+    found = assembly_time(3, 4, 5, ["glue", "rivet", "glue"], bill_with(2.5, 6, "mini-brad"))
+    brad_s = hardware_named("mini-brad").seconds
+    seconds = 3 * (5 + 5 + 4.5) + 4 * 2.5 + 5 * 8.5 + (6 + 2) * 6 + 2 * 15 + 6 * brad_s
     assert found.practised_h == pytest.approx(seconds / 3600, abs=1e-4)
     assert found.hours == pytest.approx((1.5 * seconds / 3600, 3 * seconds / 3600), abs=1e-4)
     assert sum(action.count * action.each_s for action in found.actions) == seconds
@@ -169,9 +186,9 @@ def test_actions_are_counted_in_steps_and_predicted_before():
     steps = [action.count for action in job.costs.assembly.actions]
     assert steps[:3] == [len(job.piece_set.pieces)] * 3
     crossings = job.weave.threads.n_crossings
-    planned = planned_counts(len(job.piece_set.pieces), crossings, joints, bill)
-    assert planned.over + planned.under == crossings + len(joints) // 2
-    assert step_counts((), joints, bill).fasteners == planned.fasteners
+    planned = planned_hands(len(job.piece_set.pieces), crossings, joints, bill)
+    assert planned.often("over") + planned.often("under") == crossings + len(joints) // 2
+    assert planned.actions[-1] == job.costs.assembly.actions[-1]  # fasteners
 
 
 def test_difficulty_grows_without_steps():
@@ -186,22 +203,6 @@ def test_difficulty_grows_without_steps():
         assert np.all(steps >= 0.0)
         assert np.all(steps < 0.05)
         assert all(0.0 < score < 10.0 for score in scores)
-
-
-def test_words_of_difficulty_change_by_way_of_both():
-    words = [
-        difficulty(hours, 0.1, 60.0).word for hours in np.geomspace(0.05, 500.0, 2000).tolist()
-    ]
-    told = list(dict.fromkeys(words))
-    assert told == [
-        "easy",
-        "easy to moderate",
-        "moderate",
-        "moderate to demanding",
-        "demanding",
-        "demanding to very demanding",
-        "very demanding",
-    ]
 
 
 # ---- money --------------------------------------------------------------------------------------
@@ -237,34 +238,10 @@ def test_other_currencies_than_that_of_hardware_make_no_sum():
     assert costs.price is None
 
 
-# ---- words --------------------------------------------------------------------------------------
-
-
-def test_the_page_shows_every_sheet_and_what_it_rests_on():
-    costs = job_of().costs
-    names = [drawing.name for drawing in job_of().drawings]
-    page = costs_section(costs, names)
-    for name, sheet in zip(names, costs.sheets, strict=True):
-        assert f"<td>{name}</td><td>{time_text(sheet.machine.cut_s)}</td>" in page
-    for text in costs.assumptions:
-        assert f"<li>{text}</li>" in page
-    assert time_text(costs.machine_s) in page
-
-
-def test_text_of_a_stranger_is_no_markup():
-    hostile = replace(CARD, price_source="<script>alert(1)</script>")
-    job = job_of()
-    costs = costs_of(job, [hostile] * len(job.drawings))
-    page = costs_section(costs, [drawing.name for drawing in job.drawings])
-    assert "<script>" not in page
-    assert "&lt;script&gt;" in page
-
-
 def test_costs_are_json_with_plain_keys():
     document = json.loads(json.dumps(to_json(job_of().costs)))
     assert {"cut_s", "engrave_s", "travel_s", "machine_s", "assembly", "price"} <= set(document)
     assert set(document["sheets"][0]) == {"sheet", "cut_s", "engrave_s", "travel_s", "price"}
-    assert dict(cost_rows(job_of().costs)).keys() == {"Difficulty", "Time", "Machine", "Cost"}
 
 
 # ---- calibration --------------------------------------------------------------------------------

@@ -1,12 +1,8 @@
-"""What the report says of the pieces of each thread is so, and verify knows if it is not."""
+"""What the report says of the pieces of each thread is so."""
 
 import json
 
-import numpy as np
 import pytest
-
-from fabweave.flat.split.length_curve import Choice
-from fabweave.report.splitting import SplittingRecord, splitting_section
 
 
 @pytest.fixture(scope="module")
@@ -31,22 +27,3 @@ def test_the_lengths_that_were_compared_rise_and_one_of_them_was_taken(job) -> N
     assert told["chosen"]["joints"] == len(plan["joints"])
     assert sum(row["pieces"] for row in told["threads"]) == len(plan["pieces"])
     assert all(0.1 < row["fill"] <= 1 for row in told["threads"])
-    page = (job / "waste.html").read_text(encoding="utf-8")
-    assert page.count("<circle") == 2 * len(lengths)
-
-
-def test_a_curve_is_drawn_within_its_picture() -> None:
-    lengths = 100.0, 200.0
-    choices = tuple(Choice(length, 9, 9, 1.0, np.sqrt(length)).record() for length in lengths)
-    chosen = choices[0]
-    told = SplittingRecord(
-        max_length_mm=100.0, prefer="work", chosen=chosen, choices=choices, threads=()
-    )
-    page = splitting_section(told)
-    assert page.count("<polyline") == 2
-    assert "at most 100 mm: 9 pieces, 9 joints" in page
-    assert "the least work of 2 lengths" in page
-    assert page.count('class="taken"') == 1
-    bare = SplittingRecord(max_length_mm=1.0, prefer=None, chosen=chosen, choices=(), threads=())
-    assert "<svg" not in splitting_section(bare)
-    assert "as asked for" in splitting_section(bare)

@@ -82,6 +82,21 @@ class Tab:
     def chosen(self):
         return self.page.evaluate("document.body.dataset.piece")
 
+    def search(self, words):
+        """Take the first thing that is found."""
+        self.page.fill("#query", words)
+        self.page.keyboard.press("Enter")
+
+    def hand(self):
+        """Return what touches the screen with fingers: a kind of event, and where they are."""
+        session = self.context.new_cdp_session(self.page)
+
+        def touch(kind, *points):
+            places = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(points)]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+
+        return touch
+
     def wait(self, true):
         """Wait until something is true in the page, whose policy forbids a waiting of its own."""
         for _ in range(200):

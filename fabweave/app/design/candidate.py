@@ -28,7 +28,6 @@ from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.picture.portrait import opposite_view
 from fabweave.report.verdict import Verdict, excess, refused
-from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.stock.supplies import Supplies
 
@@ -254,7 +253,7 @@ def _sheets(planned: PlannedJob) -> tuple[int, float]:
 
 def _figures(planned: PlannedJob) -> Figures:
     """Return what a design comes to."""
-    pieces, widths = planned.piece_set.pieces, ribbon_widths(planned.woven.ribbons)
+    pieces, widths = planned.piece_set.pieces, planned.check.measured["width"].value
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
@@ -270,7 +269,7 @@ def _figures(planned: PlannedJob) -> Figures:
         joints=len(planned.piece_set.joints),
         sheets=sheets,
         use=round(area / sheets_mm2, 4),
-        narrowest_mm=round(float(planned.check.measured["width"].value.min()), 2),
+        narrowest_mm=round(float(widths.min()), 2),
         median_mm=round(float(np.median(widths)), 2),
         widest_mm=round(float(widths.max()), 2),
         longest_mm=round(max(float(np.ptp(piece.outline[:, 0])) for piece in pieces), 1),

@@ -50,7 +50,7 @@ from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import NEAR_SIZE, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import NEAR_SIZE, thread_lengths
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
@@ -67,7 +67,7 @@ _DENSITIES = 3
 
 
 def advice(
-    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str
+    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str, *, tried: bool = False
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
@@ -84,6 +84,8 @@ def advice(
         Of its ribbons.
     level : str
         The verdict's.
+    tried : bool
+        Whether coarser meshes are going to be tried: then none is named before that.
 
     Returns
     -------
@@ -117,15 +119,15 @@ def advice(
         remeshed = asked.remesh is not None or asked.refine is not None or is_shape(asked.mesh)
         coarser = None if remeshed else _coarser(woven)
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
+        text, command = "a mesh with fewer, larger faces may do", None
         if coarser is not None and level == "not makeable" and is_free(asked):
-            text = "make takes a coarser mesh by itself"
-            add(f"{text}; {fine}" if fine else text)
+            text, command = "make takes a coarser mesh by itself", long_command(asked)
+        elif coarser is not None and tried:
+            text = "a coarser mesh may do: see the designs below"
         elif coarser is not None:
             text = "a coarser mesh may do"
-            add(f"{text}; {fine}" if fine else text, remesh=f"quads:{coarser}")
-        else:
-            text = "a mesh with fewer, larger faces may do"
-            ways.append({"text": f"{text}; {fine}" if fine else text, "command": None})
+            command = long_command(replace(asked, remesh=f"quads:{coarser}"))
+        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))
@@ -426,6 +428,8 @@ def inspect_mesh(
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
     check = with_all(check)
+    level = facts["verdict"]["level"]
+    wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
     lengths = thread_lengths(woven.ribbons)
     if not answer:
         facts |= {
@@ -437,7 +441,7 @@ def inspect_mesh(
         }
     facts |= {
         "threads": thread_facts(threads, woven.labels, lengths),
-        "ribbons": spread(ribbon_widths(woven.ribbons)),
+        "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
         "checks": {
@@ -453,14 +457,19 @@ def inspect_mesh(
                 ),
             ],
         },
-        "advice": advice(asked, woven, check, facts["verdict"]["level"]),
+        "advice": advice(
+            asked,
+            woven,
+            check,
+            facts["verdict"]["level"],
+            tried=n_designs > 0 and tries_designs(asked),
+        ),
         "designs": [],
         "designs_why": "",
         "left_out": left_out,
         **_changes(woven),
     }
     told(facts)
-    wanted = n_designs if always or facts["verdict"]["level"] == "not makeable" else 0
     found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
     designs = _shown(found, wanted, asked.effort)
     facts |= {"designs": [to_json(one.candidate) for one in designs], "designs_why": found.why}

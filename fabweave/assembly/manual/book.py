@@ -1,16 +1,19 @@
 """Lay text, lines and pictures on the pages of a PDF: all that the manual needs of reportlab."""
 
 import io
+import zlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from PIL import Image
-from reportlab.pdfbase.pdfdoc import PDFZCompress
+from reportlab.lib.utils import simpleSplit
+from reportlab.pdfbase.pdfdoc import PDFImageXObject, PDFZCompress
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
-from fabweave.assembly.manual.pixels import Painted, Pixels
+from fabweave.assembly.manual.painting import Painted
 from fabweave.core.arrays import FloatArray
 
 #: Width and height of the papers, in points.
@@ -23,6 +26,8 @@ TEXT, SMALL = 10.0, 9.5
 LEADING = 1.25
 #: Signs are polygons, told apart by their corners.
 SIGN_CORNERS, COMPLETE_CORNERS, RING_CORNERS = 24, 20, 28
+#: What each page shows of how many pages there are.
+_COUNT = "count"
 #: Names that stand across what they name.
 PLATE = 9.5
 
@@ -34,28 +39,27 @@ class Book:
     ----------
     paper : {"a4", "letter"}
     title : str
-        It stands at the head of each page.
-    of_pages : int
-        How many pages there will be, which each says; 0 for a book that is written only to count
-        them, without pictures.
+        It stands at the head of each page, with the number of the page.
 
     Examples
     --------
-    >>> book = Book("a4", "Torus", 1)
+    >>> book = Book("a4", "Torus")
     >>> book.page("Steps")
     >>> book.finish()[:5]
     b'%PDF-'
     """
 
-    def __init__(self, paper: str, title: str, of_pages: int = 0) -> None:
+    def __init__(self, paper: str, title: str) -> None:
         self.width, self.height = PAPERS[paper]
         self.left, self.right = MARGIN, self.width - MARGIN
         self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
         #: Where the next text or drawing on the page may begin.
         self.y = self.top
-        self.n_pages, self._of_pages = 0, of_pages
-        #: Whether it is written only to count its pages: then nothing is drawn.
-        self.counting = not of_pages
+        self.n_pages = 0
+        self._head, self._count_left = (
+            self.height - MARGIN - 10.0,
+            self.right - text_width("000", SMALL),
+        )
         self._n_images = self._n_entries = 0
         self._title = printable(title)
         self._file = io.BytesIO()
@@ -75,10 +79,12 @@ class Book:
             self._canvas.showPage()
         self.n_pages += 1
         self.y = self.top
-        head = self.height - MARGIN - 10.0
+        head = self._head
         self.text(self.left, head, section, size=13.0, bold=True)
-        at = f"{self._title}, page {self.n_pages} / {self._of_pages}"
-        self.text(self.right, head, at, size=SMALL, align=1.0)
+        self.text(
+            self._count_left, head, f"{self._title}, page {self.n_pages} / ", size=SMALL, align=1.0
+        )
+        self._canvas.doForm(_COUNT)
         self.line([(self.left, head - 6.0), (self.right, head - 6.0)], width=0.8)
         if section != self._section:
             self._section = section
@@ -113,8 +119,6 @@ class Book:
 
         y is the foot of the letters, or their middle; a line is turned about its place.
         """
-        if self.counting:
-            return
         shown, canvas = printable(text), self._canvas
         shift = -align * text_width(shown, size, bold=bold) if align else 0.0
         canvas.setFont(_BOLD if bold else _PLAIN, size)
@@ -144,8 +148,6 @@ class Book:
         dash: tuple[float, ...] = (),
     ) -> None:  # fmt: skip
         """Draw a run of straight lines, maybe dashed; a closed one may be filled with a grey."""
-        if self.counting:
-            return
         ways = points.tolist() if isinstance(points, np.ndarray) else points
         # A path writes its numbers itself, but takes most of the time of a manual for it.
         steps = [f"{x:.3f} {y:.3f} {'l' if at else 'm'}" for at, (x, y) in enumerate(ways)]
@@ -225,8 +227,6 @@ class Book:
         canvas = self._canvas
         self._n_images += 1
         name = f"picture{self._n_images}"
-        if self.counting:
-            return
         document, pixels = canvas._doc, Pixels(name, picture)
         document.Reference(pixels, document.getXObjectName(name))
         document.addForm(name, pixels)
@@ -237,7 +237,11 @@ class Book:
         canvas.restoreState()
 
     def finish(self) -> bytes:
-        """Return the PDF."""
+        """Return the PDF; how many pages there are is known now, and stands on each."""
+        self._canvas.showPage()
+        self._canvas.beginForm(_COUNT)
+        self.text(self._count_left, self._head, str(self.n_pages), size=SMALL)
+        self._canvas.endForm()
         self._canvas.save()
         return self._file.getvalue()
 
@@ -271,15 +275,41 @@ def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list
     >>> wrapped("lay A1 over B2", 10.0, 40.0)
     ['lay A1', 'over B2']
     """
-    lines: list[str] = []
-    space = text_width(" ", size, bold=bold)
-    used = 0.0
-    for word in printable(text).split(" "):
-        wide = text_width(word, size, bold=bold)
-        if lines and used + space + wide <= width:
-            lines[-1] += f" {word}"
-            used += space + wide
+    return list(simpleSplit(printable(text), _BOLD if bold else _PLAIN, size, width))
+
+
+class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
+    """A picture as an object of a PDF.
+
+    reportlab's own pictures are written in letters, which takes a quarter more room and most of
+    the time of a manual with a picture for each step.
+
+    Parameters
+    ----------
+    name : str
+        Unique in its PDF.
+    picture : Image or Painted
+        RGB, or of few colours.
+    """
+
+    def __init__(self, name: str, picture: Image.Image | Painted) -> None:
+        super().__init__(name)
+        self._filters = ("FlateDecode",)
+        self.bitsPerComponent = 8
+        self._colours = b""
+        if isinstance(picture, Painted):
+            self.width, self.height = picture.width_px, picture.height_px
+            self.colorSpace = "Indexed"
+            self._colours = picture.colours.tobytes()
+            self.streamContent = picture.packed
         else:
-            lines.append(word)
-            used = wide
-    return lines
+            self.width, self.height = picture.size
+            self.colorSpace = "DeviceRGB"
+            self.streamContent = zlib.compress(np.asarray(picture).tobytes())
+
+    def format(self, document: Any) -> bytes:
+        """Return the object as it is written: reportlab cannot name the colours of a picture."""
+        head, word, pixels = bytes(super().format(document)).partition(b"stream\n")
+        last, colours = len(self._colours) // 3 - 1, self._colours.hex().encode()
+        named = b"[ /Indexed /DeviceRGB %d <%s> ]" % (last, colours)
+        return head.replace(b"/Indexed", named) + word + pixels

@@ -7,7 +7,6 @@ import numpy as np
 
 from fabweave.assembly.manual.painting import POINTS_PX
 from fabweave.assembly.manual.scene import Scene
-from fabweave.assembly.manual.words import strand_pieces
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.flat.crossing_map import CrossingMap, StepRecord
 from fabweave.picture.camera import Frame
@@ -57,6 +56,18 @@ class Slide:
 
     points: FloatArray
     beneath: BoolArray
+
+
+def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
+    """Return the pieces of each strand: crossing, and whether it is the one on top.
+
+    A ring of one piece that laps itself there is named once.
+    """
+    strands: dict[tuple[int, bool], list[str]] = {}
+    for piece in crossing_map.pieces:
+        for strand in dict.fromkeys((one.crossing, one.over) for one in piece.stations):
+            strands.setdefault(strand, []).append(piece.id)
+    return strands
 
 
 class Drawn:

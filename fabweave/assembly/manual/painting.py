@@ -7,8 +7,8 @@ is in place and where pieces end as the colours do.
 import zlib
 
 import numpy as np
+from PIL import Image
 
-from fabweave.assembly.manual.pixels import Painted
 from fabweave.assembly.manual.scene import Scene
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
@@ -32,6 +32,31 @@ FIXED = ((255, 255, 255), (119, 119, 119), (0, 0, 0), (242, 242, 242))
 _MOST_COLOURS = 256
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _KEY = (-0.42, 0.62, 0.66)
+
+
+@frozen_value
+class Painted:
+    """A picture of few colours, packed.
+
+    Parameters
+    ----------
+    width_px, height_px : int
+    colours : (C, 3) uint8 array
+        At most 256.
+    packed : bytes
+        The number of the colour of each pixel, row after row from the top, deflated.
+    """
+
+    width_px: int
+    height_px: int
+    colours: Colours
+    packed: bytes
+
+    @property
+    def image(self) -> Image.Image:
+        """The picture in RGB."""
+        number = np.frombuffer(zlib.decompress(self.packed), dtype=np.uint8)
+        return Image.fromarray(self.colours[number.reshape(self.height_px, self.width_px)])
 
 
 @frozen_value

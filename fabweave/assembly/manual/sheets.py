@@ -1,22 +1,24 @@
 """Draw the sheets of the manual, with the names of their pieces and boxes to tick."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import shapely
 
 from fabweave.assembly.manual.book import (
+    PLATE,
+    SMALL,
     TEXT,
     Book,
     text_width,
 )
-from fabweave.assembly.manual.piece_titles import place_across, upright
-from fabweave.assembly.manual.stock import draw_stock, write_stock
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.cut.labels.titles import Title, place_titles
-from fabweave.flat.crossing_map import CrossingMap, Point
+from fabweave.cut.notes.stock_notes import hatch
+from fabweave.flat.crossing_map import CrossingMap, Point, SheetRecord
 
 SHEETS = "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
@@ -25,6 +27,9 @@ _MOST_TILES, _READABLE = 4, 8.0
 _LARGEST, _SHORT_LIST = 14.0, 8
 _TITLE_MM = 14.0
 _FLAT_MM = 0.1
+#: Names are tried at so many places along a piece, the middle first.
+_PLACES = 15
+_MARGIN_DASH, _REST_DASH = (1.0, 2.0), (6.0, 3.0)
 
 
 @frozen_value
@@ -268,3 +273,175 @@ def _natural(key: str) -> tuple[str, int]:
     """Sort A2 before A10."""
     letters = key.rstrip("0123456789")
     return letters, int(key[len(letters) :] or 0)
+
+
+def draw_stock(
+    book: Book,
+    sheet: SheetRecord,
+    margin_mm: float,
+    at: Callable[[FloatArray], FloatArray],
+    window: tuple[FloatArray, FloatArray],
+) -> None:
+    """Draw the part of a sheet that is shown.
+
+    Parameters
+    ----------
+    book : Book
+    sheet : SheetRecord
+    margin_mm : float
+        Dotted.
+    at : callable
+        Takes points of the sheet, (N, 2), to the page.
+    window : two (2,) arrays
+        Least and greatest corner of the part.
+    """
+    shown = shapely.box(*window[0], *window[1])
+    whole = shapely.Polygon(sheet.outline)
+    for ring in _rings(shapely.intersection(whole, shown)):
+        book.line(at(ring), width=1.0, closed=True)
+    inner = shapely.buffer(whole, -margin_mm)
+    for line in _lines(shapely.intersection(shapely.boundary(inner), shown)):
+        book.line(at(line), width=0.4, grey=0.5, dash=_MARGIN_DASH)
+    for defect in sheet.defects:
+        spoilt = shapely.make_valid(shapely.Polygon(defect))
+        for part in shapely.get_parts(shapely.intersection(spoilt, shown)):
+            for ring in _rings(part):
+                book.line(at(ring), width=0.4, grey=0.3, closed=True)
+                for line in hatch(ring):
+                    book.line(at(line), width=0.3, grey=0.5)
+    if sheet.rest is not None:
+        border = shapely.LinearRing(sheet.rest.outline)
+        for line in _lines(shapely.intersection(border, shown)):
+            book.line(at(line), width=0.6, grey=0.45, dash=_REST_DASH)
+
+
+def stock_words(sheet: SheetRecord) -> str:
+    """Say what the stock is called, and what its drawing shows besides the pieces."""
+    sentences = []
+    if sheet.stock:
+        sentences.append(f"From the stock: {sheet.stock}{' (an offcut)' * sheet.offcut}.")
+    sentences.append("Dotted: the margin.")
+    if sheet.defects:
+        sentences.append("Hatched: defects.")
+    if sheet.rest is not None:
+        sentences.append(f"Dashed: {sheet.rest.name}, to be kept.")
+    return " ".join(sentences)
+
+
+def write_stock(book: Book, sheet: SheetRecord) -> None:
+    """Write these words below a drawing."""
+    book.y = book.block(book.left, book.y, stock_words(sheet), book.right - book.left, size=SMALL)
+
+
+def _rings(shape: Any) -> list[FloatArray]:
+    """Return the outlines of polygons, without their last points, which are their first."""
+    return [
+        shapely.get_coordinates(part.exterior)[:-1]
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon" and not part.is_empty
+    ]
+
+
+def _lines(shape: Any) -> list[FloatArray]:
+    """Return the runs of points of lines."""
+    merged = shapely.line_merge(shape)
+    return [
+        np.asarray(shapely.get_coordinates(part))
+        for part in shapely.get_parts(merged)
+        if part.geom_type in ("LineString", "LinearRing") and not part.is_empty
+    ]
+
+
+def upright(angle_deg: float) -> float:
+    """Return the direction of a text that is not on its head, between -90 and 90 degrees.
+
+    Examples
+    --------
+    >>> upright(135.0), upright(-90.0), upright(90.0)
+    (-45.0, 90.0, 90.0)
+    """
+    return float(90.0 - (90.0 - angle_deg) % 180.0)
+
+
+def place_across(outlines: dict[str, FloatArray]) -> dict[str, tuple[float, float, float]]:
+    """Find a place for the name of each piece, along it, clear of the names before if it can be.
+
+    Parameters
+    ----------
+    outlines : dict from piece id to (N, 2) float array
+        Corners on the page, in points.
+
+    Returns
+    -------
+    dict from piece id to (x, y, angle)
+        Middle of the name, and its direction in degrees. A name that is clear nowhere stands where
+        it is farthest from others.
+
+    Examples
+    --------
+    >>> strip = np.array([[0.0, 0], [100, 0], [100, 2], [0, 2]])
+    >>> [round(float(value), 1) for value in place_across({"A1": strip})["A1"]]
+    [50.0, 1.0, 0.0]
+    """
+    places: dict[str, tuple[float, float, float]] = {}
+    taken = np.full((1, 2), np.inf)
+    for key, outline in outlines.items():
+        reach = text_width(key, PLATE, bold=True) / 2
+        best = -np.inf
+        for middle, way in _candidates(outline):
+            # A name is clear if the middles of its letters are.
+            spots = middle + way * np.linspace(-reach, reach, 5)[:, None]
+            gaps = np.linalg.norm(spots[:, None] - taken, axis=2)
+            clear = min(float(gaps.min()), PLATE)
+            if clear > best:
+                best, chosen = clear, spots
+                angle = upright(float(np.degrees(np.arctan2(way[1], way[0]))))
+                places[key] = float(middle[0]), float(middle[1]), angle
+            if clear >= PLATE:
+                break
+        taken = np.concatenate((taken, chosen))
+    return places
+
+
+def _candidates(outline: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Return places along a strip's middle with the direction there, from the middle outwards."""
+    rails = _rails(outline)
+    steps = np.linspace(0.12, 0.88, _PLACES)
+    steps = steps[np.argsort(np.abs(steps - 0.5), kind="stable")]
+    places = []
+    for step in steps.tolist():
+        ends = [
+            np.array([_along(rail, step + by) for rail in rails]).mean(axis=0)
+            for by in (-0.04, 0.0, 0.04)
+        ]
+        way = ends[2] - ends[0]
+        size = float(np.linalg.norm(way))
+        places.append((ends[1], way / size if size else np.array([1.0, 0.0])))
+    return places
+
+
+def _rails(outline: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Cut a strip's outline at its ends, the two places with half of its border between them."""
+    size = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+    border = np.concatenate(([0.0], np.cumsum(size)))
+    closed = np.concatenate((outline, outline[:1]))
+    half = border[-1] / 2
+    starts = np.arange(0.0, half, half / 64)
+    ends, opposite = (
+        np.column_stack([np.interp(at, border, closed[:, axis]) for axis in (0, 1)])
+        for at in (starts, starts + half)
+    )
+    start = float(starts[np.argmax(np.linalg.norm(ends - opposite, axis=1))])
+    ways = np.linspace(0.0, half, 65)
+    there, back = (
+        np.column_stack([np.interp(at % border[-1], border, closed[:, axis]) for axis in (0, 1)])
+        for at in (start + ways, start - ways)
+    )
+    return there, back
+
+
+def _along(rail: FloatArray, share: float) -> FloatArray:
+    """Return a point of an evenly divided line."""
+    at = share * (len(rail) - 1)
+    low = min(int(at), len(rail) - 2)
+    return np.asarray(rail[low] + (rail[low + 1] - rail[low]) * (at - low))

@@ -7,8 +7,14 @@ from itertools import groupby
 import numpy as np
 
 from fabweave.assembly.manual.marks import Drawn, Mark, Places, Slide, new_mark, on_page
-from fabweave.assembly.manual.painting import POINTS_PX, PX_MM, Palette, make_palette, paint
-from fabweave.assembly.manual.pixels import Painted
+from fabweave.assembly.manual.painting import (
+    POINTS_PX,
+    PX_MM,
+    Painted,
+    Palette,
+    make_palette,
+    paint,
+)
 from fabweave.assembly.manual.scene import Scene
 from fabweave.assembly.manual.views import VIEWS, views_of_steps
 from fabweave.core.arrays import FloatArray, frozen_value

@@ -1,32 +1,22 @@
 """Write the steps of the manual: the whole object now and then, and each step in large."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from fabweave.assembly.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.assembly.manual.cards import Card, lay_card, what_is_met, write_card
-from fabweave.assembly.manual.marks import Slide
-from fabweave.assembly.manual.ring_picture import RingPicture, ring_picture
+from fabweave.assembly.manual.marks import Slide, strand_pieces
 from fabweave.assembly.manual.step_pictures import WHOLE, StepPicture, WholePicture
 from fabweave.assembly.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
-from fabweave.assembly.manual.words import (
-    BOXES,
-    LEGEND,
-    RINGED,
-    UNPICTURED,
-    hang_words,
-    layers_words,
-    place_words,
-    progress_words,
-    steps_words,
-    strand_pieces,
-    time_words,
-    view_words,
-)
-from fabweave.core.arrays import FloatArray
-from fabweave.flat.crossing_map import CrossingMap, StepRecord
+from fabweave.assembly.manual.views import side_words
+from fabweave.assembly.steps import listed
+from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.messages import agree
+from fabweave.flat.crossing_map import CrossingMap, PieceRecord, StepRecord
 from fabweave.flat.rim_ring import RimRing
+from fabweave.picture.camera import View
 
 SECTION = "Steps"
 #: Size of all texts, of the number of a step, and of what stands beside it, in points.
@@ -37,6 +27,32 @@ _GUTTER, _GAP, _BELOW_LINE = 15.0, 5.0, 4.0
 _BOX = 8.0
 #: Between cards, and around them.
 _CARD_GAP = 5.0
+#: Numbers of holes stand so far beyond the border, and need so much room, and so much is between
+#: pieces, in points.
+_BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
+#: The corners of arcs are off by so much, millimetres.
+_FLAT_MM = 0.05
+_POINTS_MM = 72.0 / 25.4
+LEGEND = (
+    "A picture of the whole object shows where the next pieces go; then each step has a picture "
+    "of its own, seen from the same side. New pieces have their full colour and a heavy outline, "
+    "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
+    "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
+    "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
+    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
+    "and its start at the left: in order from there, all that crosses it and is in place, with a "
+    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
+    "come."
+)
+UNPICTURED = (
+    "There are too many steps to show each in a picture here: model.glb shows the woven object, "
+    "and assembly.html each step on it, where that could be made."
+)
+RINGED = (
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
+)
+BOXES = " Tick the box of a piece when it is in its place."
 
 
 def write_steps(
@@ -75,6 +91,31 @@ def write_steps(
             writer.write(step, picture)
     for step, ring in zip(crossing_map.steps[len(woven) :], rings, strict=True):
         writer.write_ring(step, ring)
+
+
+@frozen_value
+class FlatPiece:
+    """A piece of a ring in a picture, in points from its upper left corner, y upwards.
+
+    Parameters
+    ----------
+    id : str
+    outline : (N, 2) float array
+    holes : (H, 2) float array
+    numbers : (H, 2) float array
+        Where the number of each hole stands, beyond the outer border.
+    hole : float
+        The radius of the holes.
+    middle : (2,) float array
+        Where the id stands: in the middle of the band, between two holes.
+    """
+
+    id: str
+    outline: FloatArray
+    holes: FloatArray
+    numbers: FloatArray
+    hole: float
+    middle: FloatArray
 
 
 class _Writer:
@@ -122,8 +163,6 @@ class _Writer:
         book = self._book
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
-        if book.counting:
-            return
         room = self._wide - WHOLE[0] - _GUTTER
         head = steps_words(steps[0].number, steps[-1].number)
         book.text(x, y - 16.0, head, size=14.0, bold=True)
@@ -154,8 +193,6 @@ class _Writer:
         high = self._text_top(rows) + self._told(texts, room)
         high += sum(max(card.high for card in line) + _CARD_GAP for line in lines)
         x, y = self._room(max(high, tall + _BELOW_LINE))
-        if self._book.counting:
-            return
         end = self._write_texts(x, y, step, rows, texts, room)
         for line in lines:
             for number, card in enumerate(line):
@@ -167,12 +204,14 @@ class _Writer:
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
-        picture = ring_picture(ring, self._wide)
+        pieces, high, ratio = lay_ring(ring, self._wide)
         texts = [step.text, hang_words(step, self._map)]
         rows = self._rows(step, self._wide)
-        x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + picture.high)
+        x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + high)
         end = self._write_texts(x, y, step, rows, texts, self._wide)
-        self._draw_ring(picture, np.array([x, end]))
+        self._draw_ring(pieces, np.array([x, end]))
+        corner = x + self._wide, end - high + 2.5
+        self._book.text(*corner, f"1 : {ratio:g}", size=_TEXT, align=1.0)
 
     def _told(self, texts: Sequence[str], room: float) -> float:
         """Return the height of texts below one another."""
@@ -208,23 +247,17 @@ class _Writer:
             if met:
                 yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
 
-    def _draw_ring(self, picture: RingPicture, corner: FloatArray) -> None:
+    def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
         """Draw the pieces of a ring with their upper left corner at a place."""
         book = self._book
-        for piece in picture.pieces:
+        for piece in pieces:
             book.line(piece.outline + corner, width=0.8, closed=True, fill=0.93)
-            for number, (hole, beside) in enumerate(
-                zip(piece.holes + corner, piece.numbers + corner, strict=True), start=1
-            ):
-                x, y = hole.tolist()
+            for x, y in (piece.holes + corner).tolist():
                 book.circle(x, y, piece.hole)
-                x, y = beside.tolist()
+            for number, (x, y) in enumerate((piece.numbers + corner).tolist(), start=1):
                 book.text(x, y, str(number), size=_TEXT, align=0.5, middle=True)
             x, y = (piece.middle + corner).tolist()
             book.text(x, y, piece.id, size=_TEXT, bold=True, align=0.5, middle=True)
-        x, y = corner.tolist()
-        ratio = f"1 : {picture.ratio:g}"
-        book.text(x + self._wide, y - picture.high + 2.5, ratio, size=_TEXT, align=1.0)
 
     def _write_head(
         self, x: float, y: float, step: StepRecord, rows: list[list[str]], room: float
@@ -326,3 +359,155 @@ def _draw_slide(book: Book, slide: Slide, corner: FloatArray) -> None:
     side = np.array([-way[1], way[0]])
     head = np.stack((tip + 7.0 * way, tip + 3.2 * side, tip - 3.2 * side))
     book.line(head, width=0.8, grey=1.0, closed=True, fill=0.0)
+
+
+def place_words(piece: PieceRecord, *, by_kind: bool) -> str:
+    """Return the id of a piece, and where it is found: on which sheet, or among which kind.
+
+    Parameters
+    ----------
+    piece : PieceRecord
+    by_kind : bool
+        Whether pieces bear their kind in place of their id.
+    """
+    which = f"sheet {piece.sheet}"
+    if by_kind:
+        which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
+    return f"{piece.id} ({which})"
+
+
+def layers_words(
+    step: StepRecord,
+    pieces: Mapping[str, PieceRecord],
+    strands: Mapping[tuple[int, bool], Sequence[str]],
+    crossings: Sequence[int],
+) -> str:
+    """Say where the last layer has come, by the pieces that meet there.
+
+    Parameters
+    ----------
+    step : StepRecord
+    pieces : mapping from id to PieceRecord
+    strands : mapping
+        From ``strand_pieces``.
+    crossings : sequence of int
+        Those of the step that are complete now and matter.
+    """
+    met: dict[str, list[str]] = {}
+    for crossing in crossings:
+        over, key = next(
+            (station.over, key)
+            for key in reversed(step.pieces)
+            for station in pieces[key].stations
+            if station.crossing == crossing
+        )
+        others = met.setdefault(key, [])
+        others += [one for one in strands[crossing, not over] if one not in others]
+    said = "; ".join(f"{key} with {listed(others)}" for key, others in met.items())
+    return f"All layers are in place: {said}." if said else ""
+
+
+def hang_words(step: StepRecord, crossing_map: CrossingMap) -> str:
+    """Say which crossings that are fastened in a step carry a cord or a foot, and in what hole."""
+    pieces = {piece.id: piece for piece in crossing_map.pieces}
+    holes = {joint.id: joint.hole_mm for joint in crossing_map.joints}
+    said = []
+    for crossing in crossing_map.crossings:
+        if crossing.hang and crossing.id in step.fasten:
+            station = pieces[crossing.over.piece].stations[crossing.over.station]
+            hole = station.hole_mm
+            if hole is None and station.joint is not None:
+                hole = holes[station.joint]
+            said.append(
+                f"{crossing.over.piece} with {crossing.under.piece}"
+                + (f" (hole of {hole:g} mm)" if hole is not None else "")
+            )
+    return f"A cord or a foot goes here: {listed(said)}." if said else ""
+
+
+def view_words(view: View, *, turned: bool) -> str:
+    """Say from where the next steps are seen, and whether the object is to be turned for it.
+
+    Examples
+    --------
+    >>> view_words(View(-60.0, 35.0), turned=True)
+    'Turn the object to see it from the front right and above.'
+    """
+    side = side_words(view)
+    return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
+
+
+def steps_words(first: int, last: int) -> str:
+    """Name a run of steps that comes next.
+
+    Examples
+    --------
+    >>> steps_words(3, 3), steps_words(3, 7)
+    ('Next: step 3', 'Next: steps 3 to 7')
+    """
+    return f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
+
+
+def progress_words(there: int, pieces: int) -> str:
+    """Say how many pieces are in place after some steps.
+
+    Examples
+    --------
+    >>> progress_words(12, 96)
+    'With these, 12 of 96 pieces are in place.'
+    """
+    return f"With these, {there} of {agree(pieces, '{n} [piece is|pieces are]')} in place."
+
+
+def time_words(seconds: float, so_far: float) -> str:
+    """Say about how long a step takes, and all steps up to it.
+
+    Examples
+    --------
+    >>> time_words(20.0, 20.0), time_words(200.0, 4000.0)
+    ('1 min, 0 h 01', '3 min, 1 h 07')
+    """
+    whole = max(round(so_far / 60.0), 1)
+    return f"{max(round(seconds / 60.0), 1)} min, {whole // 60} h {whole % 60:02d}"
+
+
+def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]:
+    """Lay the pieces of a ring below one another, all in one scale, letters up, as engraved.
+
+    Returns
+    -------
+    pieces : list of FlatPiece
+    high : float
+        How high all of them are, in points.
+    ratio : float
+        How many times smaller they are than cut.
+    """
+    outlines = [piece.path.flattened(_FLAT_MM) for piece in ring.pieces]
+    widest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
+    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS))
+    ratio = max(math.ceil(10.0 * needed) / 10.0, 1.0)
+    scale = _POINTS_MM / ratio
+    pieces, top = [], 0.0
+    for piece, outline in zip(ring.pieces, outlines, strict=True):
+        radii = np.hypot(*outline.T) * scale
+        reach = float(radii.max()) + _BEYOND
+        holes = piece.holes[:, :2] * scale
+        numbers = holes * (reach / np.hypot(*holes.T))[:, None]
+        drawn = np.concatenate((outline * scale, numbers))
+        low, high = drawn.min(axis=0) - _DIGITS, drawn.max(axis=0) + _DIGITS
+        shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
+        half = len(holes) // 2
+        between = holes[half - 1 : half + 1].mean(axis=0)
+        away = (radii.min() + radii.max()) / 2.0
+        pieces.append(
+            FlatPiece(
+                id=piece.id,
+                outline=outline * scale + shift,
+                holes=holes + shift,
+                numbers=numbers + shift,
+                hole=float(piece.holes[0, 2]) / 2.0 * scale,
+                middle=between * (away / np.hypot(*between)) + shift,
+            )
+        )
+        top -= float(high[1] - low[1]) + _BETWEEN
+    return pieces, -top, ratio

@@ -58,31 +58,14 @@ def manual_pdf(
     bytes
         The same for the same input. Its texts are in the fonts that every reader has.
     """
-    n_pages = 0
-    # Pages say how many there are: the first time they are counted.
-    for _ in range(2):
-        book = Book(paper, facts.title, n_pages)
-        _write(book, crossing_map, facts, drawings, pictures, seconds, rings)
-        n_pages = book.n_pages
-    return book.finish()
-
-
-def _write(
-    book: Book,
-    crossing_map: CrossingMap,
-    facts: Facts,
-    drawings: Sequence[SheetDrawing],
-    pictures: Sequence[WholePicture],
-    seconds: Sequence[float],
-    rings: Sequence[RimRing],
-) -> None:
-    """Write all pages."""
+    book = Book(paper, facts.title)
     write_cover(book, crossing_map, facts)
     write_legend(book, crossing_map, drawn_pieces(*drawings))
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
     write_steps(book, crossing_map, pictures, seconds, rings)
+    return book.finish()
 
 
 def write_manual(

@@ -8,7 +8,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.cut.labels.lettering import place_text
-from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, find_spots
+from fabweave.cut.labels.placement import CLEAR_MM, Spot, covered_rooms, covers_of, find_spots
 from fabweave.cut.labels.texts import Label, Missing, Wish, kind_wishes, spare_wishes, wishes
 from fabweave.flat.congruence import Kinds, motion_onto
 from fabweave.flat.piece import Piece
@@ -217,3 +217,34 @@ def _inside(
         tuple(stroke for stroke, good in zip(piece_strokes, flags.tolist(), strict=True) if good)
         for piece_strokes, flags in zip(strokes, kept, strict=True)
     ]
+
+
+def seen_mm(pieces: Sequence[Piece], marks: Sequence[Marks]) -> float:
+    """Return the length of all strokes that no strand covers.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    marks : sequence of Marks
+        What is engraved on the outer face of each.
+
+    Returns
+    -------
+    float
+        Millimetres; 0.0 if everything is covered.
+    """
+    # What is hidden is covered by its making; only the rest is to be measured.
+    return sum(
+        _seen_of_piece(piece, [*(stroke for label in one.seen for stroke in label.strokes)])
+        + _seen_of_piece(piece, one.ticks)
+        for piece, one in zip(pieces, marks, strict=True)
+    )
+
+
+def _seen_of_piece(piece: Piece, strokes: Sequence[np.ndarray]) -> float:
+    """Return how much of some strokes is outside all covers of their piece."""
+    if not strokes:
+        return 0.0
+    lines = shapely.multilinestrings([shapely.linestrings(stroke) for stroke in strokes])
+    covers = shapely.union_all(covers_of(piece))
+    return float(shapely.length(shapely.difference(lines, covers)))

@@ -3,30 +3,20 @@
 import math
 from collections import defaultdict
 from collections.abc import Sequence
+from statistics import median
 from typing import NamedTuple
 
 from fabweave.core.records import record
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap, HoleRecord, StepRecord
 from fabweave.flat.joint.kinds import KINDS
-from fabweave.report.costs.fasteners import fastener_class
+from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.
 _UNDER = 0.38
 _HOUR_S = 3600.0
-
-
-@record
-class Counts:
-    """What is done how often: ``joints`` without fasteners by kind, ``fasteners`` by diameter."""
-
-    pieces: int
-    over: int
-    under: int
-    joints: tuple[tuple[str, int], ...]
-    fasteners: tuple[tuple[float, int], ...]
 
 
 @record
@@ -47,6 +37,10 @@ class AssemblyTime:
     practised_h: float
     hours: Span
 
+    def often(self, action: str) -> int:
+        """Return how often something is done."""
+        return sum(one.count for one in self.actions if one.action == action)
+
 
 class Difficulty(NamedTuple):
     """How difficult an assembly is, from 0 to 10, and in a word or two."""
@@ -55,10 +49,38 @@ class Difficulty(NamedTuple):
     word: str
 
 
-def step_counts(
+def hardware_for(hole_mm: float, bill: BillOfMaterials) -> list[Hardware]:
+    """Return the sorts of fasteners that holes of a size may take.
+
+    Those that hold a stack of the bill; where none does, those whose own holes are nearest.
+
+    Parameters
+    ----------
+    hole_mm : float
+    bill : BillOfMaterials
+
+    Examples
+    --------
+    >>> from fabweave.flat.bill_of_materials import GlueRow, TapeRow
+    >>> glue, tape = GlueRow(joints=0, area_mm2=0.0), TapeRow(joints=0, length_mm=0.0)
+    >>> bare = BillOfMaterials(fasteners=(), glue=glue, tape=tape)
+    >>> [sort.name for sort in hardware_for(4.7, bare)]
+    ['book-screw']
+    """
+    names = [
+        name for row in bill.fasteners if row.diameter_mm == hole_mm for name in row.fits or ()
+    ]
+    if names:
+        return [hardware_named(name) for name in dict.fromkeys(names)]
+    sorts = list(hardware_catalogue().values())
+    off = [max(sort.hole_mm[0] - hole_mm, hole_mm - sort.hole_mm[1], 0.0) for sort in sorts]
+    return [sort for sort, far in zip(sorts, off, strict=True) if far == min(off)]
+
+
+def job_hands(
     steps: Sequence[StepRecord], joints: Sequence[str], bill: BillOfMaterials
-) -> Counts:
-    """Count what is done in steps that are known.
+) -> AssemblyTime:
+    """Return how long hands take whose steps are known.
 
     Parameters
     ----------
@@ -68,7 +90,7 @@ def step_counts(
     bill : BillOfMaterials
         Whose fasteners are set.
     """
-    return _counts(
+    return assembly_time(
         sum(step.handled for step in steps),
         sum(len(step.over) for step in steps),
         sum(len(step.under) for step in steps),
@@ -77,74 +99,66 @@ def step_counts(
     )
 
 
-def planned_counts(
+def planned_hands(
     pieces: int, crossings: int, joints: Sequence[str], bill: BillOfMaterials
-) -> Counts:
-    """Predict what is done before the order of pieces is known.
+) -> AssemblyTime:
+    """Predict how long hands take, before the order of pieces is known.
 
     At each crossing one strand is laid over or slid under the other; of two pieces that are joined
     there, one or both.
     """
     placed = crossings + len(joints) // 2
     under = round(_UNDER * placed)
-    return _counts(pieces, placed - under, under, joints, bill)
+    return assembly_time(pieces, placed - under, under, joints, bill)
 
 
-def _counts(
+def assembly_time(
     pieces: int, over: int, under: int, joints: Sequence[str], bill: BillOfMaterials
-) -> Counts:
-    held = sorted({kind for kind in joints if not KINDS[kind].most_fasteners})
-    diameters = sorted({row.diameter_mm for row in bill.fasteners})
-    return Counts(
-        pieces=pieces,
-        over=over,
-        under=under,
-        joints=tuple((kind, joints.count(kind)) for kind in held),
-        fasteners=tuple(
-            (size, sum(row.needed for row in bill.fasteners if row.diameter_mm == size))
-            for size in diameters
-        ),
-    )
-
-
-def assembly_time(counts: Counts) -> AssemblyTime:
+) -> AssemblyTime:
     """Return what actions take together.
 
-    Examples
-    --------
-    300 pieces, 500 strands over, 500 under and 600 fasteners of 10 s are 5.4 hours in practised
-    hands, and 8 to 16 in a maker's.
-
-    >>> counts = Counts(pieces=300, over=500, under=500, joints=(), fasteners=((3.2, 600),))
-    >>> found = assembly_time(counts)
-    >>> round(found.practised_h, 1), [round(hours) for hours in found.hours]
-    (5.4, [8, 16])
+    Parameters
+    ----------
+    pieces, over, under : int
+        How many pieces are taken up, and strands laid over others and slid under them.
+    joints : sequence of str
+        The kind of each joint.
+    bill : BillOfMaterials
+        Whose fasteners are set: each takes the middle of what the sorts take that fit.
     """
-    fasteners = sum(number for _, number in counts.fasteners)
+    held = [kind for kind in joints if not KINDS[kind].most_fasteners]
+    set_: dict[float, int] = defaultdict(int)
+    for row in bill.fasteners:
+        set_[row.diameter_mm] += row.needed
     often = {
-        "sort": counts.pieces,
-        "find": counts.pieces,
-        "take": counts.pieces,
-        "over": counts.over,
-        "under": counts.under,
-        "align": fasteners + sum(number for _, number in counts.joints),
+        "sort": pieces,
+        "find": pieces,
+        "take": pieces,
+        "over": over,
+        "under": under,
+        "align": sum(set_.values()) + len(held),
     }
     actions = [
         Action(action=name, count=often[name], each_s=seconds, words=words)
         for name, (seconds, words) in PRACTISED.items()
     ]
     actions += [
-        Action(action=kind, count=number, each_s=HOLDING_S[kind], words=f"to make a {kind} joint")
-        for kind, number in counts.joints
+        Action(
+            action=kind,
+            count=held.count(kind),
+            each_s=HOLDING_S[kind],
+            words=f"to make a {kind} joint",
+        )
+        for kind in sorted(set(held))
     ]
     actions += [
         Action(
-            action=f"fasten {size:g} mm",
-            count=number,
-            each_s=fastener_class(size).seconds,
+            action=_fastening(size),
+            count=set_[size],
+            each_s=median(sort.seconds for sort in hardware_for(size, bill)),
             words=f"to set a fastener in a hole of {size:g} mm",
         )
-        for size, number in counts.fasteners
+        for size in sorted(set_)
     ]
     practised = sum(action.count * action.each_s for action in actions) / _HOUR_S
     return AssemblyTime(
@@ -154,38 +168,48 @@ def assembly_time(counts: Counts) -> AssemblyTime:
     )
 
 
-def step_seconds(crossing_map: CrossingMap) -> list[float]:
+def _fastening(hole_mm: float) -> str:
+    """Name what sets a fastener in a hole."""
+    return f"fasten {hole_mm:g} mm"
+
+
+def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     """Return about how many seconds each step takes a maker: half way from quick to slow.
 
-    Its fasteners are set when the last layer of their crossing is in place, or with the ring that
-    they hold. All steps together take as long as ``assembly_time`` says, but for sorting, which
-    comes before them.
+    A piece is sorted out of its sheet in the step that places it. Fasteners are set when the last
+    layer of their crossing is in place, or with the ring that they hold.
+
+    Parameters
+    ----------
+    crossing_map : CrossingMap
+    hands : AssemblyTime
+        Of the same job: all steps together take as long as it says.
     """
-    holes: dict[int, list[float]] = defaultdict(list)
+    holes: dict[int, list[str]] = defaultdict(list)
     for piece in crossing_map.pieces:
         for cut in piece.cutouts:
             station = piece.stations[cut.station]
             if isinstance(cut, HoleRecord) and station.over:
-                holes[station.crossing].append(cut.diameter_mm)
+                holes[station.crossing].append(_fastening(cut.diameter_mm))
     for crossing in crossing_map.crossings:
         if crossing.fastened is False:
             holes.pop(crossing.id, None)
     kind = {joint.id: joint.kind for joint in crossing_map.joints}
+    each_s = {action.action: action.each_s for action in hands.actions}
     seconds = []
     for step in crossing_map.steps:
-        set_here = [size for key in step.fasten for size in holes.get(key, ())]
-        held = [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
+        made = [name for key in step.fasten for name in holes.get(key, ())]
+        made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
         often = {
+            "sort": step.handled,
             "find": step.handled,
             "take": step.handled,
             "over": len(step.over),
             "under": len(step.under),
-            "align": len(set_here) + len(held),
+            "align": len(made),
         }
-        total = sum(count * PRACTISED[name][0] for name, count in often.items())
-        total += sum(HOLDING_S[name] for name in held)
-        total += sum(fastener_class(size).seconds for size in set_here)
-        seconds.append(MIDDLE_PACE * total)
+        total = sum(count * each_s[name] for name, count in often.items() if count)
+        seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
     return seconds
 
 

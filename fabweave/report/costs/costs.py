@@ -4,7 +4,7 @@ Everything is a range. ``job_costs`` is for sheets that are drawn and steps that
 ``planned_costs`` for pieces before they are nested; they agree on engraving and cutting.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -18,13 +18,11 @@ from fabweave.flat.pieces import PieceSet
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import (
     AssemblyTime,
-    Counts,
-    assembly_time,
     difficulty,
-    planned_counts,
-    step_counts,
+    hardware_for,
+    job_hands,
+    planned_hands,
 )
-from fabweave.report.costs.assumptions import assumptions_of
 from fabweave.report.costs.machine_time import (
     MachineTime,
     add_times,
@@ -34,15 +32,167 @@ from fabweave.report.costs.machine_time import (
 )
 from fabweave.report.costs.money import (
     Price,
+    fastener_price,
     hardware_price,
     machine_price,
     sheet_price,
     sum_prices,
 )
-from fabweave.report.costs.rates import MaterialRates, material_rates
-from fabweave.stock.machine import Span
-from fabweave.stock.material import Material
+from fabweave.stock.machine import CURRENCY, PACE, OneOrSpan, Span, as_span, machines
+from fabweave.stock.material import Material, machine_of
 from fabweave.stock.sheet_size import SheetSize
+
+
+@record
+class MaterialRates:
+    """Speeds and prices of a material: millimetres and seconds, prices in its currency.
+
+    Pairs are a least and a greatest value. What is None, or an empty source, is not known.
+    """
+
+    material: str
+    thickness_mm: float
+    machine: str
+    speed_mm_s: Span | None
+    engrave_mm_s: Span
+    rapid_mm_s: Span
+    acceleration_mm_s2: Span
+    deviation_mm: float
+    pierce_s: Span
+    laser_on_s: Span
+    speed_source: str
+    price_per_m2: OneOrSpan | None
+    machine_per_h: OneOrSpan | None
+    currency: str
+    price_source: str
+
+
+def material_rates(material: Material) -> MaterialRates:
+    """Return the speeds and prices of a material, with those of its machine."""
+    machine = machine_of(material)
+    return MaterialRates(
+        material=material.name,
+        thickness_mm=material.thickness_mm,
+        machine=machine.name,
+        speed_mm_s=material.speed_mm_s,
+        engrave_mm_s=machine.engrave_mm_s,
+        rapid_mm_s=machine.rapid_mm_s,
+        acceleration_mm_s2=machine.acceleration_mm_s2,
+        deviation_mm=machine.deviation_mm,
+        pierce_s=machine.pierce_s,
+        laser_on_s=machine.laser_on_s,
+        speed_source=material.speed_source,
+        price_per_m2=material.price_per_m2,
+        machine_per_h=material.machine_per_h,
+        currency=material.currency,
+        price_source=material.price_source,
+    )
+
+
+def assumptions_of(
+    rates: Sequence[MaterialRates],
+    hands: AssemblyTime,
+    bill: BillOfMaterials,
+    *,
+    calibration: float,
+    planned: bool,
+    stock: bool,
+) -> tuple[str, ...]:
+    """Return what costs rest on.
+
+    Parameters
+    ----------
+    rates : sequence of MaterialRates
+    hands : AssemblyTime
+    bill : BillOfMaterials
+    calibration : float
+    planned : bool
+        Whether pieces are not nested yet.
+    stock : bool
+        Whether a list of stock has prices.
+    """
+    told = [text for one in rates for text in _speeds(one)]
+    if calibration != 1.0:
+        told.append(
+            f"Times of the machine are multiplied by {calibration:g}, as one job was measured "
+            "(--calibrate)."
+        )
+    else:
+        told.append(
+            "Nothing is measured on your machine: after a first job, --calibrate makes these times "
+            "yours."
+        )
+    told += [
+        "Lines are followed one colour after another, with one acceleration, slowly round corners, "
+        "and from rest to rest; loading sheets and focusing are not counted.",
+        f"Hands: {', '.join(f'{each.each_s:g} s {each.words}' for each in hands.actions)}, "
+        f"practised, times {PACE[0]:g} to {PACE[1]:g} for a maker; waiting for glue is not "
+        "counted.",
+        *(text for one in rates for text in _prices(one)),
+    ]
+    if stock:
+        told.append("Prices in the list of stock are taken to be in the currency of the material.")
+    told += _hardware(bill)
+    if planned:
+        told.append(
+            "Pieces are not nested yet: ways between them, the area of sheets and the strands that "
+            "are slid under others are predicted, and sheets are not counted whole."
+        )
+    return tuple(told)
+
+
+def _span(value: OneOrSpan) -> str:
+    """Return a range in words."""
+    low, high = as_span(value)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _speeds(rates: MaterialRates) -> Iterator[str]:
+    """Say how fast a material is cut."""
+    name = f"{rates.material} {rates.thickness_mm:g} mm"
+    machine = machines()[rates.machine].title
+    if rates.speed_mm_s is None:
+        yield (
+            f"No cutting speed of {name} is known: write speed_mm_s in a materials file of your "
+            "own."
+        )
+        cut = ""
+    else:
+        source = f" ({rates.speed_source})" if rates.speed_source else ""
+        cut = f" is cut at {_span(rates.speed_mm_s)} mm/s{source},"
+    yield (
+        f"{name}{cut} is engraved at {_span(rates.engrave_mm_s)} mm/s; a {machine} moves at "
+        f"{_span(rates.rapid_mm_s)} mm/s, gathers speed at {_span(rates.acceleration_mm_s2)} "
+        f"mm/s², and rests {_span(rates.pierce_s)} s where a cut begins."
+    )
+
+
+def _prices(rates: MaterialRates) -> Iterator[str]:
+    """Say what a material and its machine cost."""
+    name = f"{rates.material} {rates.thickness_mm:g} mm"
+    if rates.price_per_m2 is None:
+        yield (
+            f"No price of {name} is known: write price_per_m2 and currency in a materials file of "
+            "your own."
+        )
+    else:
+        source = f" ({rates.price_source})" if rates.price_source else ""
+        yield f"{name} costs {_span(rates.price_per_m2)} {rates.currency} a square metre{source}."
+    if rates.machine_per_h is not None:
+        yield f"An hour of the machine costs {_span(rates.machine_per_h)} {rates.currency}."
+
+
+def _hardware(bill: BillOfMaterials) -> Iterator[str]:
+    """Say what fasteners, glue and tape cost."""
+    for size in sorted({row.diameter_mm for row in bill.fasteners}):
+        sorts = ", ".join(sort.title for sort in hardware_for(size, bill))
+        yield (
+            f"A fastener for a hole of {size:g} mm ({sorts}) costs "
+            f"{_span(fastener_price(size, bill))} {CURRENCY}, an estimate."
+        )
+    if bill.glue.joints or bill.tape.joints:
+        yield "Glue and tape cost a cent or two a joint, an estimate."
+
 
 #: Before pieces are nested: the share of sheets that pieces fill, from the worst to the best, an
 #: estimate; a torus of 218 pieces on two sheets fills 0.34 of them, with most of the second free.
@@ -162,7 +312,7 @@ def job_costs(
         times,
         materials,
         sum_prices(sheet.price for sheet in each),
-        step_counts(steps, [joint.kind.name for joint in piece_set.joints], bill),
+        job_hands(steps, [joint.kind.name for joint in piece_set.joints], bill),
         bill,
         sheets=each,
         calibration=calibration,
@@ -210,7 +360,7 @@ def planned_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_counts(len(pieces), crossings, joints, bill),
+        planned_hands(len(pieces), crossings, joints, bill),
         bill,
         planned=True,
         calibration=calibration,
@@ -222,7 +372,7 @@ def _costs(
     times: Sequence[MachineTime],
     materials: Sequence[Material],
     sheets_cost: Price | None,
-    counts: Counts,
+    hands: AssemblyTime,
     bill: BillOfMaterials,
     *,
     calibration: float,
@@ -234,7 +384,7 @@ def _costs(
     # Sums are of what is stated, so that whoever adds up the sheets finds them.
     machine = scaled_time(add_times(times), 1.0)
     total = machine.total_s
-    hands, hardware = assembly_time(counts), hardware_price(bill)
+    hardware = hardware_price(bill)
     rent = machine_price([time.total_s for time in times], materials)
     rates = tuple(material_rates(material) for material in dict.fromkeys(materials))
     return Costs(
@@ -245,7 +395,7 @@ def _costs(
         machine=machine,
         machine_s=None if total is None else (round(total[0], 3), round(total[1], 3)),
         assembly=hands,
-        difficulty=_difficulty(pieces, counts, hands),
+        difficulty=_difficulty(pieces, hands),
         sheet_price=sheets_cost,
         hardware_price=hardware,
         machine_price=rent,
@@ -256,11 +406,11 @@ def _costs(
     )
 
 
-def _difficulty(pieces: Sequence[Piece], counts: Counts, hands: AssemblyTime) -> DifficultyFigures:
+def _difficulty(pieces: Sequence[Piece], hands: AssemblyTime) -> DifficultyFigures:
     """Return how difficult an assembly is."""
     rails = np.concatenate([np.zeros((0, 2, 2)), *(piece.rails for piece in pieces)])
     widths = np.hypot(*(rails[:, 1] - rails[:, 0]).T)
     width = round(float(np.median(widths)), 3) if len(widths) else 0.0
-    unders = round(counts.under / max(counts.pieces, 1), 4)
+    unders = round(hands.often("under") / max(hands.often("take"), 1), 4)
     found = difficulty(hands.practised_h, unders, width)
     return DifficultyFigures(score=found.score, word=found.word, unders=unders, width_mm=width)

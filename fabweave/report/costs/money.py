@@ -4,11 +4,13 @@ from collections.abc import Iterable, Sequence
 
 from fabweave.core.records import record
 from fabweave.flat.bill_of_materials import BillOfMaterials
-from fabweave.report.costs.fasteners import GLUE_PRICE, TAPE_PRICE, fastener_class
+from fabweave.report.costs.assembly_time import hardware_for
 from fabweave.stock.machine import CURRENCY, Span, as_span
 from fabweave.stock.material import Material
 
 _HOUR_S = 3600.0
+#: Glue and tape for one joint, in euros: estimates.
+_GLUE_PRICE, _TAPE_PRICE = 0.01, 0.02
 
 
 @record
@@ -80,12 +82,17 @@ def hardware_price(bill: BillOfMaterials) -> Price:
     >>> price_text(hardware_price(bill))
     '3 to 15 EUR'
     """
-    joined = GLUE_PRICE * bill.glue.joints + TAPE_PRICE * bill.tape.joints
-    low, high = (
-        sum(row.buy * fastener_class(row.diameter_mm).price[end] for row in bill.fasteners)
-        for end in (0, 1)
-    )
-    return priced((low + joined, high + joined), CURRENCY)
+    low = high = _GLUE_PRICE * bill.glue.joints + _TAPE_PRICE * bill.tape.joints
+    for row in bill.fasteners:
+        least, most = fastener_price(row.diameter_mm, bill)
+        low, high = low + row.buy * least, high + row.buy * most
+    return priced((low, high), CURRENCY)
+
+
+def fastener_price(hole_mm: float, bill: BillOfMaterials) -> Span:
+    """Return what a fastener for a hole costs, from the cheapest to the dearest that fits."""
+    each = [sort.each for sort in hardware_for(hole_mm, bill)]
+    return min(low for low, _ in each), max(high for _, high in each)
 
 
 def machine_price(seconds: Sequence[Span | None], materials: Sequence[Material]) -> Price | None:

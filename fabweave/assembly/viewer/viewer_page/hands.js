@@ -1,7 +1,7 @@
 /** How long steps take a maker, from quick to slow, by the job's own estimate.
  *
  * The page holds seconds of each step half way between, and the hours of the whole job, from which
- * the span about that is taken. Sorting comes before the steps, and is not among them. */
+ * the span about that is taken. */
 function makeClock(plan) {
   const { seconds, hours } = plan.data.hands, middle = Math.sqrt(hours[0] * hours[1]) || 1;
   const span = (some) => timeText(hours.map((end) => (some * end) / middle));
