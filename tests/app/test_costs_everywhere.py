@@ -11,7 +11,7 @@ import pytest
 
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.text import inspection_text
-from fabweave.app.settings import Settings, settings_from_job
+from fabweave.app.settings import Settings
 from fabweave.cli.main import main
 from fabweave.core.records import from_json
 from fabweave.report.costs.money import Price, price_text
@@ -49,13 +49,6 @@ def test_terminal_outcome_page_and_manual_say_what_waste_json_says(told):
         assert text in page
     assert estimate["calibration"] == 1.25
     assert verify_job(folder).ok
-
-
-@pytest.mark.slow
-def test_the_factor_is_in_job_toml_and_comes_back(told):
-    folder, _ = told
-    assert settings_from_job(folder / "job.toml").calibrate == 1.25
-    assert tomllib.loads((folder / "job.toml").read_text("utf-8"))["job"]["calibrate"] == 1.25
 
 
 def test_inspect_tells_nearly_the_same_before_anything_is_nested(told):

@@ -27,15 +27,14 @@ from fabweave.app.design.rounds import Search
 from fabweave.app.design.search import explore
 from fabweave.app.design.variety import densities, name_of
 from fabweave.app.design.wishes import Wishes, choose, distance
-from fabweave.app.pipeline import make_job, run_job
+from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import processes
-from fabweave.core.records import from_json, to_json
+from fabweave.core.records import from_json
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.report.verdict import NotMakeableError, refused
-from fabweave.stock.sheet_size import parse_stock
 
 BALL = Settings("shape:icosahedron", size_mm=200.0, effort="quick")
 DESIGNS = [BALL, replace(BALL, refine="catmull-clark:1"), replace(BALL, pattern="twill")]
@@ -57,18 +56,6 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
         assert abs(told.sheets - len(job.layout.sheets)) <= 1
         assert one.candidate.verdict.level == job.verdict.level
         assert one.picture.startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-def test_many_sheets_of_large_pieces_are_foretold_to_one():
-    sheets = (parse_stock("400x300mm"),)
-    design = replace(
-        BALL, mesh="shape:torus?m=16&n=8", size_mm=800.0, material="birch-veneer", sheets=sheets
-    )
-    told = search.try_design(design, "k", "n").tried.candidate.figures
-    made = len(make_job(design).layout.sheets)
-    assert made > 9
-    assert abs(told.sheets - made) <= 1
 
 
 @pytest.mark.slow
@@ -215,11 +202,6 @@ def test_what_cannot_be_built_is_never_chosen():
         choose([bad], Wishes(pieces=10))
 
 
-def test_records_come_back_as_they_went():
-    one = candidate(hours=(1.5, 4.0), likeness_mm=3.25)
-    assert from_json(Candidate, json.loads(json.dumps(to_json(one)))) == one
-
-
 @given(st.floats(20.0, 2000.0), st.integers(1, 12))
 def test_densities_ascend_within_what_a_person_weaves(radius, count):
     found = densities(parse_shape(f"shape:sphere?n=2&radius={radius:.3f}"), count)
@@ -250,22 +232,6 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
     job = run_job(settings, tmp_path / "job").job
     assert f"{len(job.piece_set.pieces)} pieces (about 40 wished)" in why
     assert 20 <= len(job.piece_set.pieces) <= 80
-
-
-@pytest.mark.slow
-def test_what_is_too_fine_is_refused_with_what_can_be_built(tmp_path):
-    mesh = tmp_path / "ring.obj"
-    write_mesh(mesh, parse_shape("shape:torus?m=60&n=30"))
-    asked = Settings(
-        str(mesh), size_mm=200.0, material="museum-board", effort="quick", remesh="none"
-    )
-    with pytest.raises(CannotMakeError, match="is too stiff") as refusal:
-        make_or_advise(asked, tmp_path / "job")
-    told = str(refusal.value)
-    # Nobody wants it several times as large.
-    assert "--size" not in told.partition("These were tried")[0]
-    assert "a coarser mesh (--remesh quads:N makes one)" in told
-    assert "These were tried, and can be built:\n  --" in told
 
 
 @pytest.mark.slow

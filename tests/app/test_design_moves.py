@@ -8,12 +8,11 @@ from designs import candidate
 
 from fabweave.app.design import making
 from fabweave.app.design.candidate import Tried
-from fabweave.app.design.moves import because, moves
+from fabweave.app.design.moves import moves
 from fabweave.app.design.variety import FEWEST, MOST
 from fabweave.app.design.wishes import Wishes, distance, misses, values_text
 from fabweave.app.options.table import option_named
 from fabweave.app.settings import Settings
-from fabweave.report.verdict import refused
 
 ASKED = Settings("cow.obj", size_mm=400.0)
 BEST = replace(ASKED, remesh="quads:200")
@@ -95,31 +94,6 @@ def test_no_density_is_beyond_what_a_person_weaves(pieces):
     ]
     assert counts
     assert all(FEWEST <= count <= MOST for count in counts)
-
-
-def test_each_option_is_told_with_what_others_came_to():
-    designs = [
-        replace(BEST, max_length_mm=300.0),
-        BEST,
-        replace(BEST, remesh="quads:100", max_length_mm=300.0),
-        replace(BEST, remesh="quads:90", max_length_mm=300.0),
-        replace(ASKED, remesh="triangles:90"),
-    ]
-    tried = [candidate(pieces=n) for n in (150, 120, 100, 90, 80)]
-    tried[3] = replace(tried[3], figures=None, verdict=refused("too tight"))
-    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
-        "--remesh quads:200, as --remesh quads:100 has 100 pieces, and --remesh quads:90 has what "
-        "cannot be built",
-        "--max-length 300mm, as no other --max-length has 120 pieces",
-    ]
-
-
-def test_a_refined_mesh_is_told_beside_the_finer_one():
-    designs = [replace(ASKED, remesh="quads:50", refine="catmull-clark:1"), BEST]
-    tried = [candidate(pieces=n) for n in (150, 120)]
-    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
-        "--remesh quads:50 --refine catmull-clark:1, as --remesh quads:200 has 120 pieces"
-    ]
 
 
 def test_the_search_goes_where_the_wish_is(monkeypatch):

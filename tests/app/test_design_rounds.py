@@ -213,14 +213,6 @@ def test_where_nothing_helps_the_nearest_the_next_mesh_is_tried(explored, monkey
     assert {remesh for remesh, _ in sizes} == {"quads:400", "quads:800"}
 
 
-@pytest.mark.usefixtures("explored")
-def test_one_that_can_be_built_is_told_as_the_only_one():
-    found = search_designs(ASKED, [quads(75), quads(500)], 2)
-    assert found.why.startswith("Only one of 2 designs can be built from Birch veneer ply, 0.8 mm")
-    assert "Of the others, the nearest, D, fails by this: bend is broken." in found.why
-    assert found.instead == ()
-
-
 def test_the_nearest_is_what_misses_least():
     some = [failed(), stopped("bend", 3.0), GOOD, stopped("width", 2.0)]
     designs = [quads(count) for count in (10, 20, 30, 40)]

@@ -12,7 +12,6 @@ import trimesh
 from PIL import Image
 
 import fabweave as fw
-from fabweave.cli.main import main
 
 
 def folder_digest(folder: Path) -> dict[str, bytes]:
@@ -79,24 +78,6 @@ def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
                                 + ", ".join(proof.failed) + ")")  # fmt: skip
     assert "sheets/sheet_01.dxf is missing" in proof._repr_html_()
     assert {path.name for path in job.files} >= {"ball.obj", "job.toml", "crossing_map.json"}
-
-
-@pytest.mark.slow
-def test_a_job_of_a_mesh_in_memory_is_made_again_from_its_folder(steps, tmp_path):
-    *_, layout = steps
-    layout.write(tmp_path / "first")
-    main(["make", "--config", str(tmp_path / "first/job.toml"), "-o", str(tmp_path / "again")])
-    first, again = folder_digest(tmp_path / "first"), folder_digest(tmp_path / "again")
-    # The mesh is named by its path now, and need not be kept again.
-    assert first.keys() - again.keys() == {"ball.obj"}
-    changed = {name for name in again if again[name] != first[name]}
-    assert changed <= {"job.toml", "verify.json", "contents.json", "qr_code.png"} | {
-        name
-        for name in again
-        if name.startswith("sheets/")  # the code names the command
-    } | {"crossing_map.json", "assembly.html", "assembly.pdf", "waste.json", "waste.html"} | {
-        "index.html"  # links to it
-    }
 
 
 SHAPE = ("shape:torus?m=8&n=4", {"m": 8, "n": 4})
@@ -262,12 +243,6 @@ def test_every_public_name_is_documented_with_an_example(name):
     if name.islower():
         for section in ("Parameters", "Raises", "Examples", ">>> "):
             assert section in public.__doc__, section
-
-
-def test_the_readme_in_the_package_names_what_there_is():
-    assert Path(fw.__file__).with_name("py.typed").is_file()
-    for word in ("read", "weave", "make", "inspect", "verify"):
-        assert f"fw.{word}(" in fw.__doc__
 
 
 def shown_wide(picture: Image.Image) -> int:

@@ -66,13 +66,6 @@ def test_names_that_are_not_utf_8_are_refused_before_the_work():
         settings_from_options("m\udcff.obj")
 
 
-@pytest.mark.parametrize("name", ["x" * 5000, "x" * 300 + ".obj"])
-def test_names_that_are_too_long_are_told(name, tmp_path):
-    job = tmp_path / "job.toml"
-    job.write_text(f'[job]\nmesh = "{name}"\n')
-    assert settings_from_job(job).mesh == name
-
-
 @pytest.mark.parametrize("told", ["Card:Dark Red", "card: dark red", "CARD:DARK RED "])
 def test_sorts_of_a_material_are_the_same_in_upper_case(told, tmp_path):
     stock = tmp_path / "stock.toml"

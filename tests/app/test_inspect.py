@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jobs import run
-from meshes_shared import known_meshes, mesh_params, shared_mesh
+from meshes_shared import known_meshes
 from PIL import Image
 
 from fabweave.app.design.candidate import Candidate, Tried
@@ -22,7 +22,7 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.report.verdict import refused
-from fabweave.ribbon.measures import NEAR_SIZE, ribbon_widths, thread_lengths
+from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
 
 slow = pytest.mark.slow
@@ -55,36 +55,6 @@ def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     assert facts["fabrics"]["exact"] == ["3/1", "2/2", "satin:8/3"]
     assert set(facts["fabrics"]["because"]) == {"2/1", "3/3", "satin:5/2"}
     assert "twill: exact (--pattern twill)" in text_of(facts)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("pattern", "rotations"), [("plain", 48), ("twill", 24)])
-def test_the_rotations_of_a_torus_are_told(pattern, rotations) -> None:
-    facts = facts_of("shape:torus?m=24&n=12", pattern=pattern)
-    found = facts["symmetry"]
-    assert found["exact"] is True
-    assert found["mesh"] == {"rotations": 48, "reflections": 48}
-    assert found["weave"] == {"rotations": rotations, "reflections": 0}
-    # Turning by one step keeps the twill; turning the ring over swaps its warp and weft.
-    flips = [{"fold": 2, "count": 24}] if pattern == "plain" else []
-    assert found["axes"] == [{"fold": 24, "count": 1}, *flips]
-    assert found["kinds_possible"] == max(
-        found["orbits"]["threads"], int(np.ceil(facts["pieces"]["count"] / rotations))
-    )
-    whose = "" if pattern == "plain" else " of the mesh's 48"
-    assert (
-        f"{rotations}{whose} rotations carry the weave onto itself; about "
-        f"{found['kinds_possible']} kinds of pieces are possible; 48 reflections of the mesh do "
-        "not keep over and under"
-    ) in text_of(facts)
-
-
-def test_reflections_that_carry_the_weave_are_told() -> None:
-    facts = facts_of("shape:torus?m=8&n=3", pattern="twill")
-    assert facts["symmetry"]["weave"] == {"rotations": 4, "reflections": 4}
-    told = "4 of the mesh's 16 rotations and 4 reflections carry the weave onto itself; about "
-    assert told in text_of(facts)
-    assert "do not keep over and under" not in text_of(facts)
 
 
 def test_what_is_symmetric_but_for_noise_is_told_as_such() -> None:
@@ -130,60 +100,6 @@ def test_the_cube_is_exact_only_after_a_mid_edge_subdivision() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("pattern", ["plain", "twill"])
-def test_the_least_of_a_refined_cube_is_said(pattern) -> None:
-    facts = facts_of("shape:sphere?n=2", pattern=pattern, effort="quick")
-    assert facts["twill"]["conditions"] == 264
-    assert facts["twill"]["at_least_broken"] == 16
-    assert ("this weave breaks 16, the least possible" in text_of(facts)) == (pattern == "twill")
-    # The reason stands there once.
-    assert text_of(facts).count("8 vertices have a valence") == 1
-
-
-@pytest.mark.slow
-def test_where_voting_is_the_best_nothing_is_searched_between() -> None:
-    facts = facts_of(shared_mesh("quad/catmark_toroidal_tet.obj"))
-    assert facts["twill"]["voting_breaks"] == facts["twill"]["at_least_broken"] == 16
-    words = (
-        f"breaks 16 of {facts['twill']['conditions']} conditions, which is proved to be the least"
-    )
-    assert words in text_of(facts)
-    assert "between the two" not in text_of(facts)
-
-
-@slow
-def test_double_torus_is_exact() -> None:
-    facts = facts_of(shared_mesh("tri/double-torus.obj"))
-    assert facts["twill"]["exact"] is True
-    assert facts["mesh"]["genus"] == 2
-
-
-@slow
-def test_spot_says_why_not_and_by_how_much() -> None:
-    path = shared_mesh("quad/spot_quadrangulated.obj")
-    facts = facts_of(path)
-    faces = [
-        [int(word.split("/")[0]) - 1 for word in line.split()[1:]]
-        for line in path.read_text().splitlines()
-        if line.startswith("f ")
-    ]
-    valence = np.bincount(np.concatenate(faces))
-    odd = np.flatnonzero((valence > 0) & (valence % 4 != 0))
-    assert facts["twill"]["because"] == (
-        f"vertex {odd[0]} has valence {valence[odd[0]]}; in all, {len(odd)} vertices have a "
-        "valence that is not a multiple of 4"
-    )
-    assert facts["mesh"]["valences"] == {
-        str(k): int(n) for k, n in enumerate(np.bincount(valence)) if k and n
-    }
-    assert facts["mesh"]["breaking_twill"] == len(odd) == 100
-    assert facts["twill"]["conditions"] == 34968
-    # Annealing reached 832, voting as the paper has it 1,176.
-    assert 0 < facts["twill"]["at_least_broken"] <= 832 < facts["twill"]["voting_breaks"] <= 1176
-    assert facts["threads"]["count"] == 16
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "mesh",
     [
@@ -206,20 +122,6 @@ def test_real_meshes_are_what_their_table_says(mesh) -> None:
     text = text_of(facts)
     assert "None" not in text
     assert not any(sign in text for sign in "[]{}|")
-
-
-@slow
-@pytest.mark.parametrize("row", mesh_params(bad=True))
-def test_bad_meshes_give_facts_or_one_message(row, capsys) -> None:
-    code = run("inspect", row.path, "--size", "300mm")
-    told = capsys.readouterr()
-    if code:
-        # Parts that touch are parted; two faces that share no edge cannot be woven.
-        assert code == (1 if row.path.stem == "nonmanifold_vertex" else 2)
-        assert told.out == ""
-        assert told.err.startswith("fabweave: ")
-    else:
-        assert "threads" in told.out
 
 
 @pytest.mark.parametrize(
@@ -300,20 +202,6 @@ def test_json_is_one_document_with_the_same_facts(capsys) -> None:
     told = capsys.readouterr()
     assert json.loads(told.out) == json.loads(json.dumps(facts_of("shape:octahedron")))
     assert told.err == ""
-
-
-@pytest.mark.slow
-def test_a_finished_jobs_settings_can_be_inspected(tmp_path, capsys) -> None:
-    options = ("--size", "250mm", "--pattern", "triaxial", "--boundary", "turn", "--refine",
-               "catmull-clark:1", "--colours", "hue-circle")  # fmt: skip
-    (tmp_path / "job.toml").write_text(
-        '[job]\nmesh = "shape:cube"\nsize = "250mm"\npattern = "triaxial"\nboundary = "turn"\n'
-        'refine = "catmull-clark:1"\ncolours = "hue-circle"\n'
-    )
-    assert run("inspect", "shape:cube", *options, "--json") == 0
-    typed = capsys.readouterr().out
-    assert run("inspect", "--config", tmp_path / "job.toml", "--json") == 0
-    assert capsys.readouterr().out == typed
 
 
 @pytest.mark.slow
@@ -474,27 +362,6 @@ def test_mesh_and_verdict_are_told_first_and_then_all_the_rest() -> None:
     assert rows[1][1] == "Yes."
     (way,) = found.facts["advice"]
     assert way["command"] == "fabweave make shape:octahedron --size 300mm -o job"
-
-
-@pytest.mark.slow
-def test_sizes_that_help_nobody_are_no_advice() -> None:
-    # The torus is too small for its material by little, and then by much.
-    for size, helps in ((200.0, True), (120.0, False)):
-        facts = facts_of_torus(size)
-        least = max(found["size_mm"] or 0 for found in facts["checks"]["findings"])
-        assert (least <= NEAR_SIZE * size) == helps
-        commands = [way["command"] or "" for way in facts["advice"]]
-        assert any("--size" in command for command in commands) == helps
-        assert ("too fine for 120 mm" in text_of(facts)) == (not helps)
-        # What the verdict says is not said again.
-        for finding in facts["checks"]["findings"]:
-            assert finding["text"] not in text_of(facts)
-
-
-def facts_of_torus(size_mm: float) -> dict:
-    return inspect_mesh(
-        Settings("shape:torus?m=8&n=4", size_mm=size_mm, material="birch-veneer", rotations="free")
-    ).facts
 
 
 @slow

@@ -15,7 +15,6 @@ from fabweave.app.pipeline import run_job
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings, job_toml
 from fabweave.app.woven_object import weave_object
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.flat.congruence import compare_pieces
 from fabweave.mesh.halfedge import build_halfedges
@@ -132,34 +131,6 @@ def test_each_material_keeps_its_own_gap(made) -> None:
     assert [supply.gap_mm for supply in job.supplies.each] == [1.5, 3.0]
 
 
-@pytest.mark.slow
-def test_the_same_job_from_its_settings_and_from_its_layout(made, tmp_path, capsys) -> None:
-    _, folder = made
-    main(["make", "--config", str(folder / "job.toml"), "-q", "-o", str(tmp_path / "again")])
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.suffix != ".pdf":
-            same = (tmp_path / "again" / path.relative_to(folder)).read_bytes()
-            assert path.read_bytes() == same, path.name
-    capsys.readouterr()
-    # A sheet that only the weft has is not in stock for the warp.
-    plan = read(folder, "crossing_map.json")
-    for sheet in plan["sheets"]:
-        sheet["width_mm"], sheet["height_mm"] = 610.0, 410.0
-    changed = tmp_path / "map.json"
-    changed.write_text(json.dumps(plan), encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["make", "--config", str(folder / "job.toml"), "--layout", str(changed), "-q",
-              "-o", str(tmp_path / "other")])  # fmt: skip
-    assert stop.value.code == 2
-    assert "left in stock" in " ".join(capsys.readouterr().err.split())
-
-
-def spoil_map(folder: Path, change) -> None:
-    plan = read(folder, "crossing_map.json")
-    change(plan)
-    (folder / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
-
-
 def spoil_json(name: str, change):
     def spoil(folder: Path) -> None:
         document = read(folder, name)
@@ -229,40 +200,6 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None
     # Whether pieces stand nearer than the gap of the other material is up to the layout, and so is
     # what is left of a sheet and is of its material.
     assert expected | {"seal"} <= told <= expected | {"seal", "sheets", "offcuts"}
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--material", "warp=card"), "no material is given for weft"),
-        (("--material", "0=card,1=card,2=card"), "there is no bunch 2"),
-        (("--material", "warp=card,woof=card"), "'woof' is not a bunch"),
-        (("--material", "warp=card,warp=card"), "names bunch 0 twice"),
-        (("--material", "warp=card,0=card"), "names bunch 0 twice"),
-        (("--material", "warp=card,weft=paper"), "no material is called 'paper'"),
-        (("--material", "warp=card,weft="), "must be NAME=VALUE"),
-        (("--thickness", "warp=0.5mm"), "no material is given for weft"),
-        (("--thickness", "warp=0.5mm,weft=0.8pt"), "unknown unit 'pt'"),
-        (
-            ("--material", "warp=card,weft=card", "--thickness", "weft=1mm"),
-            "the thickness is given for weft, but other settings are for warp, weft",
-        ),
-        (("--sheet", "weft=600x400mm"), "there is one material for all"),
-        (
-            ("--material", "warp=card,weft=card", "--sheet", "2=600x400mm"),
-            "a sheet is for 2, but materials are for warp, weft",
-        ),
-        (("--material", "card:red;blue"), "is not a valid sort of card"),
-    ],
-)
-def test_what_does_not_fit_the_bunches_is_refused(options, words, tmp_path, capsys) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["make", "shape:torus?m=4&n=4", "--size", "200mm", *options,
-              "-q", "-o", str(tmp_path / "out")])  # fmt: skip
-    assert stop.value.code == 2
-    error = " ".join(capsys.readouterr().err.replace("│", " ").split())
-    assert words in error
-    assert not (tmp_path / "out").exists()
 
 
 def test_warp_and_weft_name_two_bunches_only() -> None:
@@ -351,17 +288,6 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
     between = measure_between(woven.ribbons, some, thread_limits(supplies, woven.bunches))
     assert between["bend"].margins.min() >= mixed["bend"].margins.min() - 1e-9
     assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
-
-
-@pytest.mark.slow
-def test_one_stiff_material_of_two_is_enough_to_refuse(tmp_path, capsys) -> None:
-    command = ["make", "shape:torus?m=6&n=4", "--size", "120mm", "-q", "-o", str(tmp_path / "o")]
-    with pytest.raises(SystemExit) as stop:
-        main([*command, "--material", "warp=spring-shim-0.1,weft=stainless-304"])
-    assert stop.value.code == 1
-    error = " ".join(capsys.readouterr().err.split())
-    assert "Stainless steel 1.4301" in error or "tainless" in error
-    assert "--thickness warp=0.1mm,weft=" in error or "another material" in error
 
 
 def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
