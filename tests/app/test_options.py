@@ -356,7 +356,7 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         # Each is good in itself; some do not go together.
         pairs = ({"size", "scale"}, {"joint", "lap"}, {"width", "open"}, {"pattern", "twists"})
         alone = "along" in names and "remesh" not in names
-        assert alone or any(pair <= names for pair in pairs), error
+        assert alone or any(pair <= names for pair in pairs), error  # noqa: PT017
         return
     told = settings_table(settings)
     assert list(told) == [name for name in NAMES if name in told]
