@@ -7,6 +7,7 @@ import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from strategies import at_most
 
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
@@ -197,7 +198,7 @@ def box_of(text, title):
     return shapely.Polygon(corners @ rotation.T + (title.x, title.y))
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(at_most(25), suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_titles_lie_in_their_pieces_clear_of_holes_and_upright(data, sheets):
     pieces = data.draw(sheets).pieces

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.core.errors import InputError
 from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
@@ -24,7 +25,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 LAYERS = [layer.value for layer in Layer]
 versions = st.sampled_from(DXF_VERSIONS)
-relaxed = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+relaxed = settings(at_most(25), suppress_health_check=[HealthCheck.too_slow])
 
 
 # ---- an own reader of DXF -------------------------------------------------------------------

@@ -7,10 +7,11 @@ import shlex
 import numpy as np
 import pytest
 import zxingcpp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from jobs import OCTAHEDRON
 from PIL import Image, ImageDraw
+from strategies import at_most
 
 from fabweave.cut.drawing import Layer
 from fabweave.cut.drawing_check import check_drawing
@@ -38,7 +39,7 @@ def engraved(tag) -> Image.Image:
 
 @given(st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), min_size=1,
                max_size=60), st.text(max_size=40))  # fmt: skip
-@settings(max_examples=10)
+@at_most(10)
 def test_strangers_read_the_tag_and_the_picture(text, title) -> None:
     tag = draw_tag(text, title)
     check_drawing(tag)

@@ -157,7 +157,7 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
 @pytest.mark.parametrize(
     ("mesh", "options", "most"),
     [
-        ("shape:torus?m=24&n=12", {"holes": "alike"}, 4),
+        ("shape:torus?m=16&n=8", {"holes": "alike"}, 4),
         pytest.param(
             "shape:torus?m=24&n=12",
             {"pattern": "twill", "holes": "alike"},

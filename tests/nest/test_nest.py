@@ -4,9 +4,10 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sheet_fit import fits_some_sheet
+from strategies import at_most
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.effort import effort_named
@@ -51,7 +52,7 @@ def outlines(draw):
     return bar(0.4, 0.3) + 1000.0
 
 
-@settings(max_examples=25, deadline=None)
+@at_most(25)
 @given(
     st.lists(outlines(), min_size=1, max_size=9),
     st.sampled_from([0.0, 0.5, 3.0]),
@@ -107,7 +108,7 @@ def test_piece_that_just_fits_is_placed_on_the_margin():
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@at_most(60)
 @given(
     st.floats(20, 300), st.floats(1, 60), st.floats(60, 250), st.floats(60, 250), st.integers(0, 2)
 )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import shapely
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
@@ -157,7 +157,6 @@ keys = st.sampled_from(
 entry = st.dictionaries(keys, value, max_size=5)
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.dictionaries(st.sampled_from(["sheet", "offcut"]), st.lists(entry, max_size=3)))
 def test_any_tables_are_read_or_refused(document):
     try:
@@ -172,7 +171,6 @@ def test_any_tables_are_read_or_refused(document):
     assert stock_of(stock_table(sheets), "again") == sheets
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.text(alphabet=string.printable + "é×", max_size=80))
 def test_any_text_is_read_or_refused(tmp_path_factory, text):
     path = tmp_path_factory.getbasetemp() / "any.toml"
