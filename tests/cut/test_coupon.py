@@ -11,7 +11,7 @@ import shapely
 from fabweave.app.coupon_job import coupon_for, write_coupon
 from fabweave.cli.main import main
 from fabweave.core.errors import InputError
-from fabweave.cut.coupon import BLOCKS, coupon_text, draw_coupon, plan_coupon
+from fabweave.cut.coupon import BLOCKS, draw_coupon, plan_coupon
 from fabweave.cut.drawing import Circle, Layer, Polyline
 from fabweave.stock.material import hole_edge_mm, material_library, material_named
 from fabweave.verify.read.dxf import read_dxf
@@ -119,12 +119,6 @@ def test_lap_and_bend_are_those_of_the_job():
     assert max(ticks) - min(ticks) == pytest.approx(math.pi * 59.3, abs=1e-5)
 
 
-def test_the_instruction_names_what_to_set():
-    text = coupon_text(COUPONS[-1])
-    for word in ("--hole 4.1mm", "--thickness 0.4mm", "the lap is 31.7 mm", "118.6 mm in diameter"):
-        assert word in text
-
-
 def test_a_hole_that_no_laser_cuts_is_refused():
     with pytest.raises(InputError, match="too small for a laser"):
         plan_coupon(material_named("birch-ply-3"), hole_mm=1.0)
@@ -140,22 +134,6 @@ def test_command(tmp_path, capsys):
     first = {path.name: path.read_bytes() for path in out.iterdir()}
     main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((), "no material"),
-        (("nowhere",), "cannot read the settings"),
-        (("--material", "cheese"), "no material is called"),
-    ],
-)
-def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
-    with pytest.raises(SystemExit) as stop:
-        main(["coupon", *arguments, "-o", str(tmp_path / "out")])
-    assert stop.value.code == 2
-    assert words in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_job_gives_its_figures(tmp_path):

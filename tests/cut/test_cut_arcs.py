@@ -137,15 +137,6 @@ def test_gdal_measures_our_arcs(bent, tmp_path):
         assert shapely.length(line) == pytest.approx(path.length, rel=1e-4)
 
 
-def test_arcs_are_written_in_the_plainest_way(bent):
-    text = svg_text(bent)
-    assert 'd="M20,114A2.5,2.5 0 0 0 24,114"' in text
-    data = dxf_bytes(bent).decode().partition("\nENTITIES\n")[2].partition("\nENDSEC\n")[0]
-    assert "\n 10\n20.0000\n 20\n26.0000\n 42\n0.500000000\n 10\n24.0000\n 20\n26.0000\n" in data
-    # A straight side has no bulge at all.
-    assert data.count("\n 42\n") == 1 + sum(np.count_nonzero(path.bulges) for path in PATHS)
-
-
 def test_an_arc_may_close_a_path():
     moon = Polyline(
         Layer.CUT_OUTER, np.array([[5.0, 5.0], [5.0, 15.0]]), True, np.array([0.9, -0.5])

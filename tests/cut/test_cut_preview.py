@@ -148,16 +148,6 @@ def test_an_id_that_is_engraved_and_can_be_read_is_not_written_again(sheet):
     assert smaller != png_bytes(sheet, pixels_per_mm=2.0, titles={})
 
 
-def test_titles_found_by_ourselves_change_neither_size_nor_outlines(sheet):
-    frame = preview_frame(sheet, pixels_per_mm=SCALE)
-    image = pixels_of(png_bytes(sheet, pixels_per_mm=SCALE))
-    assert image.shape == (frame.height_px, frame.width_px, 3)
-    red = preset_named().colours[Layer.CUT_OUTER].rgb
-    for piece in sheet.pieces:
-        found = nearest(image, frame.pixels(along(piece.entities[-1])), red)
-        assert np.mean(found < 120) > 0.98
-
-
 def test_the_reference_bar_is_a_hundred_millimetres(sheet):
     image = pixels_of(png_bytes(replace(sheet, pieces=(), notes=()), pixels_per_mm=SCALE))
     heading = image[: round(22.0 * SCALE)]
@@ -236,14 +226,6 @@ def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
     engraved = shapely.MultiLineString(strokes)
     assert box_of("AB12", before).intersects(engraved)
     assert not box_of("AB12", after).intersects(engraved)
-
-
-def test_a_piece_too_small_for_letters_is_named_all_the_same():
-    speck = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    piece = PieceDrawing("A1", (Polyline(Layer.CUT_OUTER, speck, closed=True),))
-    title = place_titles([piece])["A1"]
-    assert shapely.Polygon(speck).contains(shapely.Point(title.x, title.y))
-    assert title.height_mm == 2.5
 
 
 def test_a_round_outline_has_a_title_and_a_piece_without_outline_none():
