@@ -66,21 +66,6 @@ def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_p
     assert not (tmp_path / "job").exists()
 
 
-def test_none_keeps_every_byte_but_what_was_asked(tmp_path):
-    mesh = tmp_path / "cube.obj"
-    write_mesh(mesh, parse_shape("shape:cube"))
-    asked = Settings(str(mesh), size_mm=200.0, effort="quick")
-    for name, remesh in (("plain", None), ("none", "none")):
-        run_job(replace(asked, remesh=remesh), tmp_path / name)
-    plain, none = digests(tmp_path / "plain"), digests(tmp_path / "none")
-    assert plain.keys() == none.keys()
-    # The command stands in the code of the sheets, the notes of these in the map.
-    told = {"sheet_01", "crossing_map", "assembly", "qr_code", "job", "verify", "contents"}
-    assert {path.stem for path in plain if plain[path] != none[path]} <= told
-    assert all(plain[path] == none[path] for path in plain if path.suffix in (".csv", ".obj"))
-    assert read_job_options(tmp_path / "none" / "job.toml")["remesh"] == "none"
-
-
 def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
     mesh = tmp_path / "cube.obj"

@@ -64,10 +64,3 @@ def test_inspect_tells_nearly_the_same_before_anything_is_nested(told):
     words = dict(inspection_text(facts))
     assert words["machine"] == costs["told"]["Machine"]
     assert json.loads(json.dumps(costs)) == json.loads(json.dumps(facts["costs"]))
-
-
-def test_what_cannot_be_cut_costs_nothing_that_is_known():
-    facts = inspect_mesh(Settings("shape:octahedron", size_mm=20.0)).facts
-    if facts["pieces"]["count"] is None:
-        assert facts["costs"] is None
-        assert "machine" not in dict(inspection_text(facts))

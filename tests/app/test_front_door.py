@@ -267,18 +267,6 @@ def test_pictures_have_the_size_the_view_and_the_scale_that_are_asked_for():
         mesh.picture(view=(-90, 95))
 
 
-def test_yarns_are_as_thick_as_asked_and_nothing_is_cut_of_them():
-    yarns = fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm", sides=6)
-    assert len(yarns.bodies) == 3
-    assert yarns.radius_mm == pytest.approx(3.0)
-    picture = yarns.picture(size_px=(120, 90), view=(-60, 30), across="90mm", samples=1)
-    assert picture.size == (120, 90)
-    assert shown_wide(picture) > 40
-    assert "3 yarns" in repr(yarns)
-    with pytest.raises(fw.CannotMakeError):
-        fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="30mm")
-
-
 def test_pieces_tell_what_they_cost_and_layouts_their_colours(steps):
     *_, pieces, layout = steps
     assert pieces.costs.planned

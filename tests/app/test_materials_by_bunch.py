@@ -20,14 +20,12 @@ from fabweave.flat.congruence import compare_pieces
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.rules.remedy import is_too_stiff
 from fabweave.ribbon.rules.rules import measure_along, measure_between, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import plan_supplies
 from fabweave.verify import verify_job
-from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -121,14 +119,6 @@ def test_sheets_pieces_and_fasteners_are_of_their_threads_materials(made) -> Non
     assert sum(row["needed"] for row in waste["fasteners"] if row["layers"] == 3) == len(
         [joint for joint in plan["joints"] if joint["grip_mm"]]
     )
-
-
-def test_each_material_keeps_its_own_gap(made) -> None:
-    job, folder = made
-    assert read(folder, "crossing_map.json")["layout"]["gap_mm"] == 1.5
-    with (folder / "job.toml").open("rb") as file:
-        assert tomllib.load(file)["job"]["gap"] == "warp=1.5mm,weft=3mm"
-    assert [supply.gap_mm for supply in job.supplies.each] == [1.5, 3.0]
 
 
 def spoil_json(name: str, change):
@@ -288,13 +278,6 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
     between = measure_between(woven.ribbons, some, thread_limits(supplies, woven.bunches))
     assert between["bend"].margins.min() >= mixed["bend"].margins.min() - 1e-9
     assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
-
-
-def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
-    job, folder = made
-    told = [thread["bunch"] for thread in read(folder, "crossing_map.json")["threads"]]
-    assert told == part_bunches(job.weave.threads).tolist()
-    assert not is_too_stiff(job.check.measured["bend"])
 
 
 def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:

@@ -1,7 +1,6 @@
 """Refinement is named as a remedy only where it was tried and holds."""
 
 import pytest
-from meshes_shared import shared_mesh
 
 from fabweave.app.joined_object import split_object
 from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
@@ -42,29 +41,6 @@ def test_what_refinement_mends_holds_when_it_is_done(mesh, options, rule) -> Non
     assert sentence(found).endswith("--refine catmull-clark:1")
     assert finding_record(found).refine == REFINEMENTS[0]
     assert checked(mesh, tried=False, refine=found.refine, **options).findings == ()
-
-
-def test_a_second_step_is_proposed_after_the_first() -> None:
-    options = {"size_mm": 300.0, "refine": "mid-edge:1", "width": WidthRule(0.65)}
-    before = checked("shape:tetrahedron", **options)
-    for found in before.findings:
-        if found.refine is not None:
-            assert found.refine in [f"mid-edge:1,{one}" for one in REFINEMENTS]
-            after = checked(
-                "shape:tetrahedron", tried=False, **(options | {"refine": found.refine})
-            )
-            assert found.rule not in {one.rule for one in after.findings}
-
-
-@pytest.mark.slow
-def test_what_refinement_does_not_mend_is_not_said_to_be() -> None:
-    mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0, "course": "projection"}
-    before = checked(mesh, **options)
-    assert before.findings
-    assert all(found.refine is None for found in before.findings)
-    after = checked(mesh, tried=False, refine=REFINEMENTS[0], **options)
-    old, new = ({one.rule for one in check.findings} for check in (before, after))
-    assert old <= new or new - old
 
 
 def test_a_finer_mesh_that_is_refused_is_no_remedy() -> None:

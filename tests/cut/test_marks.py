@@ -21,7 +21,6 @@ from fabweave.cut.labels.placement import (
 from fabweave.cut.labels.texts import (
     ARROW,
     HIDDEN_HEIGHTS_MM,
-    ID_HEIGHTS_MM,
     LOW_ID_HEIGHTS_MM,
     OVER_SIGN,
     TEXT_HEIGHTS_MM,
@@ -180,15 +179,6 @@ def test_strokes_fill_the_box_that_is_told(piece):
         ink = (np.concatenate(label.strokes) - label.centre) @ turn
         np.testing.assert_allclose(ink.max(axis=0), np.array(label.box_mm) / 2, atol=1e-9)
         np.testing.assert_allclose(ink.min(axis=0), -np.array(label.box_mm) / 2, atol=1e-9)
-
-
-@pytest.mark.parametrize("piece", PIECES[:2] + PIECES[4:5])
-def test_a_wide_ribbon_carries_everything(piece):
-    marks = marked(piece)
-    assert not marks.dropped
-    heights = {label.kinds: label.height_mm for label in marks.labels}
-    assert heights.pop(("id", "arrow")) in ID_HEIGHTS_MM[:2]
-    assert set(heights.values()) <= set(TEXT_HEIGHTS_MM)
 
 
 def test_numbers_are_ids_alone_and_none_is_nothing():
@@ -378,10 +368,3 @@ def test_guides_that_are_not_covered_are_left_out_if_marks_are_to_be_hidden():
     cross, far = (np.array([[x - 1.0, 6.0], [x + 1.0, 6.0]]) for x in (10.0, 20.0))
     piece = covered(replace(strip(), guides=(cross, far)), 12.0)
     assert [len(marked(piece, labels=labels).ticks) for labels in ("brief", "hidden")] == [2, 1]
-
-
-def test_on_the_inside_nothing_needs_a_cover():
-    inside = marked(strip(), labels="hidden", side="inside")
-    brief = marked(strip(), labels="brief", side="inside")
-    assert [one.text for one in inside.labels] == [one.text for one in brief.labels]
-    assert not any(label.hidden for label in inside.labels)

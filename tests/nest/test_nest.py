@@ -10,7 +10,6 @@ from sheet_fit import fits_some_sheet
 from strategies import at_most
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import check_layout
@@ -163,25 +162,6 @@ def test_seed_changes_the_order_and_nothing_else():
     assert found[0] != found[1] != found[2]
 
 
-def test_progress_ends_with_everything_placed():
-    said = []
-    pieces = [bar(70.0, 60.0)] * 3
-    nest(
-        pieces,
-        [SheetSize(80, 80)],
-        margin_mm=2,
-        gap_mm=2,
-        effort="quick",
-        progress=lambda *args: said.append(args),
-    )
-    # Of 80 × 80 mm, a piece uses 4200 mm².
-    assert said == [
-        ("nesting: 1 sheet, 66% used", 1, 3),
-        ("nesting: 2 sheets, 66% used", 2, 3),
-        ("nesting: 3 sheets, 66% used", 3, 3),
-    ]
-
-
 def test_nothing_to_nest_needs_no_sheet():
     layout = nest([], [SheetSize(80, 80)], margin_mm=2, gap_mm=2)
     assert layout.sheets == layout.placements == ()
@@ -217,30 +197,6 @@ def test_bad_outline_is_refused_by_its_name(outline):
 def test_bad_settings_are_refused(change):
     with pytest.raises(InputError):
         nest([bar(5, 5)], [SheetSize(80, 80)], **({"margin_mm": 2.0, "gap_mm": 2.0} | change))
-
-
-def test_piece_too_large_names_it_its_size_and_the_cure():
-    with pytest.raises(CannotMakeError) as caught:
-        nest(
-            [bar(5, 5), bar(500, 20)],
-            [SheetSize(300, 200)],
-            margin_mm=5,
-            gap_mm=2,
-            ids=["A1", "C3"],
-        )
-    for said in ("1 of 2", "C3 (500.0 × 20.0 mm)", "290.0 × 190.0 mm", "--max-length", "--sheet"):
-        assert said in str(caught.value)
-
-
-def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
-    with pytest.raises(CannotMakeError, match=r"2 of 5 pieces are left .* 2 more of 80x80mm"):
-        nest([bar(70, 60)] * 5, [SheetSize(80, 80, 3)], margin_mm=2, gap_mm=2, effort="quick")
-
-
-def test_efforts_divide_the_fan_of_fitting_angles():
-    for name in ("quick", "normal", "best"):
-        assert 720 % effort_named(name).angles == 0
-        assert effort_named(name).angles % 4 == 0
 
 
 @pytest.mark.slow
