@@ -4,12 +4,7 @@ import csv
 import io
 import json
 import math
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -102,27 +97,6 @@ def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch)
     assert explore(asked, designs, meshes=meshes) == apart
     assert [one is not None for one in given_meshes] == [False, True, True]
     assert len(meshes) == 1
-
-
-@pytest.mark.slow
-def test_a_search_that_is_killed_goes_on(tmp_path):
-    folder, mesh = tmp_path / "designs", tmp_path / "ball.obj"
-    write_mesh(mesh, parse_shape("shape:sphere?n=12&radius=100"))
-    command = [sys.executable, "-m", "fabweave", "design", str(mesh), "--effort", "quick",
-               "--remesh", "quads:80", "--tries", "3", "-o", str(folder)]  # fmt: skip
-    first = subprocess.Popen(command, start_new_session=True)
-    until = time.monotonic() + 300.0
-    while not list(folder.glob("candidates/*.json")):
-        assert first.poll() is None, "it ended before anything was kept"
-        assert time.monotonic() < until, "nothing was kept"
-        time.sleep(0.05)
-    os.killpg(first.pid, signal.SIGKILL)
-    first.wait()
-    kept = {path: path.stat().st_mtime_ns for path in folder.glob("candidates/*.json")}
-    assert not (folder / "design.html").exists()
-    subprocess.run(command, check=True, timeout=500)
-    assert all(path.stat().st_mtime_ns == when for path, when in kept.items())
-    assert (folder / "design.html").exists()
 
 
 def test_the_files_tell_every_design(tmp_path):

@@ -70,13 +70,11 @@ def test_a_mesh_in_memory_becomes_a_proved_folder(steps, tmp_path):
     assert job.proof.ok
     proof = fw.verify(tmp_path / "ball")
     assert proof.ok
-    assert repr(proof) == f"VerifyReport(proved by {len(proof.checks)} checks)"
     assert proof._repr_html_().count("<tr>") == 1 + len(proof.checks)
     (tmp_path / "ball" / "sheets" / "sheet_01.dxf").unlink()
     proof = fw.verify(tmp_path / "ball")
-    assert repr(proof).endswith(f"{len(proof.failed)} of {len(proof.checks)} checks object: "
-                                + ", ".join(proof.failed) + ")")  # fmt: skip
-    assert "sheets/sheet_01.dxf is missing" in proof._repr_html_()
+    assert ", ".join(proof.failed) in repr(proof)
+    assert "sheets/sheet_01.dxf" in proof._repr_html_()
     assert {path.name for path in job.files} >= {"ball.obj", "job.toml", "crossing_map.json"}
 
 

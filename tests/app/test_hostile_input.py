@@ -37,27 +37,25 @@ def test_spoilt_files_are_read_or_refused(name, kinds, tmp_path):
     assert {seed: told for seed, told in outcomes.items() if told not in ("read", "refused")} == {}
 
 
-LENGTHS = {
-    "size": "0.01 to 1000000", "thickness": "0.001 to 100", "clearance": "0.001 to 100",
-    "max_length": "0.001 to 1000000", "hole": "0.001 to 1000", "lap": "0.001 to 20000",
-    "margin": "0.001 to 20000", "gap": "0.001 to 1000", "hairline": "0.001 to 1",
-    "kerf": "0.001 to 10",
-}  # fmt: skip
+LENGTHS = (
+    "size", "thickness", "clearance", "max_length", "hole", "lap", "margin", "gap", "hairline",
+    "kerf",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", LENGTHS)
 @pytest.mark.parametrize("value", [1e300, "1e300mm", 1e-300, 10**400, "-5mm"])
 def test_lengths_that_nobody_means_are_refused_wherever_they_are_said(name, value, tmp_path):
-    wanted = rf"{name}(_mm)?: .*({LENGTHS[name]} mm|too large|must be)"
-    with pytest.raises(InputError, match=wanted):
+    place = rf"{name}(_mm)?: "
+    with pytest.raises(InputError, match=place):
         settings_from_options("shape:cube", **{name: value})
     if not isinstance(value, str):
-        with pytest.raises(InputError, match=wanted):
+        with pytest.raises(InputError, match=place):
             Settings("shape:cube", **{f"{name}_mm": value})
         value = "1e300mm"
     job = tmp_path / "job.toml"
     job.write_text(f'[job]\nmesh = "shape:cube"\n{name} = "{value}"\n')
-    with pytest.raises(InputError, match=rf"job\.toml, {wanted}"):
+    with pytest.raises(InputError, match=rf"job\.toml, {place}"):
         settings_from_job(job)
 
 

@@ -13,7 +13,6 @@ from jobs import run
 from meshes_shared import known_meshes
 from PIL import Image
 
-from fabweave.app.design.candidate import Candidate, Tried
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.files import inspection_picture
 from fabweave.app.inspection.text import first_rows, inspection_text
@@ -23,7 +22,6 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
-from fabweave.report.verdict import refused
 from fabweave.ribbon.measures import ribbon_widths, thread_lengths
 from fabweave.ribbon.width import WidthRule
 
@@ -88,17 +86,6 @@ def test_what_is_symmetric_but_for_noise_is_told_as_such() -> None:
         facts = inspect_mesh(Settings(mesh="cube.obj", size_mm=300.0), given_mesh=rough).facts
         told[share] = facts["symmetry"]["exact"], facts["symmetry"]["weave"]["rotations"]
     assert told == {2e-5: (False, 24), 1e-2: (True, 1)}
-
-
-@pytest.mark.parametrize(("m", "n"), [(5, 3), (6, 3), (7, 7), (9, 4)])
-def test_a_torus_is_twillable_exactly_when_a_side_is_even(m, n) -> None:
-    facts = facts_of(f"shape:torus?m={m}&n={n}")
-    assert facts["twill"]["exact"] == (m % 2 == 0 or n % 2 == 0)
-    assert facts["threads"]["count"] == 2 * np.gcd(m, n)
-    if not facts["twill"]["exact"]:
-        # Every refinement that doubles both sides makes an even torus of it.
-        after = {one["option"]: one["crossings"] for one in facts["twill"]["exact_after"]}
-        assert after["refine catmull-clark:1"] == 4 * 2 * m * n
 
 
 def test_the_cube_is_exact_only_after_a_mid_edge_subdivision() -> None:
@@ -376,14 +363,3 @@ def test_designs_from_coarse_to_fine_are_told_and_shown(tmp_path) -> None:
     for third in np.array_split(below, 3, axis=1):
         assert (third != 255).any(axis=-1).mean() > 0.1
     assert shown.height > alone.height + 500
-
-
-@pytest.mark.slow
-def test_a_design_that_cannot_be_laid_is_shown_without_a_picture() -> None:
-    found = inspect_mesh(Settings("shape:cube", size_mm=100.0))
-    none = Tried(
-        candidate=Candidate(key="k", name="n", command="c", verdict=refused("why"), figures=None),
-        picture=None,
-    )
-    picture = inspection_picture(replace(found, designs=(none,)))
-    assert picture.height > inspection_picture(found).height

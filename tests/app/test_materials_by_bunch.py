@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 
 from fabweave.app.pipeline import run_job
 from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings, job_toml
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
 from fabweave.core.errors import InputError
 from fabweave.flat.congruence import compare_pieces
@@ -252,15 +251,6 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
     # Two sheets that might be of either cannot be counted twice.
     with pytest.raises(InputError, match="could be of any of the 2 materials"):
         plan_supplies(both, NONE, NONE, [replace(any_of, name="A")])
-
-
-def test_equal_materials_by_bunch_make_the_job_of_one_material() -> None:
-    plain, _ = complete_settings(Settings("shape:torus", material="card"))
-    named, _ = complete_settings(Settings("shape:torus", material="warp=card,weft=card"))
-    assert (
-        tomllib.loads(job_toml(named, {}))["job"] | {"material": "card"}
-        == (tomllib.loads(job_toml(plain, {}))["job"])
-    )
 
 
 def test_every_thread_is_held_to_its_own_limits() -> None:

@@ -1,9 +1,11 @@
 """The table of options: it fits Settings, and all that is made of it fits the table."""
 
 import math
+import shutil
 import tomllib
 from dataclasses import fields, replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,19 +36,7 @@ from fabweave.stock.sheet_size import SheetSize
 NAMES = [option.name for option in OPTIONS]
 FIELDS = [field.name for field in fields(Settings)]
 
-STOCK = '[[sheet]]\nname = "A"\nsize = "600x400mm"\nprice = 3.5\n'
-MATERIAL = """
-[felt]
-title = "Felt"
-thickness_mm = 2.0
-density_kg_m3 = 250.0
-kerf_mm = 0.2
-gap_mm = 2.0
-sheet_mm = [900.0, 600.0]
-metal = false
-min_bend_radius_t = 2.0
-"""
-TARGET = '[school]\ntitle = "the school"\nhole_mm = 2.0\n'
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 # ---- the table and the settings -------------------------------------------------------------
@@ -312,10 +302,9 @@ TYPED = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("options")
-    (folder / "stock.toml").write_text(STOCK)
+    for name in ("stock.toml", "materials.toml", "targets.toml"):
+        shutil.copy(EXAMPLES / name, folder)
     (folder / "list.txt").write_text("40 7, 8 # a corner\n7\n")
-    (folder / "materials.toml").write_text(MATERIAL)
-    (folder / "targets.toml").write_text(TARGET)
     return str(folder)
 
 
@@ -391,12 +380,12 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
     by_value = settings_from_options(
         "shape:cube", size=400, kerf=0.15, sheet=[SheetSize(600.0, 400.0, 3), "24x18in"],
         width=WidthRule(least_mm=12.0, most_mm=12.0), thickness=(("warp", 0.5), ("weft", 0.8)),
-        stock=tomllib.loads(STOCK), rotations=90, micro_joints=4, hole=0, seed=np.int64(3),
-        material="warp=card,weft=card",
+        stock=tomllib.loads((EXAMPLES / "stock.toml").read_text()), rotations=90, micro_joints=4,
+        hole=0, seed=np.int64(3), material="warp=card,weft=card",
     )  # fmt: skip
     assert by_text == by_value
     # A list of stock comes before plain sheets.
-    assert [sheet.name for sheet in by_text.sheets] == ["A", "", ""]
+    assert [bool(sheet.name) for sheet in by_text.sheets] == [True] * 3 + [False] * 2
     assert by_text == Settings(
         "shape:cube", size_mm=400.0, kerf_mm=0.15, sheets=by_text.sheets, hole_mm=0.0, seed=3,
         width=WidthRule(0.65, 12.0, 12.0), thickness_mm=(("warp", 0.5), ("weft", 0.8)),

@@ -1,5 +1,6 @@
 """The coupon that is written has the holes, widths and lengths that it is to test."""
 
+import json
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -7,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import shapely
+from jobs import OCTAHEDRON
 
 from fabweave.app.coupon_job import coupon_for, write_coupon
 from fabweave.cli.main import main
@@ -136,23 +138,15 @@ def test_command(tmp_path, capsys):
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 
 
-def test_a_job_gives_its_figures(tmp_path):
-    from fabweave.app.pipeline import run_job  # noqa: PLC0415 - only here
-    from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
-    from fabweave.stock.sheet_size import SheetSize  # noqa: PLC0415 - only here
-
-    sheets = (SheetSize(400.0, 300.0),)
-    settings = Settings("shape:octahedron", size_mm=160.0, effort="quick", sheets=sheets)
-    job = run_job(settings, tmp_path / "job").job
-    coupon = coupon_for(tmp_path / "job")
-    (rule,) = job.piece_set.rules
+def test_a_job_gives_its_figures(finished, tmp_path):
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    coupon = coupon_for(folder)
     assert coupon.material.name == "card"
-    assert coupon.hole_mm == rule.hole_mm
-    assert coupon.lap_mm == pytest.approx(
-        np.median([joint.lap_mm for joint in job.piece_set.joints])
-    )
-    thinner = coupon_for(tmp_path / "job", thickness_mm=0.3)
+    joints = json.loads((folder / "crossing_map.json").read_text())["joints"]
+    assert coupon.hole_mm == joints[0]["hole_mm"]
+    assert coupon.lap_mm == pytest.approx(np.median([joint["lap_mm"] for joint in joints]))
+    thinner = coupon_for(folder, thickness_mm=0.3)
     assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
-    (tmp_path / "job" / "ribbons.json").unlink()
-    with pytest.raises(InputError, match=r"cannot read .*ribbons\.json.* a finished job"):
-        coupon_for(tmp_path / "job")
+    (folder / "ribbons.json").unlink()
+    with pytest.raises(InputError, match=r"ribbons\.json"):
+        coupon_for(folder)

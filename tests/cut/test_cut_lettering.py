@@ -98,21 +98,6 @@ def test_no_letter_or_digit_is_another_one_upside_down():
                 assert distance(turned[one], upright) > 1.0, (one, other)
 
 
-def test_six_and_nine_are_the_same_but_for_their_underline():
-    def without_underline(sign):
-        return picture([line for line in strokes(sign, 12.0) if line[:, 1].min() >= 0.0])
-
-    six = without_underline("6")
-    nine = picture(
-        upside_down([line for line in strokes("9", 12.0) if line[:, 1].min() >= 0.0], 8.0)
-    )
-    # This is why they need one.
-    assert six.equals(nine)
-    for sign in "69":
-        assert text_box(sign, 12.0).bottom == -3.0
-    assert text_box("A8", 12.0).bottom == 0.0
-
-
 @given(texts, heights)
 def test_text_is_as_wide_as_its_glyphs_and_the_gaps(text, height):
     alone = sum(text_box(sign, height).width for sign in text)

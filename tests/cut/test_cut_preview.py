@@ -205,17 +205,6 @@ def test_titles_lie_in_their_pieces_clear_of_holes_and_upright(data, sheets):
                 assert box.distance(shapely.Point(hole.x, hole.y)) > hole.radius * 0.99
 
 
-@pytest.mark.parametrize("angle_deg", [-60.0, -30.0, 0.0, 45.0, 90.0])
-def test_a_title_runs_along_a_narrow_piece(angle_deg):
-    angle = np.deg2rad(angle_deg)
-    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    strip = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 6.0], [0.0, 6.0]]) @ rotation.T
-    piece = PieceDrawing("K102", (Polyline(Layer.CUT_OUTER, strip, closed=True),))
-    title = place_titles([piece])["K102"]
-    assert (title.angle_deg - angle_deg) % 180.0 == 0.0
-    assert title.height_mm > 4.0
-
-
 def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
     plain = make_piece("AB12", (0.0, 0.0), amplitude=0.0, holes=0)
     plain = replace(plain, entities=plain.entities[-1:])

@@ -13,9 +13,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from jobs import run
 
-from fabweave.core.errors import InputError
 from fabweave.cut.preflight.rules import preflight
-from fabweave.cut.preflight.targets import target_named, targets
+from fabweave.cut.preflight.targets import target_named
 from fabweave.cut.preflight.violations import flaw_lines, preflight_record
 from fabweave.ribbon.rules.finding import Finding, finding_record
 from fabweave.stock.material import material_named, with_thickness
@@ -92,12 +91,6 @@ def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
         assert abs(at[1] - 10) < 1.5
 
 
-def test_a_piece_that_is_thin_all_over_is_flaws_of() -> None:
-    flaws = flaws_of(plan(piece_record("A1", bar(100.0, 0.6))))
-    assert [flaw.rule for flaw in flaws] == ["web"]
-    assert flaws[0].value == pytest.approx(0.6, abs=0.01)
-
-
 def test_webs_between_holes() -> None:
     job = plan(
         piece_record("A1", bar(), [(20, 10, 4.0), (24.5, 10, 4.0)]),
@@ -165,12 +158,6 @@ def test_the_worst_place_of_each_rule_is_named() -> None:
     assert [float(number) for number in re.findall(r"\d+\.\d+", line)] == [1.0, 3.0, 50.0, 50.0]
     record = preflight_record(flaws_of(job, PLY), [PLY], DEFAULT)
     assert [(flaw["piece"], flaw["count"]) for flaw in record["flaws"]] == [("A1", 2), ("B1", 1)]
-
-
-def test_targets() -> None:
-    assert targets()[0].name == "default"
-    with pytest.raises(InputError, match="choose one of snijlab"):
-        target_named("snijlap")
 
 
 # Whole jobs.
