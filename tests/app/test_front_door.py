@@ -188,11 +188,6 @@ def test_what_is_no_path_of_a_file_is_refused(place):
         fw.weave("shape:cube", leave_out=place)
 
 
-def test_unknown_options_are_refused_with_the_nearest_one():
-    with pytest.raises(fw.InputError, match="pattern"):
-        fw.weave(fw.shape("cube"), patern="twill")
-
-
 def test_no_array_that_is_handed_out_can_be_written_to(steps):
     mesh, weave, *_ = steps
     values = (*steps, weave.yarns(), *weave.threads, *steps[3])

@@ -1,4 +1,11 @@
-"""Random meshes with random settings are proved, or refused."""
+"""Random meshes with random settings are proved, or refused.
+
+    FABWEAVE_FUZZ=1000 pytest tests/app/test_random_jobs.py -n 8 --dist load
+
+makes a thousand jobs of each kind in place of some.
+"""
+
+import os
 
 import numpy as np
 import pytest
@@ -6,11 +13,11 @@ from jobs import quick_jobs
 from random_jobs import earlier_stock, hull, outcome, outcome_of
 
 ENDS = ("proved", "cannot be made", "bad input")
+MANY = int(os.environ.get("FABWEAVE_FUZZ", "30"))
 
 
-# tests/tools/random_jobs.py makes as many as one likes.
 @pytest.mark.parametrize(
-    "seed", [*range(4), *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, 30))]
+    "seed", [*range(4), *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, MANY))]
 )
 def test_a_random_job_is_proved_or_refused(seed):
     found, said = outcome_of(seed)
@@ -24,7 +31,7 @@ def stocks(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(91000, 91012))
+@pytest.mark.parametrize("seed", range(91000, 91000 + 2 * MANY // 5))
 def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused(seed, stocks):
     found, said = outcome_of(seed, small=True, stocks=stocks)
     assert found in ENDS, said

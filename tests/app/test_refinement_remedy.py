@@ -3,12 +3,11 @@
 import pytest
 
 from fabweave.app.joined_object import split_object
-from fabweave.app.refinement_remedy import MOST_CROSSINGS, REFINEMENTS, try_refinement
+from fabweave.app.refinement_remedy import REFINEMENTS, try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.errors import CannotMakeError
-from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.ribbon.rules.finding import finding_record, sentence
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.width import WidthRule
@@ -55,14 +54,3 @@ def test_where_nothing_is_wrong_nothing_is_tried() -> None:
     check = checked("shape:cube", size_mm=300.0)
     assert check.findings == ()
     assert check.untried is None
-
-
-def test_what_is_not_tried_is_said() -> None:
-    # Enough crossings to be dear, and narrow enough to be wrong.
-    check = checked("shape:torus?m=24&n=12", size_mm=250.0, material="birch-veneer")
-    assert check.findings
-    assert f"more than {MOST_CROSSINGS // 4} crossings" in check.untried
-    assert any("was not tried" in note for note in ribbon_notes(check))
-    check = checked("shape:torus?m=8&n=4", size_mm=300.0, pattern="twill")
-    assert {one.rule for one in check.findings} == {"twist"}
-    assert "plain weave only" in check.untried

@@ -3,7 +3,6 @@
 import errno
 import io
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -61,13 +60,6 @@ def test_too_little_memory_is_told(monkeypatch, capsys):
     monkeypatch.setattr("fabweave.app.inspection.facts.inspect_mesh", exhausted)
     assert run_here("inspect", "shape:cube") == 1
     assert capsys.readouterr().err.startswith("fabweave: ")
-
-
-@pytest.mark.slow
-def test_a_terminal_that_knows_ascii_alone_gets_plain_letters():
-    code, shown, said = run("inspect", "shape:cube", LC_ALL="C", PYTHONIOENCODING="ascii")
-    assert (code, said) == (0, "")
-    assert b"100.0 x 100.0 x 100.0 mm" in re.sub(rb"\s+", b" ", shown)
 
 
 def test_letters_that_have_no_like_become_numbers():

@@ -192,13 +192,3 @@ def test_a_spoilt_file_gets_one_message_and_leaves_nothing(
     assert told.out == ""
     assert told.err.startswith(f"fabweave: {folder / 'materials.toml'}, [felt]: sheet_mm ")
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.usefixtures("configured")
-def test_preflight_and_coupon_know_the_users_entries(made, tmp_path, capsys) -> None:
-    assert run("preflight", made, "--target", "school", "-q") == 0
-    assert run("coupon", "--material", "felt", "-o", tmp_path / "felt") == 0
-    assert "Filz" in (tmp_path / "felt" / "coupon.txt").read_text("utf-8")
-    assert run("coupon", made, "--material", "card", "-o", tmp_path / "card") == 0
-    assert "Card from the attic" in (tmp_path / "card" / "coupon.txt").read_text("utf-8")
-    capsys.readouterr()

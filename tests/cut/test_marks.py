@@ -204,23 +204,6 @@ def test_on_the_inside_letters_are_mirrored_about_their_line():
             np.testing.assert_allclose(back, flat.conj(), atol=1e-9)
 
 
-def test_many_pieces_are_marked_as_each_alone():
-    for piece in PIECES:
-        together = mark_pieces(
-            [
-                *crossed(piece),
-                replace(
-                    strip(), id="D1", crossings=np.arange(20, 25), start_joint=None, end_joint=None
-                ),
-            ],
-            25,
-        )[0]
-        alone = marked(piece)
-        assert [label.text for label in together.labels] == [label.text for label in alone.labels]
-        for one, other in zip(together.labels, alone.labels, strict=True):
-            np.testing.assert_array_equal(one.centre, other.centre)
-
-
 @pytest.mark.parametrize("piece", PIECES[:4])
 def test_labels_in_one_line_are_a_space_apart(piece):
     # These pieces lie along x: labels that share a height must not read as one.
@@ -313,7 +296,7 @@ def test_an_id_without_a_cover_is_small_and_in_sight_and_told():
 
 
 def test_a_cover_that_runs_through_itself_by_a_rounding_still_hides():
-    # Such a cover killed a job of random_jobs.py (seed 50220): no union of it could be found.
+    # Such a cover killed a random job (seed 50220): no union of it could be found.
     piece = covered(strip(), 12.0)
     first, *others = piece.covers
     hair = first[-1] + np.array([[0.0, 1e-9], [1e-9, -1e-9], [-1e-9, 0.0]])

@@ -27,49 +27,6 @@ def band(axis, width):
     return shapely.get_coordinates(shapely.normalize(body.exterior))[:-1]
 
 
-@st.composite
-def outlines(draw):
-    kind = draw(st.sampled_from(["star", "spiral", "sliver", "tiny", "wave", "ring"]))
-    size = draw(st.floats(20, 120))
-    if kind == "star":
-        rng = np.random.default_rng(draw(st.integers(0, 999)))
-        angle = np.linspace(0, 2 * math.pi, 11, endpoint=False)
-        radius = size / 2 * rng.uniform(0.2, 1.0, 11)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    if kind == "spiral":
-        angle = np.linspace(0, 3.5 * math.pi, 60)
-        radius = size / 2 * (0.2 + 0.8 * angle / angle[-1])
-        return band(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), size / 20)
-    if kind == "ring":
-        angle = np.linspace(0.2, 2 * math.pi - 0.2, 50)
-        return band(size / 2.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1), size / 12)
-    if kind == "wave":
-        x = np.linspace(0, size, 40)
-        return band(np.stack([x, size / 15 * np.sin(x / size * 9)], axis=1), size / 14)
-    if kind == "sliver":
-        return np.array([[0.0, 0.0], [size, 0.3], [size * 1.1, 0.1], [size, 0.5]])
-    return bar(0.4, 0.3) + 1000.0
-
-
-@at_most(25)
-@given(
-    st.lists(outlines(), min_size=1, max_size=9),
-    st.sampled_from([0.0, 0.5, 3.0]),
-    st.sampled_from([0.0, 4.0]),
-    st.integers(0, 3),
-)
-def test_any_pieces_are_placed_once_apart_and_inside(pieces, gap, margin, seed):
-    stock = [SheetSize(150, 140)]
-    layouts = [
-        nest(pieces, stock, margin_mm=margin, gap_mm=gap, effort="quick", seed=seed, workers=n)
-        for n in (1, 2)
-    ]
-    assert check_layout(layouts[0], pieces) == []
-    assert layouts[0] == layouts[1]
-    assert [placement.piece for placement in layouts[0].placements] == list(range(len(pieces)))
-    assert {p.sheet for p in layouts[0].placements} == set(range(len(layouts[0].sheets)))
-
-
 def test_result_does_not_depend_on_where_a_piece_was_drawn():
     rng = np.random.default_rng(3)
     pieces = [bar(length, 9.0) for length in rng.uniform(20, 90, 12)]
