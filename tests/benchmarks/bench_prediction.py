@@ -4,7 +4,7 @@
 
 For each job: the pieces and joints that its choice predicts over those that it has; and the area of
 sheet that is predicted over the one that is used, at quick effort, where of the last sheet only
-what is left of the last piece's end counts. ``--lengths`` does so for each of the lengths compared.
+what is left of the last piece's end counts.
 """
 
 import argparse
