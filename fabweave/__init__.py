@@ -20,44 +20,35 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fabweave.app.front_door.inspected import Inspection
-    from fabweave.app.front_door.layout import Layout
-    from fabweave.app.front_door.make import inspect, make, verify
-    from fabweave.app.front_door.mesh import Mesh, mesh, read, shape
-    from fabweave.app.front_door.pieces import Pieces
-    from fabweave.app.front_door.ribbons import Ribbons
-    from fabweave.app.front_door.weave import Thread, Weave, weave
-    from fabweave.app.front_door.written import WrittenJob
-    from fabweave.app.front_door.yarns import Yarns
+    from fabweave.app.front_door import (
+        Inspection,
+        Layout,
+        Mesh,
+        Pieces,
+        Ribbons,
+        Thread,
+        Weave,
+        WrittenJob,
+        Yarns,
+        inspect,
+        make,
+        mesh,
+        read,
+        shape,
+        verify,
+        weave,
+    )
     from fabweave.app.settings import Settings
     from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
     from fabweave.verify import VerifyReport
 
 __version__ = "0.1.0"
 
-#: Where each public name is found; it is imported when it is first used.
+#: Where public names are found that are not in the front door; they are imported when first used.
 _HOMES = {
-    "CannotMakeError": "fabweave.core.errors",
-    "FabweaveError": "fabweave.core.errors",
-    "InputError": "fabweave.core.errors",
-    "Inspection": "fabweave.app.front_door.inspected",
-    "Layout": "fabweave.app.front_door.layout",
-    "Mesh": "fabweave.app.front_door.mesh",
-    "Pieces": "fabweave.app.front_door.pieces",
-    "Ribbons": "fabweave.app.front_door.ribbons",
+    **dict.fromkeys(("CannotMakeError", "FabweaveError", "InputError"), "fabweave.core.errors"),
     "Settings": "fabweave.app.settings",
-    "Thread": "fabweave.app.front_door.weave",
     "VerifyReport": "fabweave.verify",
-    "Weave": "fabweave.app.front_door.weave",
-    "WrittenJob": "fabweave.app.front_door.written",
-    "Yarns": "fabweave.app.front_door.yarns",
-    "inspect": "fabweave.app.front_door.make",
-    "make": "fabweave.app.front_door.make",
-    "mesh": "fabweave.app.front_door.mesh",
-    "read": "fabweave.app.front_door.mesh",
-    "shape": "fabweave.app.front_door.mesh",
-    "verify": "fabweave.app.front_door.make",
-    "weave": "fabweave.app.front_door.weave",
 }
 
 __all__ = [
@@ -72,15 +63,14 @@ class _FrontDoor(ModuleType):
 
     def __setattr__(self, name: str, value: object) -> None:
         # Whoever imports a module of a room sets the room on the package.
-        if not (name in _HOMES and isinstance(value, ModuleType)):
+        if not (name in __all__ and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 
 
 def __getattr__(name: str) -> Any:
-    home = _HOMES.get(name)
-    if home is None:
+    if name not in __all__:
         raise AttributeError(f"module 'fabweave' has no attribute {name!r}")
-    public = getattr(import_module(home), name)
+    public = getattr(import_module(_HOMES.get(name, "fabweave.app.front_door")), name)
     if f"{__name__}.{name}" in sys.modules:
         # So that `import fabweave.weave.threads as threads` finds its way past the function.
         public.__name__ = f"{__name__}.{name}"

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from fabweave.app.preflight_job import supplies_of
 from fabweave.app.settings import read_job_options
 from fabweave.core.errors import InputError
+from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
-from fabweave.core.output_files import write_files
 from fabweave.cut.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.cut.write.dxf import dxf_bytes
 from fabweave.cut.write.preview import png_bytes

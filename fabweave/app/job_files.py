@@ -1,4 +1,4 @@
-"""Write the files of a job into a folder."""
+"""Put together what the files of a job say, and write them into a folder."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -7,21 +7,24 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from fabweave.app.folder_contents import file_names
 from fabweave.app.job import Job
-from fabweave.app.job_records import job_facts, job_map, job_viewer
+from fabweave.app.job_folder import file_names
 from fabweave.app.preflight_job import Preflight
 from fabweave.app.settings import Settings, job_toml
 from fabweave.assembly.csv_tables import crossing_table, station_table
 from fabweave.assembly.extent import MOST_VIEWED
+from fabweave.assembly.manual.cover import Facts
 from fabweave.assembly.manual.writing import write_manual
+from fabweave.assembly.map_builder import build_crossing_map
+from fabweave.assembly.viewer.page import viewer_page
+from fabweave.assembly.viewer.space import space_record
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.parallel.workers import Start, at_once
+from fabweave.core.parallel.executors import Start, at_once
 from fabweave.core.records import to_json
 from fabweave.cut.drawing import SheetDrawing
 from fabweave.cut.kerf import CUT_FOLDER
-from fabweave.cut.notes.qr_tag import CODE_FILE, TAG_FOLDER, code_png, draw_tag
+from fabweave.cut.notes.qr_code import CODE_FILE, code_png
 from fabweave.cut.notes.stock_notes import draw_offcut
 from fabweave.cut.preflight.rules import preflight
 from fabweave.cut.preflight.targets import target_named
@@ -34,14 +37,19 @@ from fabweave.cut.write.svg import svg_text
 from fabweave.cut.write.template import template_pdf
 from fabweave.flat.bill_of_materials import BillOfMaterials
 from fabweave.flat.crossing_map import CrossingMap
+from fabweave.flat.file_records import CutRecord, LayerRecord
 from fabweave.flat.joint.holes import HoleRule
+from fabweave.flat.unfold.development import piece_stretches
 from fabweave.mesh.io.files import mesh_bytes
 from fabweave.mesh.io.obj import obj_bytes
+from fabweave.model.rung_colours import rung_colours
 from fabweave.model.woven_glb import woven_glb
-from fabweave.picture.camera import View
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.strand_colours import crossing_colours
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.report.bom import bill_of_materials
 from fabweave.report.costs.assembly_time import step_seconds
-from fabweave.report.costs.texts import costs_text
+from fabweave.report.costs.texts import cost_rows, costs_text
 from fabweave.report.index_page import INDEX_FILE, About, index_page
 from fabweave.report.offcuts import (
     OFFCUT_FOLDER,
@@ -54,10 +62,90 @@ from fabweave.report.offcuts import (
 from fabweave.report.ribbon_report import RibbonReport, ribbon_report
 from fabweave.report.rings import rim_sheets
 from fabweave.report.splitting import splitting_record
-from fabweave.report.verdict import verdict_json
+from fabweave.report.verdict import verdict_json, verdict_words
 from fabweave.report.waste import WasteReport, piece_table, waste_report
 from fabweave.report.waste_page import waste_page
 from fabweave.verify import VerifyReport
+
+
+def job_map(job: Job) -> CrossingMap:
+    """Return the crossing map of a job."""
+    woven = job.woven
+    return build_crossing_map(
+        woven.halfedges,
+        woven.result,
+        woven.bunches,
+        woven.labels,
+        woven.ribbons,
+        job.piece_set,
+        job.spared,
+        (*job.marks, *job.spare_marks),
+        job.layout,
+        job.drawings,
+        job.order,
+        job.allotment,
+        offcuts=job.offcuts,
+        mirrored=job.settings.label_side == "inside",
+        cut=_cut_record(job.settings, job.code),
+    )
+
+
+def _cut_record(settings: Settings, code: str) -> CutRecord:
+    """Return what the map says about the files for the cutter."""
+    return CutRecord(
+        profile=settings.profile,
+        preset=settings.preset.name,
+        dxf=settings.dxf,
+        svg_units=settings.svg_units,
+        hairline_mm=settings.line_mm,
+        labels=settings.labels,
+        layers=tuple(
+            LayerRecord(layer=layer.value, colour=entry.colour, aci=entry.aci)
+            for layer, entry in settings.preset.colours.items()
+        ),
+        code=code,
+    )
+
+
+def job_facts(job: Job, bill: BillOfMaterials) -> Facts:
+    """Return what the manual says about a job besides its crossing map."""
+    return Facts(
+        title=job.woven.title,
+        buildable=verdict_words(job.verdict),
+        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
+        material=job.supplies.description,
+        bill=bill,
+        colours=crossing_colours(job.weave, job.colours),
+        portrait=job.portrait(),
+        costs=cost_rows(job.costs),
+        rim_sheets=len(job.rim_drawings),
+    )
+
+
+def job_viewer(job: Job, crossing_map: CrossingMap, views: Sequence[View] = ()) -> str:
+    """Return the page that shows a job's object, pieces, sheets and steps.
+
+    ``views`` are those from which the manual shows the steps.
+    """
+    ribbons = job.woven.ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    view = choose_view(vertices, triangles)
+    rungs = piece_stretches(ribbons, job.weave, job.piece_set.pieces).rung
+    thickness = tuple(job.supplies.thickness_mm(job.woven.bunches).tolist())
+    layer = thickness if job.supplies.several else thickness[0]
+    return viewer_page(
+        crossing_map,
+        space_record(ribbons, job.weave, job.piece_set.pieces, layer_mm=layer),
+        title=job.woven.title,
+        colours=rung_colours(ribbons, job.colours)[rungs],
+        view_deg=(view.azimuth_deg, view.elevation_deg),
+        step_views_deg=[(one.azimuth_deg, one.elevation_deg) for one in views],
+        hands={
+            "seconds": [round(seconds, 1) for seconds in step_seconds(crossing_map)],
+            "hours": list(job.costs.assembly.hours),
+        },
+    )
+
 
 _Made = TypeVar("_Made")
 
@@ -215,12 +303,9 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, settings: Settings) -> None
 
 
 def _write_code(job: Job, directory: Path) -> None:
-    """Write the QR code as a picture, and as a tag where that is asked for."""
+    """Write the QR code as a picture."""
     if job.settings.qr != "none":
         (directory / CODE_FILE).write_bytes(code_png(job.code))
-    if job.settings.qr == "offcut":
-        (directory / TAG_FOLDER).mkdir()
-        _write_cuts(directory / TAG_FOLDER, draw_tag(job.code, job.woven.title), job.settings)
 
 
 def _write_service(job: Job, directory: Path) -> None:

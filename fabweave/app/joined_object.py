@@ -1,4 +1,7 @@
-"""Lay the ribbons of a job as they are cut: with room for laps where its pieces are joined."""
+"""Lay the ribbons of a job as they are cut: with room for laps where its pieces are joined.
+
+They are checked, and a finer mesh is tried as a remedy for rules that they break.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,6 +20,7 @@ from fabweave.app.woven_object import (
     require_stiffness,
     require_wide,
     resized,
+    weave_object,
 )
 from fabweave.core.arrays import (
     BoolArray,
@@ -26,7 +30,7 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
-from fabweave.core.errors import CannotMakeError, TooFineError
+from fabweave.core.errors import CannotMakeError, InputError, TooFineError
 from fabweave.core.messages import agree, few_of
 from fabweave.flat.joint.ends import CutStrips, cut_strips, overlapping_ends
 from fabweave.flat.joint.holes import HoleRule
@@ -41,7 +45,7 @@ from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth
-from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
 from fabweave.stock.supplies import Supplies
 
@@ -330,3 +334,75 @@ def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
         + f"{few_of(places, 4)} mm; "
         + f"{remedy} would help, or a smoother mesh (--fair, --refine or --remesh)"
     )
+
+
+#: The refinements that are tried, one after the other: they round the shape, and divide every face.
+REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
+#: Each is tried if it comes to so many crossings at most, where every step makes four of one; and
+#: in plain weave, which needs no search.
+MOST_CROSSINGS = 2000
+#: What comes of coarse faces: between them ribbons turn sharply.
+_COARSE = frozenset(("bend", "twist", "crease", "clearance"))
+
+
+def try_refinement(
+    check: RibbonCheck, woven: WovenObject, settings: Settings, supplies: Supplies
+) -> RibbonCheck:
+    """Add refinement as a remedy to findings that one or two steps of it mend, as tried.
+
+    The object is woven, planned and laid once more from the refined mesh, as a job would. A rule
+    is mended if it holds there, and no rule is broken that is not broken now.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    woven, settings, supplies
+        What was checked.
+
+    Returns
+    -------
+    RibbonCheck
+        With ``untried`` saying why, if refinement might be a remedy and was not tried.
+    """
+    broken = {finding.rule for finding in check.findings}
+    if not broken & _COARSE:
+        return check
+    if settings.pattern != "plain":
+        return replace(check, untried="fabweave tries it for plain weave only")
+    crossings, most = woven.weave.threads.n_crossings, MOST_CROSSINGS // 4
+    if crossings > most:
+        return replace(check, untried=f"there are more than {most} crossings")
+    findings = check.findings
+    for steps, refinement in enumerate(REFINEMENTS, start=1):
+        waiting = {finding.rule for finding in findings if finding.refine is None}
+        if not waiting & _COARSE or crossings * 4**steps > MOST_CROSSINGS:
+            break
+        before = f"{settings.refine}," if settings.refine else ""
+        finer = replace(settings, refine=before + refinement)
+        still = _broken(finer, supplies)
+        if still is not None and still <= broken:
+            findings = tuple(
+                finding
+                if finding.refine is not None or finding.rule in still
+                else replace(finding, refine=finer.refine)
+                for finding in findings
+            )
+    return replace(check, findings=findings)
+
+
+def _broken(settings: Settings, supplies: Supplies) -> set[str] | None:
+    """Return the rules that are broken by what is made with some settings; None if nothing is."""
+    try:
+        woven = weave_object(settings, supplies)
+        woven = split_object(woven, settings, supplies, hole_rules(settings, supplies)).woven
+    except (CannotMakeError, InputError):
+        return None
+    check = check_ribbons(
+        woven.ribbons,
+        woven.weave,
+        woven.labels,
+        thread_limits(supplies, woven.bunches, settings.clearance_mm),
+        size_mm=woven.size_mm,
+        clearance=woven.narrowed.clearance if woven.narrowed is not None else None,
+    )
+    return None if check.refused else {finding.rule for finding in check.findings}

@@ -8,13 +8,11 @@ import numpy as np
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.input_files import read_text
+from fabweave.core.files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies.choice import with_bodies
-from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.handles import add_handles, parse_handles
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh, states_up
 from fabweave.mesh.likeness import Likeness, likeness
@@ -131,7 +129,7 @@ def load_mesh(
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
-    given handles and brought to size; then remeshed, refined, made symmetric, faired, and brought
+    and brought to size; then remeshed, refined, made symmetric, faired, and brought
     to size again where that changed it; at last opened, and subdivided for triaxial twill.
 
     Parameters
@@ -180,15 +178,12 @@ def load_mesh(
         done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
         helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
         raise InputError(f"{error}{done}{helps}") from None
-    mesh, joined = add_handles(mesh, parse_handles(settings.handle))
     clashes = self_intersections(mesh)
-    notes += [*repairs, *joined, *mesh_notes(check_mesh(mesh) if joined else report, clashes)]
+    notes += [*repairs, *mesh_notes(report, clashes)]
     if settings.size_mm is None:
-        mesh, factor = resize_mesh(
-            mesh, scale=unit_mm * (1.0 if settings.scale is None else settings.scale)
-        )
+        mesh, factor = resize_mesh(mesh, scale=unit_mm)
     else:
-        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm, scale=settings.scale)
+        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm)
     _require_size(largest_dimension(mesh))
     basis = f"the file states its unit ({unit})" if unit else "the file states no unit"
     if given_mesh is None and is_shape(settings.mesh):
@@ -314,7 +309,6 @@ def _changed(
             wanted,
             seed=settings.seed,
             along=along,
-            fewest=settings.irregular == "fewest",
             progress=progress,
         )
         notes += remeshed.notes

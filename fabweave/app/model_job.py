@@ -17,7 +17,7 @@ from fabweave.app.woven_object import WovenObject, keep_clear, weave_object
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
-from fabweave.core.output_files import check_file, write_files
+from fabweave.core.files import check_file, write_files
 from fabweave.model.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.model.formats import model_bytes, require_rhino
 from fabweave.model.woven_glb import woven_glb

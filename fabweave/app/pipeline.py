@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.app.folder_contents import write_contents
-from fabweave.app.foretold_sheets import grain_cost
 from fabweave.app.job import Job, PlannedJob
 from fabweave.app.job_files import write_job, write_proof
 from fabweave.app.job_folder import (
@@ -20,15 +18,15 @@ from fabweave.app.job_folder import (
     clear_abandoned,
     finished_folder,
     told_where,
+    write_contents,
 )
 from fabweave.app.job_notes import job_notes
-from fabweave.app.joined_object import check_joined, split_object
+from fabweave.app.joined_object import check_joined, split_object, try_refinement
 from fabweave.app.joined_pieces import joined_pieces, with_grain
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
-from fabweave.app.nest_job import nest_pieces, ring_sheets
+from fabweave.app.nest_job import grain_cost, nest_pieces, ring_sheets
 from fabweave.app.options.file_kinds import LAYOUT_FILE
 from fabweave.app.preflight_job import Preflight
-from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import command_text, usual_settings
 from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
@@ -38,8 +36,14 @@ from fabweave.assembly.order.planning import Order, plan_order
 from fabweave.assembly.steps import build_steps
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.parallel.executors import Executors, here, processes
-from fabweave.core.parallel.workers import Start, at_once, side_workers
+from fabweave.core.parallel.executors import (
+    Executors,
+    Start,
+    at_once,
+    here,
+    processes,
+    side_workers,
+)
 from fabweave.cut.kerf import kerfed_sheets
 from fabweave.cut.labels.exposure import seen_mm
 from fabweave.cut.labels.marks import Marks, mark_pieces, mark_spares

@@ -32,6 +32,12 @@ if TYPE_CHECKING:  # what options are is imported when they are used
 
 #: What --along takes but the name of a file.
 ALONG_WORDS = ("x", "y", "z", "curvature")
+#: Options that were, what they were where nobody asked for them, and what to write in their place.
+_GONE: dict[str, tuple[str | None, str]] = {
+    "scale": (None, "write the size that the object gets, such as size = '400mm'"),
+    "handle": (None, "join the faces in a modelling program, and weave that mesh"),
+    "irregular": ("any", "leave it out, and choose among numbers of quads"),
+}
 #: Panels at crossings are so long, as a share of their room, if that is left to fabweave.
 _PANEL_SHARE = 0.7
 
@@ -65,11 +71,8 @@ class Settings:
     weld: bool | None = default("weld")
     bodies: str = default("bodies")
     size_mm: float | None = default("size_mm")
-    scale: float | None = default("scale")
-    handle: str | None = default("handle")
     remesh: str | None = default("remesh")
     along: str | None = default("along")
-    irregular: str = default("irregular")
     refine: str | None = default("refine")
     symmetrise: bool = default("symmetrise")
     fair: int = default("fair")
@@ -217,12 +220,9 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     if settings.rim != "none" and not parse_leave_out(settings.leave_out).diameters_mm:
         yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
-    if settings.size_mm is not None and settings.scale is not None:
-        yield "a size and a scale were both given; give one of them"
     quads = parse_remesh(settings.remesh).kind == "quads" if settings.remesh else False
-    for name, wished in (("along", settings.along), ("irregular", settings.irregular != "any")):
-        if wished and not quads:
-            yield f"{name}: only new quads can be laid so; say --remesh quads:300, too"
+    if settings.along and not quads:
+        yield "along: only new quads can be laid so; say --remesh quads:300, too"
     if settings.twists is not None and settings.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists were both given; give one of them"
     if settings.twill_symmetry > 1 and settings.twill_method == "voting":
@@ -256,6 +256,7 @@ def settings_from_options(mesh: str, **options: Any) -> Settings:
     **options
         As on the command line, with underscores for hyphens: texts with units, plain numbers
         (lengths in millimetres), or what settings hold. None is as if nothing were said.
+        ``machine`` names a machine profile, whose options count where they are not said.
 
     Raises
     ------
@@ -269,6 +270,14 @@ def settings_from_options(mesh: str, **options: Any) -> Settings:
     (400.0, 0.15, 3)
     """
     return _settings({"mesh": mesh, **options}, kept={}, where="")
+
+
+def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that the named machine profile sets; none where none is named."""
+    from fabweave.app.options.machines import machine_profile  # noqa: PLC0415 - it reads the table
+
+    named = given.get("machine")
+    return {} if named is None else machine_profile(str(named))
 
 
 def settings_from_job(path: Path, **options: Any) -> Settings:
@@ -287,6 +296,9 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         If the file cannot be read or is no job's, or an option does not take its value.
     """
     kept = read_job_options(path)
+    for name, (usual, instead) in _GONE.items():
+        if kept.pop(name, usual) != usual:
+            raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
     unknown = sorted(set(kept) - {option.name for option in OPTIONS})
     if unknown:
         known = ", ".join(sorted(option.name for option in OPTIONS))
@@ -312,7 +324,9 @@ def _found(name: str, folder: Path) -> str:
 
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
-    """Make settings of options that are given, and of those that a job.toml keeps."""
+    """Make settings of options that are given, and of those that a profile and a job.toml keep."""
+    kept = {**kept, **_of_machine(given)}
+    given = {name: value for name, value in given.items() if name != "machine"}
     for name in given:
         if all(name != option.name for option in OPTIONS):
             closest = closest_first(name, [option.name for option in OPTIONS])[0]

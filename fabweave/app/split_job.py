@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.app.foretold_sheets import rough_nesting, sheet_price
+from fabweave.app.nest_job import rough_nesting, sheet_price
 from fabweave.app.settings import Settings
 from fabweave.app.woven_mesh import WovenMesh
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray

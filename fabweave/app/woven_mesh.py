@@ -7,7 +7,7 @@ from fabweave.app.mesh_source import LoadedMesh
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.input_files import read_input
+from fabweave.core.files import read_input
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import largest_dimension

@@ -15,8 +15,7 @@ from fabweave.cli.options import (
     json_option,
     quiet_option,
 )
-from fabweave.cli.progress import progress_bar
-from fabweave.cli.terminal import VERDICT_STYLES
+from fabweave.cli.terminal import VERDICT_STYLES, progress_bar
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fabweave.cli.options import SectionedCommand, job_options, job_settings, json_option
-from fabweave.cli.progress import progress_bar
+from fabweave.cli.terminal import progress_bar
 from fabweave.core.errors import InputError
-from fabweave.core.output_files import check_file, write_files
+from fabweave.core.files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ from fabweave.cli.coupon import coupon
 from fabweave.cli.design import design
 from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
+from fabweave.cli.machine import machine
 from fabweave.cli.make import make
 from fabweave.cli.materials import materials
 from fabweave.cli.model import model
@@ -39,6 +40,7 @@ for _command in (
     design,
     guide,
     inspect,
+    machine,
     make,
     materials,
     model,

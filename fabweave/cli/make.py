@@ -3,12 +3,12 @@
 import json
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fabweave.cli.job_summary import tell_job
 from fabweave.cli.options import (
     SectionedCommand,
     cluster_option,
@@ -19,21 +19,130 @@ from fabweave.cli.options import (
     quiet_option,
     verbose_option,
 )
-from fabweave.cli.progress import progress_bar
-from fabweave.cli.wish_options import wish_options, wished
+from fabweave.cli.terminal import VERDICT_STYLES, progress_bar
+from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
     from fabweave.app.pipeline import FinishedJob
 
 
+#: How notes begin that are for those who ask for them: figures, what the verdict and the totals say
+#: again, and advice that changes nothing in the job. Any other note is printed.
+_DETAILS = (
+    "mesh: ",
+    "size: ",
+    "the mesh has ",
+    "the mesh was remeshed",
+    "the model's own ",
+    "QuadriFlow made ",
+    "Instant Meshes made ",
+    "ribbons: ",
+    "holes: ",
+    "joints: ",
+    "buy: ",
+    "letters: ",
+    "engraving: ",
+    "pieces: ",
+    "kinds: ",
+    "width: ",
+    "openings: ",
+    "bend: ",
+    "twist: ",
+    "crease: ",
+    "layers: ",
+    "clearance: ",
+    "grain: ",
+    "checks: ",
+    "assembly: ",
+)
+#: What stands in such notes that name nothing at their beginning.
+_DETAIL_WORDS = (" irregular vertices (", " irregular vertex (")
+
+
+def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
+    """Print what was chosen, what wants care, the verdict, and where to look first.
+
+    Parameters
+    ----------
+    made : FinishedJob
+    output : Path
+        Where it is.
+    verbose : bool
+        Whether to print every note whole; else the first sentence of those that matter. All are in
+        ``waste.html`` and ``waste.json``.
+    """
+    from rich.console import Console
+
+    from fabweave.cut.preflight.violations import flaw_lines
+    from fabweave.report.costs.texts import costs_text
+    from fabweave.report.verdict import verdict_text
+
+    job, proof, found, missing = made
+    console = Console(highlight=False, soft_wrap=True)
+    notes = job.notes if verbose else main_notes(job.notes)
+    for note in notes:
+        console.print(f"  {note}", markup=False, style="dim")
+    console.print(
+        f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
+        f"{agree(job.piece_set.kinds.count, '{n} kind[|s]')}, "
+        f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
+        f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
+        f"proved by {len(proof.checks)} checks of the written files",
+        markup=False,
+    )
+    if job.settings.effort == "quick" and len(job.drawings) > 1:
+        console.print("Leave out --effort quick for fewer or fuller sheets.", markup=False)
+    console.print(costs_text(job.costs), markup=False)
+    # Widths and bends are among the verdict's reasons already.
+    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
+    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
+        console.print(f"preflight: {line}", markup=False)
+    if job.offcuts:
+        console.print(
+            f"{agree(len(job.offcuts), '{n} offcut[ is|s are]')} worth keeping: --stock "
+            f"{output / 'offcuts' / 'stock.toml'} takes them first in a later job",
+            markup=False,
+        )
+    for paper in missing:
+        console.print(f"missing: {paper}; please report it", style="bold red", markup=False)
+    verdict = job.verdict
+    console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
+    more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
+    console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
+
+
+def main_notes(notes: Sequence[str]) -> list[str]:
+    """Return the first sentences of the notes that matter to everybody.
+
+    Examples
+    --------
+    >>> main_notes(["weave: plain, 4 threads", "letters: of 9 names, 3 had no room",
+    ...     "fasteners (joints): at 8 of 20 crossings. The weave holds itself"])
+    ['weave: plain, 4 threads', 'fasteners (joints): at 8 of 20 crossings']
+    """
+    return [
+        note.partition(". ")[0]
+        for note in notes
+        if not note.startswith(_DETAILS) and not any(words in note for words in _DETAIL_WORDS)
+    ]
+
+
 @click.command(cls=SectionedCommand)
 @job_options(making=True)
-@folder_option(
-    "Folder for the finished job. An older job there is replaced when the new one is "
-    "complete, unless it holds files that were added or changed since."
+@folder_option("Folder for the job; an older job there is replaced.")
+@click.option(
+    "--pieces",
+    type=click.IntRange(1),
+    metavar="N",
+    help="About so many pieces; mesh, pattern and width follow.",
 )
-@wish_options
+@click.option(
+    "--goal",
+    default="",
+    metavar="WISHES",
+    help="Wishes: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
+)
 @cluster_option("Nest very many pieces")
 @json_option
 @quiet_option
@@ -44,36 +153,28 @@ def make(
     as_json: bool,
     quiet: bool,
     verbose: bool,
+    pieces: int | None,
+    goal: str,
     mesh: str | None,
     **options: Any,
 ) -> None:
-    """Weave MESH, a file or a shape:NAME, and write everything that is needed to cut it.
-
-    MESH is an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape such as
-    "shape:torus?m=24&n=12" (fabweave shapes lists them). What can be woven on it,
-    fabweave inspect MESH tells first; fabweave design MESH tries many designs of it.
-    Where a model is too fine to be built as it is, a coarser mesh is woven, and the
-    first line says which; --remesh none keeps the mesh. With a wish such as
-    --pieces 150, the mesh, the pattern and the width that come nearest to it are
-    looked for.
+    """Weave MESH, a file or a shape:NAME, and write all that is needed to cut it.
 
     \b
     Examples:
       fabweave make "shape:torus?m=24&n=12" --size 400mm --pattern twill -o torus
-      fabweave make spot.obj --size 400mm --material card --sheet 600x400mm -o spot
-      fabweave make scan.stl --size 50cm --remesh quads:800 --pattern twill -o scan
       fabweave make cow.obj --size 40cm --pieces 150 -o cow
-      fabweave make cube.obj --size 300mm --refine catmull-clark:2 -o ball
+      fabweave make scan.stl --size 50cm --material card --sheet 600x400mm -o scan
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
         from fabweave.app.design.making import make_or_advise, meet_wishes
-        from fabweave.app.design.wishes import Wishes
+        from fabweave.app.design.wishes import parse_wishes
         from fabweave.app.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
 
-    wishes = Wishes(**wished(options))
+    wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
     config = options["config"]
     executors = None if cluster is None else cluster_at(cluster)

@@ -13,7 +13,7 @@ from fabweave.cli.options import (
     json_option,
     quiet_option,
 )
-from fabweave.cli.progress import progress_bar
+from fabweave.cli.terminal import progress_bar
 from fabweave.cli.values import Direction, Length
 from fabweave.core.parallel.interrupt import held_back
 

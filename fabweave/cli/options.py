@@ -9,17 +9,26 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from fabweave.app.options.option import MESH, SECTIONS, Option
+from fabweave.app.options.option import SECTIONS, Option
 from fabweave.app.options.table import OPTIONS, option_named
 from fabweave.app.settings import Settings, settings_from_job, settings_from_options
 from fabweave.core.errors import InputError
+from fabweave.core.messages import closest_first
 
 Decorator: TypeAlias = Callable[[Any], Any]
 
 #: The section of options that are not in the table.
 REST = "Output"
-#: The section of what a person wishes a design to come to.
-WISHES = "Wishes (a design is looked for that meets them)"
+#: The first help, in the order in which a maker decides; what it leaves out, ``--help-all`` tells.
+FIRST = (
+    "size", "up", "bodies", "remesh", "refine", "pattern", "boundary", "width", "pieces", "goal",
+    "material", "thickness", "sheet", "stock", "joint", "fasten", "labels", "colours", "machine",
+    "effort", "seed", "config", "set_", "force", "output",
+)  # fmt: skip
+#: Longer rows of words give way to a name for them in the first help, and longer defaults to none.
+_LONGEST_METAVAR = 16
+#: How ``--set`` says what has no value.
+_FLAGS = {"true": True, "false": False}
 
 
 class Typed(click.ParamType[Any]):
@@ -47,52 +56,85 @@ class Typed(click.ParamType[Any]):
         return [CompletionItem(word) for word in words]
 
 
-class SectionedOption(click.Option):
-    """An option whose help stands in a section."""
-
-    def __init__(self, declarations: Sequence[str], *, section: str, **rest: Any) -> None:
-        super().__init__(declarations, **rest)
-        self.section = section
-
-
-class TableOption(SectionedOption):
+class TableOption(click.Option):
     """An option of the table; its words are looked up when its help is asked for."""
 
     def __init__(self, declarations: Sequence[str], *, option: Option) -> None:
         kind = option.kind
         super().__init__(
             declarations,
-            section=option.section,
             # With False, click takes a value that begins with a hyphen for another option.
             is_flag=kind.flag or None,
             type=None if kind.flag else Typed(option),
             multiple=kind.repeatable,
-            # Where nothing is said, fabweave decides.
-            **({"default": None} if kind.denied else {}),
+            # Where nothing is said of what may be denied, fabweave decides.
+            default=None if kind.denied or not kind.flag else False,
         )
         self.option = option
 
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:  # noqa: ARG002
-        """Return what help says of it: name and value, and what it is."""
-        usual = f" [default: {self.option.usual}]" if self.option.usual else ""
-        return self.option.shown, self.option.text + usual
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
+        """Return what help says of it: name and value, and what it is, in a line or in full."""
+        usual = self.option.usual
+        if _asks_all(ctx):
+            return self.option.shown, self.option.text + f" [default: {usual}]" * bool(usual)
+        metavar = "" if self.option.kind.flag else self.option.metavar
+        if len(metavar) > _LONGEST_METAVAR:
+            metavar = "NAME"
+        brief = self.option.brief + f" [{usual}]" * (0 < len(usual) < _LONGEST_METAVAR)
+        return f"{self.option.flag} {metavar}".rstrip(), brief
+
+
+def _asks_all(ctx: click.Context) -> bool:
+    """Tell whether all of the help is asked for."""
+    return bool(ctx.meta.get("help_all"))
 
 
 class SectionedCommand(click.Command):
-    """A command whose help lists its options in sections, in the order of the table."""
+    """A command whose help is one screen, and all of it in sections with ``--help-all``."""
+
+    def __init__(self, *args: Any, **rest: Any) -> None:
+        super().__init__(*args, **rest)
+        self.params.append(
+            click.Option(
+                ["--help-all"],
+                is_flag=True,
+                is_eager=True,
+                expose_value=False,
+                callback=_show_all,
+                help="Show all options, each in full.",
+            )
+        )
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write each section that has options, and the rest."""
-        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (*SECTIONS, WISHES, REST)}
-        for parameter in self.get_params(ctx):
-            # Newer versions of click have a line for arguments, too; the text above names those.
-            record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
+        """Write the options that makers change from job to job; or all, in their sections."""
+        parameters = [one for one in self.get_params(ctx) if isinstance(one, click.Option)]
+        if not _asks_all(ctx):
+            rank = {name: at for at, name in enumerate(FIRST)}
+            first = [
+                one for one in parameters if not isinstance(one, TableOption) or one.option.brief
+            ]
+            first.sort(key=lambda one: rank.get(str(one.name), len(rank)))
+            with formatter.section("Options"):
+                formatter.write_dl([row for one in first if (row := one.get_help_record(ctx))])
+            return
+        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (*SECTIONS, REST)}
+        for one in parameters:
+            record = one.get_help_record(ctx)
             if record is not None:
-                rows[getattr(parameter, "section", REST)].append(record)
+                section = one.option.section if isinstance(one, TableOption) else REST
+                rows[section].append(record)
         for title, records in rows.items():
             if records:
                 with formatter.section(title):
                     formatter.write_dl(records)
+
+
+def _show_all(ctx: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    """Print the whole help."""
+    if asked:
+        ctx.meta["help_all"] = True
+        click.echo(ctx.get_help(), color=ctx.color)
+        ctx.exit()
 
 
 def job_options(*, making: bool = False) -> Decorator:
@@ -100,12 +142,22 @@ def job_options(*, making: bool = False) -> Decorator:
     parameters: list[Decorator] = [
         click.argument("mesh", required=False),
         click.option(
+            "--machine",
+            metavar="NAME|FILE",
+            help="Profile of the laser: colours, kerf ... (fabweave machine).",
+        ),
+        click.option(
             "--config",
-            cls=SectionedOption,
-            section=MESH,
             type=click.Path(path_type=Path),
             metavar="FILE",
-            help="Take the settings of a finished job from its job.toml; what is typed wins.",
+            help="The job.toml of a finished job; what is typed wins.",
+        ),
+        click.option(
+            "--set",
+            "set_",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Any other option, such as ribbons.clearance=0.2mm.",
         ),
         *(table_option(option.name) for option in OPTIONS[1:] if making or not option.making),
     ]
@@ -145,15 +197,13 @@ def cluster_option(work: str) -> Decorator:
     return click.option(
         "--cluster",
         metavar="ADDRESS",
-        help=f"{work} on the Dask cluster whose scheduler has this address, such as "
-        "tcp://192.168.1.20:8786; needs the extra cluster. The files are the same. [default: the "
-        "processors of this computer]",
+        help=f"{work} on a Dask cluster, such as tcp://192.168.1.20:8786 (extra cluster).",
     )
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 verbose_option = click.option(
-    "-v", "--verbose", is_flag=True, help="Print everything that is known, not only what matters."
+    "-v", "--verbose", is_flag=True, help="Print everything that is known."
 )
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 
@@ -174,8 +224,39 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:
         if option.name in options
         and context.get_parameter_source(option.name) is not ParameterSource.DEFAULT
     }
+    typed |= _set(options["set_"])
     if mesh:
         typed["mesh"] = mesh
+    if options["machine"] is not None:
+        typed["machine"] = options["machine"]
     if options["config"] is not None:
         return settings_from_job(options["config"], **typed)
     return settings_from_options(typed.pop("mesh", None), **typed)
+
+
+def _set(told: Sequence[str]) -> dict[str, Any]:
+    """Return the options that ``--set`` names, each with what it is set to.
+
+    Examples
+    --------
+    >>> _set(["ribbons.clearance=0.2mm", "symmetrise=true"])
+    {'clearance': '0.2mm', 'symmetrise': True}
+    """
+    found: dict[str, Any] = {}
+    named = {path: option for option in OPTIONS[1:] for path in (option.path, option.name)}
+    for one in told:
+        name, equals, value = one.partition("=")
+        option = named.get(name.strip().replace("-", "_"))
+        if option is None or not equals:
+            paths = [known.path for known in OPTIONS[1:]]
+            near = closest_first(name, paths)[0]
+            raise InputError(f"--set {one}: write NAME=VALUE; the nearest name is {near}")
+        if option.kind.flag:
+            if value not in _FLAGS:
+                raise InputError(f"--set {one}: {option.name} is true or false")
+            found[option.name] = _FLAGS[value]
+        elif option.kind.repeatable:
+            found.setdefault(option.name, []).append(value)
+        else:
+            found[option.name] = value
+    return found

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from fabweave.cli.progress import progress_bar
-from fabweave.core.output_files import check_file, write_files
+from fabweave.cli.terminal import progress_bar
+from fabweave.core.files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
 
 

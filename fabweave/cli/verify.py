@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fabweave.cli.options import json_option
-from fabweave.cli.progress import progress_bar
+from fabweave.cli.terminal import progress_bar
 from fabweave.core.messages import few_of
 from fabweave.core.parallel.interrupt import held_back
 

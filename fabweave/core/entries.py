@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_text
+from fabweave.core.files import read_text
 from fabweave.core.messages import closest_first, shown
 
 #: Returns a value as it is held, or None if it is not what is expected.

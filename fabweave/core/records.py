@@ -25,7 +25,7 @@ from typing import (
 )
 
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import MOST_BYTES, read_input
+from fabweave.core.files import MOST_BYTES, read_input
 from fabweave.core.messages import shown
 
 _Record = TypeVar("_Record")

@@ -1,4 +1,4 @@
-"""Recognise pieces that are the same, so that they are cut and named as several of one kind."""
+"""Find pieces that are congruent, make them equal, and cut some of each kind once more."""
 
 import math
 from collections.abc import Sequence

@@ -268,7 +268,6 @@ def _cut(
             "service/",
         ),
         ("The ring around each opening, to cut as well; rim.txt says how it is laid.", "rim/"),
-        ("The QR code as a tag, to engrave on an offcut and to cut from it.", "tag/"),
         (
             "What is left and worth keeping, and a list of it for the --stock of a later job.",
             "offcuts/",

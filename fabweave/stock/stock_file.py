@@ -20,7 +20,7 @@ from fabweave.core.arc_path import flattened
 from fabweave.core.arrays import FloatArray
 from fabweave.core.entries import parse_toml
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_input, read_text, silenced
+from fabweave.core.files import read_input, read_text, silenced
 from fabweave.core.messages import agree, closest_first, shown
 from fabweave.core.units import format_length, parse_length
 from fabweave.stock.sheet_size import MAX_SIDE_MM, MOST_SHEETS, Ring, SheetSize, parse_stock

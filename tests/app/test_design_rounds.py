@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from fabweave.app.design import rounds
 from fabweave.app.design.candidate import Candidate, Tried
 from fabweave.app.design.instead import closer, farther, instead_text, nearest, slimmed
-from fabweave.app.design.nearer import nearer
-from fabweave.app.design.rounds import ENOUGH, search_designs
+from fabweave.app.design.rounds import ENOUGH, nearer, search_designs
 from fabweave.app.design.variety import MOST, NARROW
 from fabweave.app.settings import Settings
 from fabweave.report.verdict import Reason, Verdict, excess, judge, refused

@@ -10,8 +10,15 @@ from pathlib import Path
 import pytest
 from jobs import OCTAHEDRON, run
 
-from fabweave.app.folder_contents import CONTENTS_FILE, foreign_files, is_complete, write_contents
-from fabweave.app.job_folder import check_destination, clear_abandoned, finished_folder
+from fabweave.app.job_folder import (
+    CONTENTS_FILE,
+    check_destination,
+    clear_abandoned,
+    finished_folder,
+    foreign_files,
+    is_complete,
+    write_contents,
+)
 from fabweave.core.errors import InputError
 
 

@@ -88,11 +88,8 @@ SPOILT = {
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
-    "scale": (*NO_NUMBERS, 0),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
-    "handle": ("", "3", "3:3", "1:2,2:3", "-1:2", "a:b", 3),
     "along": ("", " ", 3),
-    "irregular": ("few", None, 3),
     "refine": ("spline:2", "loop:x", 2),
     "symmetrise": ("yes", 1, None),
     "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
@@ -177,7 +174,6 @@ def test_every_field_that_is_wrong_is_named() -> None:
 @pytest.mark.parametrize(
     "values",
     [
-        {"size_mm": 400.0, "scale": 2.0},
         {"width": WidthRule(0.5), "open": 0.3},
         {"twill_method": "voting", "twill_symmetry": 2},
         {"joint": "dovetail", "lap_mm": 9.0},
@@ -209,7 +205,7 @@ def test_how_open_a_weave_is_stands_for_its_width() -> None:
 
 def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
     settings = Settings(
-        "shape:cube", size_mm=400, fair=np.int64(3), scale=None, kerf_mm=np.float32(0.25),
+        "shape:cube", size_mm=400, fair=np.int64(3), kerf_mm=np.float32(0.25),
         margin_mm=Fraction(1, 2), sheets=[SheetSize(600.0, 400.0)], material=" Card: Red ",
         target="FICTIV", rotations="grain: 5°",
     )  # fmt: skip
@@ -251,9 +247,7 @@ TYPED = {
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
     "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
-    "scale": st.floats(1e-6, 1e6).map(str),
     "remesh": st.sampled_from(["quads", "quads:300"]),
-    "handle": st.sampled_from(["12:40", "1:2, 3:4"]),
     "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
     "fair": st.integers(0, 1000).map(str),
@@ -343,7 +337,7 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         settings = settings_from_options("shape:cube", **typed)
     except InputError as error:
         # Each is good in itself; some do not go together.
-        pairs = ({"size", "scale"}, {"joint", "lap"}, {"width", "open"}, {"pattern", "twists"})
+        pairs = ({"joint", "lap"}, {"width", "open"}, {"pattern", "twists"})
         alone = "along" in names and "remesh" not in names
         assert alone or any(pair <= names for pair in pairs), error  # noqa: PT017
         return
@@ -375,7 +369,7 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
     by_text = settings_from_options(
         "shape:cube", size="40cm", kerf="0.15mm", sheet=["600x400mm:3", "24x18in"], width="12mm",
         thickness="warp=0.5mm,weft=0.8mm", stock=f"{folder}/stock.toml", rotations="90",
-        micro_joints="4", material="warp=card,weft=card", hole="none", seed="3", scale=None,
+        micro_joints="4", material="warp=card,weft=card", hole="none", seed="3",
     )  # fmt: skip
     by_value = settings_from_options(
         "shape:cube", size=400, kerf=0.15, sheet=[SheetSize(600.0, 400.0, 3), "24x18in"],

@@ -2,8 +2,7 @@
 
 import pytest
 
-from fabweave.app.joined_object import split_object
-from fabweave.app.refinement_remedy import REFINEMENTS, try_refinement
+from fabweave.app.joined_object import REFINEMENTS, split_object, try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object

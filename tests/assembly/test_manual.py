@@ -12,7 +12,7 @@ import pytest
 import shapely
 from PIL import Image
 
-from fabweave.app.job_records import job_facts, job_map
+from fabweave.app.job_files import job_facts, job_map
 from fabweave.app.options.table import option_named
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings

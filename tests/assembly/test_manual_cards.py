@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.app.job_records import job_map
+from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual.cards import lay_card, spread, what_is_met

@@ -10,7 +10,7 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from fabweave.app.job_records import job_map
+from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual.painting import BLACK, FIXED, NEW, OUTLINE, THERE, make_palette

@@ -17,7 +17,7 @@ class Page:
 
 @pytest.fixture(scope="module")
 def made(finished):
-    return finished(*OCTAHEDRON, "--qr", "offcut")
+    return finished(*OCTAHEDRON)
 
 
 @pytest.mark.parametrize("name", ["index.html", "waste.html"])

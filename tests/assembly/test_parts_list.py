@@ -7,7 +7,7 @@ import pytest
 from jobs import quick_jobs
 from pypdf import PdfReader
 
-from fabweave.app.job_records import job_map
+from fabweave.app.job_files import job_map
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.assembly.manual.book import Book

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from viewer_tab import Scene, Tab, all_of
 
-from fabweave.app.job_records import job_viewer
+from fabweave.app.job_files import job_viewer
 from fabweave.assembly.manual.views import VIEWS, side_words
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]

@@ -95,7 +95,6 @@ MISTAKES = [
     ("shape:dodo", 2),
     ("shape:torus?q=3", 2),
     ("shape:cube --siz 400mm", 2),
-    ("shape:cube --scale 1e9", 2),
     ("shape:cube --sheet 15x15mm", 2),
     ("shape:cube --width 0.9 --crossing 0.5", 2),
     ("shape:cube --hole 0.3mm", 2),

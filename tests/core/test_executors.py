@@ -18,8 +18,7 @@ from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel import cluster
 from fabweave.core.parallel.cluster import cluster_at, versions
-from fabweave.core.parallel.executors import finished, here, processes
-from fabweave.core.parallel.workers import side_workers
+from fabweave.core.parallel.executors import finished, here, processes, side_workers
 from fabweave.nest import nesting as batches
 from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize

@@ -8,7 +8,7 @@ import pytest
 
 from fabweave.core.entries import parse_toml, read_toml
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_input, read_text
+from fabweave.core.files import read_input, read_text
 from fabweave.core.messages import shown
 
 

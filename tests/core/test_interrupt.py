@@ -10,11 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from fabweave.app import job_folder
-from fabweave.app.folder_contents import is_complete, write_contents
-from fabweave.app.job_folder import clear_abandoned, finished_folder
+from fabweave.app.job_folder import clear_abandoned, finished_folder, is_complete, write_contents
 from fabweave.core.parallel.executors import SignalSafeExecutor, finished, result_of
-from fabweave.core.parallel.file_lock import lock_file
-from fabweave.core.parallel.interrupt import held_back
+from fabweave.core.parallel.interrupt import held_back, lock_file
 
 
 @pytest.fixture(autouse=True)

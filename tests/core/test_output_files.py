@@ -8,7 +8,7 @@ from jobs import run
 
 from fabweave.cli.main import main
 from fabweave.core.errors import InputError
-from fabweave.core.output_files import check_file, write_files
+from fabweave.core.files import check_file, write_files
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 

@@ -29,6 +29,7 @@ from fabweave.cut.notes.qr_code import (
     Code,
     code_notes,
     code_of,
+    code_png,
     draw_code,
     with_code,
 )
@@ -59,6 +60,7 @@ def test_a_stranger_reads_what_the_lines_say(text) -> None:
         row = round((size - y - 0.5 + 4) * 4)
         pixels[row : row + 4, round((left + 4) * 4) : round((right + 4) * 4)] = 0
     assert read(Image.fromarray(pixels)) == [text]
+    assert read(Image.open(io.BytesIO(code_png(text)))) == [text]
 
 
 @given(st.data())

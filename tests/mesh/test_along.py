@@ -170,8 +170,6 @@ def test_only_new_quads_run_along_a_direction() -> None:
     for remesh in (None, "triangles:300", "coarse"):
         with pytest.raises(InputError, match="along: only new quads can be laid so; say --remesh"):
             Settings("shape:cube", remesh=remesh, along="x")
-        with pytest.raises(InputError, match="irregular: only new quads can be laid so"):
-            Settings("shape:cube", remesh=remesh, irregular="fewest")
     with pytest.raises(InputError, match="cannot read the list of directions in no such file"):
         load_mesh(Settings("shape:cube", remesh="quads:50", along="no such file"))
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 from fabweave.app import pipeline, split_job
-from fabweave.app.design import making, ways_out
+from fabweave.app.design import making
 from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.picture import loss_picture, portrait
@@ -49,7 +49,7 @@ _QUICK = [
         (pipeline, "likeness_png", _small_likeness),
         (split_job, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
-        (ways_out, "_MESHES", 2),
+        (making, "_MESHES", 2),
         (inspect, "_DESIGNS", 1),
     )
 ]

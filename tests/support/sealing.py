@@ -1,6 +1,6 @@
 """Prove a folder whose list of files was written anew: what physics finds, the seal aside."""
 
-from fabweave.app.folder_contents import write_contents
+from fabweave.app.job_folder import write_contents
 from fabweave.verify import VerifyReport
 from fabweave.verify import verify_job as verify_folder
 

@@ -8,7 +8,7 @@ import struct
 import numpy as np
 from verify_specimen import COLOURS, DENSITY, HAIRLINE, THICKNESS, placed
 
-from fabweave.app.folder_contents import write_contents
+from fabweave.app.job_folder import write_contents
 from fabweave.verify.checks.model.ribbons import measure_strip
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.measure.development import total_turn_deg

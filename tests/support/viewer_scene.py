@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 
-from fabweave.app.job_records import job_map, job_viewer
+from fabweave.app.job_files import job_map, job_viewer
 from fabweave.app.pipeline import make_job
 from fabweave.app.settings import Settings
 from fabweave.nest.layout import Layout, Placement

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fabweave import __version__
-from fabweave.app.foretold_sheets import MOST_PIECES, rough_nesting
 from fabweave.app.job import PlannedJob
 from fabweave.app.joined_pieces import pieces_costs
 from fabweave.app.mesh_source import load_mesh
+from fabweave.app.nest_job import MOST_PIECES, rough_nesting
 from fabweave.app.pipeline import nest_job, plan_job
 from fabweave.app.remake_command import long_command
 from fabweave.app.request import chosen_grain, complete_settings

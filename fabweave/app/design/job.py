@@ -10,8 +10,8 @@ from fabweave.app.design.variety import variety
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import InputError
+from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
-from fabweave.core.output_files import write_files
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.titles import object_title

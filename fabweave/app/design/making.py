@@ -1,6 +1,7 @@
 """Make what is wished for, or say what could be made in place of what cannot."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,10 +9,12 @@ import numpy as np
 
 from fabweave.app.design.candidate import Candidate
 from fabweave.app.design.coarser import coarser_meshes, foreseen, is_free, needs, told
+from fabweave.app.design.instead import SOFT
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.moves import because, moves
+from fabweave.app.design.page import words
 from fabweave.app.design.search import explore
-from fabweave.app.design.ways_out import ways_out, ways_text
+from fabweave.app.design.variety import NARROW
 from fabweave.app.design.wishes import Wishes, choose, distance
 from fabweave.app.job_folder import check_destination
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
@@ -19,10 +22,88 @@ from fabweave.app.pipeline import FinishedJob, run_job
 from fabweave.app.request import complete_settings
 from fabweave.app.settings import Settings
 from fabweave.core.arrays import Progress, no_progress
-from fabweave.core.errors import CannotMakeError, TooFineError
+from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.parallel.executors import Executors, here, processes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.report.verdict import NotMakeableError, judge
+
+#: The last thing to try is so many times the size.
+_LARGER = 1.6
+#: How many meshes are tried, and how many ways are told.
+_MESHES, _TOLD = 4, 3
+
+
+def ways_out(
+    settings: Settings,
+    progress: Progress = no_progress,
+    *,
+    executors: Executors = here,
+    given: PolyMesh | None = None,
+) -> list[Candidate]:
+    """Return designs that can be built and are near to one that cannot.
+
+    Tried are, in the order in which people prefer them: other meshes, from coarse to fine; narrower
+    ribbons; a softer material; a larger size.
+
+    Parameters
+    ----------
+    settings : Settings
+        What cannot be built.
+    progress : callable
+    executors : callable
+        Opens the executor that tries them.
+    given : PolyMesh, optional
+        A mesh from memory.
+
+    Returns
+    -------
+    list of Candidate
+        Three at most; none if nothing that was tried can be built.
+    """
+    asked = replace(settings, effort="quick", layout=None)
+    designs = list(_designs(asked, progress, given))
+    tried = explore(asked, designs, None, progress, executors=executors, given=given)
+    return [one.candidate for one in tried if one.candidate.makeable][:_TOLD]
+
+
+def ways_text(ways: list[Candidate]) -> str:
+    """Return ways out as lines of a message; nothing where there are none."""
+    if not ways:
+        return (
+            "Coarser and finer meshes, narrower ribbons, card and a larger size were tried, and "
+            "did not help. fabweave guide troubleshooting says what else may.\n"
+        )
+    lines = []
+    for way in ways:
+        told = f": {words(way.figures)}" if way.figures is not None else ""
+        lines.append(f"  {way.name}{told}; {way.verdict.level}\n")
+    return "These were tried, and can be built:\n" + "".join(lines)
+
+
+def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Iterator[Settings]:
+    """Yield what to try, in the order in which people prefer it.
+
+    Where the mesh was left to fabweave, others were tried already: what else may help is tried on
+    these.
+    """
+    free = replace(asked, remesh=None, refine=None)
+    try:
+        meshes = plan_designs(free, 3 * _MESHES, progress, given)
+    except FabweaveError:
+        meshes = []
+    some = [one for one in meshes if one.pattern == asked.pattern and one.width == asked.width]
+    bases = some[:2]
+    if not is_free(asked) or not some:
+        yield from (one for one in some[:_MESHES] if one != asked)
+        bases = [asked, *bases]
+    if asked.narrowable:
+        yield bases[0].narrower(NARROW)
+    if asked.material != SOFT and "=" not in asked.material:
+        plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
+        yield from (replace(one, **plain) for one in bases)  # type: ignore[arg-type]
+    if asked.size_mm is not None:
+        yield replace(bases[0], size_mm=float(round(_LARGER * asked.size_mm)))
+
 
 #: How many designs are tried for a wish: at first from coarse to fine, then so many at a time
 #: beside the nearest, and in all.

@@ -3,9 +3,15 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from fabweave.app.design.candidate import Candidate, Figures
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.messages import closest_first, shown
+from fabweave.core.units import parse_length
+
+#: Nobody wishes for more of anything.
+MOST_WISHED = 1e9
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,45 @@ class Wishes:
     def __bool__(self) -> bool:
         """Return whether anything is wished."""
         return any(getattr(self, field.name) is not None for field in fields(self))
+
+
+def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
+    """Return the wishes that a text states.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"ribbon=15mm,hours=5"``; lengths have units.
+    pieces : int, optional
+        How many pieces, if that is wished apart from the text.
+
+    Raises
+    ------
+    InputError
+        If it wishes for what is no wish, or for a number that nobody can mean.
+
+    Examples
+    --------
+    >>> wishes = parse_wishes("ribbon=1.5cm,hours=5", 150)
+    >>> wishes.pieces, wishes.ribbon_mm, wishes.hours
+    (150, 15.0, 5.0)
+    """
+    fields_of = {field.name.removesuffix("_mm"): field.name for field in fields(Wishes)}
+    found: dict[str, Any] = {} if pieces is None else {"pieces": pieces}
+    for part in filter(None, text.replace(" ", "").split(",")):
+        name, _, value = part.partition("=")
+        if name not in fields_of:
+            known = ", ".join(f"{one}=..." for one in closest_first(name, list(fields_of)))
+            raise InputError(f"there is no goal {shown(name)}: write {known}, with commas between")
+        field = fields_of[name]
+        try:
+            number = parse_length(value, what=name) if field.endswith("_mm") else float(value)
+        except ValueError as error:  # an InputError is a ValueError, too
+            raise InputError(f"the goal {part}: {error}") from error
+        if not 0.0 < number <= MOST_WISHED or (name in ("pieces", "sheets") and number % 1.0):
+            raise InputError(f"the goal {part} is no number that anybody can wish for")
+        found[field] = int(number) if name in ("pieces", "sheets") else number
+    return Wishes(**found)
 
 
 #: What is wished for: whether it is a limit, and how it is said of a candidate.

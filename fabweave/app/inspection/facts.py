@@ -1,28 +1,21 @@
-"""Inspect a mesh: what it is, and what can be woven on it, before anything is decided."""
+"""Inspect a mesh: what it is, what can be woven on it, and what would help."""
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from fabweave.app.design.candidate import Tried
+from fabweave.app.design.coarser import is_free
 from fabweave.app.design.job import plan_designs
 from fabweave.app.design.rounds import Search, search_designs
 from fabweave.app.design.search import ToldDesign, tell_nobody
-from fabweave.app.inspection.advice import advice
-from fabweave.app.inspection.mesh_facts import (
-    bunch_facts,
-    fabric_facts,
-    mesh_facts,
-    spread,
-    thread_facts,
-)
-from fabweave.app.inspection.symmetry_facts import symmetry_facts
+from fabweave.app.design.variety import FEWEST, densities
 from fabweave.app.inspection.twill_facts import twill_facts
-from fabweave.app.joined_object import JoinedObject, check_joined, split_object
+from fabweave.app.joined_object import JoinedObject, check_joined, split_object, try_refinement
 from fabweave.app.joined_pieces import joined_pieces, pieces_costs, with_grain
-from fabweave.app.refinement_remedy import try_refinement
 from fabweave.app.remake_command import long_command
 from fabweave.app.request import chosen_grain, complete_settings, hole_rules
 from fabweave.app.settings import Settings
@@ -34,25 +27,257 @@ from fabweave.app.woven_object import (
     weave_object,
     width_notes,
 )
-from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import find_irregular, interior_valences
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import paired_quads
+from fabweave.mesh.remesh.unrefine import cages
 from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.mesh.symmetry.group import Symmetry, orbits
+from fabweave.mesh.symmetry.search import EXACT
 from fabweave.report.costs.texts import cost_rows
 from fabweave.report.grain import grain_notes
 from fabweave.report.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.report.splitting import splitting_reason
 from fabweave.report.verdict import judge, refused
 from fabweave.ribbon.boundary_turns import require_no_loop
-from fabweave.ribbon.measures import ribbon_widths, thread_lengths
-from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.measures import NEAR_SIZE, ribbon_widths, thread_lengths
+from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import format_stock
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.bunches import count_bodies
+from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
+from fabweave.weave.fabric.fabrics import weave_fabric
+from fabweave.weave.fabric.repeat import parse_fabric
+from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
+from fabweave.weave.threads import Threads
+
+#: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
+_DENSITIES = 3
+
+
+def advice(
+    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str
+) -> list[dict[str, Any]]:
+    """Return what would help, or what makes it, each with its command.
+
+    A size is told only where it is at most ``NEAR_SIZE`` times the present one. Where rules would
+    want more, the mesh is too fine for its size, and a coarser one is named if the mesh is a model
+    that can be remeshed.
+
+    Parameters
+    ----------
+    asked : Settings
+        As they were asked for.
+    woven : WovenObject
+    check : RibbonCheck
+        Of its ribbons.
+    level : str
+        The verdict's.
+
+    Returns
+    -------
+    list of dict
+        ``text``, which says what it does, and ``command``; the command is None where the text names
+        an option without a value.
+    """
+    ways: list[dict[str, Any]] = []
+
+    def add(text: str, **changes: Any) -> None:
+        command = long_command(replace(asked, **changes))
+        ways.append({"text": text, "command": command})
+
+    if level == "makeable":
+        add("this makes it")
+        return ways
+    findings = check.findings
+    sizes = [finding.size_mm for finding in findings if finding.rule in SIZED]
+    known = [size for size in (check.smallest_mm, *sizes) if size is not None]
+    most = max(known, default=0)
+    larger = most > woven.size_mm
+    if larger and most <= NEAR_SIZE * woven.size_mm:
+        rules = [finding.rule for finding in findings if finding.size_mm is not None]
+        what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
+        add(f"at this size {what} would hold", size_mm=float(most))
+    finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
+    for refinement, rule in finer.items():
+        add(f"a finer mesh mends {rule}, as tried", refine=refinement)
+    too_fine = most > NEAR_SIZE * woven.size_mm
+    if too_fine or None in sizes:  # or no size helps, or none was looked for
+        remeshed = asked.remesh is not None or asked.refine is not None or is_shape(asked.mesh)
+        coarser = None if remeshed else _coarser(woven)
+        fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
+        if coarser is not None and level == "not makeable" and is_free(asked):
+            text = "make takes a coarser mesh by itself"
+            add(f"{text}; {fine}" if fine else text)
+        elif coarser is not None:
+            text = "a coarser mesh may do"
+            add(f"{text}; {fine}" if fine else text, remesh=f"quads:{coarser}")
+        else:
+            text = "a mesh with fewer, larger faces may do"
+            ways.append({"text": f"{text}; {fine}" if fine else text, "command": None})
+    for finding in findings:
+        if finding.width_factor is not None:
+            narrower = round(100 * (1 - finding.width_factor))
+            text = f"ribbons {narrower} % narrower mend {finding.rule}"
+            command = long_command(asked.narrower(finding.width_factor))
+            ways.append({"text": text, "command": command})
+    if not ways and level == "with care":
+        add("this makes it, with care")
+    return ways
+
+
+def _coarser(woven: WovenObject) -> int | None:
+    """Return how many quads a coarse mesh would have; None if this one has no more."""
+    least = densities(woven.mesh, _DENSITIES)[0]
+    return least if FEWEST <= least < woven.mesh.n_faces else None
+
+
+def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
+    """Return the symmetry of a mesh and of its weave.
+
+    Parameters
+    ----------
+    woven : WovenObject
+        The mesh and its weave.
+    n_pieces : int or None
+        How many pieces it is cut from, if that is known.
+    """
+    mesh = nearest_symmetry(woven.mesh, woven.halfedges)
+    tolerance = mesh.tolerance
+    weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
+    kinds = None
+    if n_pieces is not None:
+        # Each orbit of threads has kinds of its own, and each kind a place for each rotation; a
+        # piece is not the mirror image of itself.
+        every = np.arange(woven.weave.threads.n_threads)
+        turned = orbits(weave.thread_images(every)[weave.group.proper], len(every))
+        kinds = max(int(turned.max(initial=-1)) + 1, -(-n_pieces // weave.group.n_rotations))
+    return {
+        "tolerance_percent": round(100 * tolerance, 6),
+        "exact": tolerance == EXACT,
+        "mesh": _counts(mesh),
+        "weave": _counts(weave.group),
+        "axes": _axes(weave.group),
+        "orbits": {
+            "threads": int(weave.thread_orbits.max(initial=-1)) + 1,
+            "crossings": int(weave.crossing_orbits.max(initial=-1)) + 1,
+        },
+        "kinds_possible": kinds,
+    }
+
+
+def _counts(group: Symmetry) -> dict[str, int]:
+    return {"rotations": group.n_rotations, "reflections": group.n_reflections}
+
+
+def _axes(group: Symmetry) -> list[dict[str, Any]]:
+    """Return how many axes there are about which the weave may be turned so many times."""
+    turns = np.flatnonzero(group.proper & (group.angle_deg != 0.0))
+    _, line = np.unique(np.round(group.axis[turns], 6), axis=0, return_inverse=True)
+    folds, numbers = np.unique(np.bincount(line.ravel()) + 1, return_counts=True)
+    pairs = zip(folds.tolist(), numbers.tolist(), strict=True)
+    return [{"fold": fold, "count": number} for fold, number in reversed(list(pairs))]
+
+
+#: Fabrics that are tried.
+_FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
+
+
+def mesh_facts(mesh: PolyMesh, halfedges: Halfedges) -> dict[str, Any]:
+    """Return sizes, topology and regularity."""
+    report = check_mesh(mesh)
+    first = halfedges.edge_halfedge
+    ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
+    _, valences = interior_valences(halfedges)
+    irregular = find_irregular(mesh)
+    mirror = find_mirror(mesh)
+    return {
+        "vertices": report.n_vertices,
+        "edges": report.n_edges,
+        "faces": report.n_faces,
+        "face_sizes": {str(size): number for size, number in report.face_sizes},
+        "valences": {str(k): int(n) for k, n in sorted(Counter(valences.tolist()).items())},
+        "components": report.n_components,
+        "boundary_loops": report.n_boundary_loops,
+        "genus": report.genus,
+        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
+        "edge_mm": spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "mirror": {
+            "symmetric": mirror.symmetric,
+            "normal": [round(float(x), 4) for x in mirror.normal],
+            "off_percent": round(mirror.rms_percent, 3),
+        },
+        "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
+        "irregular_vertices": len(irregular),
+        "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
+    }
+
+
+def thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray) -> dict[str, Any]:
+    """Return how many threads are woven and how long they are; the longest by name."""
+    longest = np.argsort(-threads.lengths, kind="stable")[:8]
+    return {
+        "count": int(np.count_nonzero(threads.woven)),
+        "closed": int(np.count_nonzero(threads.closed & threads.woven)),
+        "crossings": threads.n_crossings,
+        "crossing_themselves": int(np.count_nonzero(thread_graph(threads).diagonal())),
+        "passes": spread(threads.lengths[threads.woven]),
+        "length_mm": spread(length_mm[threads.woven]),
+        "total_mm": round(float(length_mm.sum()), 1),
+        "longest": [
+            {
+                "label": labels[number],
+                "passes": int(threads.lengths[number]),
+                "length_mm": round(float(length_mm[number]), 1),
+            }
+            for number in longest.tolist()
+        ],
+    }
+
+
+def bunch_facts(threads: Threads) -> dict[str, Any]:
+    """Return how many bunches there are."""
+    bunches = find_bunches(threads)
+    return {
+        "count": bunches.n_bunches,
+        "fewest": bunches.fewest,
+        "warp_and_weft": bunches.warp_and_weft,
+    }
+
+
+def fabric_facts(
+    halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
+) -> dict[str, Any]:
+    """Try the usual fabrics."""
+    exact, reasons = [], {}
+    for number, text in enumerate(_FABRICS):
+        progress("fabrics", number, len(_FABRICS))
+        result = weave_fabric(halfedges, threads, parse_fabric(text), labels=labels)
+        if result.weave is not None:
+            exact.append(text)
+        elif result.obstruction is not None:
+            reasons[text] = result.obstruction.text
+    return {"exact": exact, "because": reasons}
+
+
+def spread(values: FloatArray | IntArray) -> dict[str, float]:
+    """Return the least, the middle and the greatest of some values."""
+    if not len(values):
+        return {"least": 0.0, "median": 0.0, "greatest": 0.0}
+    return {
+        "least": round(float(values.min()), 3),
+        "median": round(float(np.median(values)), 3),
+        "greatest": round(float(values.max()), 3),
+    }
+
 
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made, which is most of the work ...

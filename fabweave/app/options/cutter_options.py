@@ -12,7 +12,7 @@ from fabweave.app.options.kinds import (
     text,
     value_of,
 )
-from fabweave.app.options.option import CUTTER, MANUAL, RIBBONS, Option
+from fabweave.app.options.option import MACHINE, PIECES, Option
 
 
 def _target_names() -> Iterable[str]:
@@ -23,7 +23,7 @@ def _target_names() -> Iterable[str]:
 CUTTER_OPTIONS = (
     Option(
         "profile",
-        CUTTER,
+        MACHINE,
         choice(("maker", "service")),
         "Who cuts: a maker, from the nested sheets; or a service, which wants a file for each "
         "distinct piece with nothing in it but cuts, and a table of quantities: they come besides "
@@ -33,7 +33,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "preset",
-        CUTTER,
+        MACHINE,
         preset(),
         "Colours of the layers, as a program knows them: {choices}; or a file of your own "
         "(fabweave guide machines shows one), which job.toml then holds.",
@@ -42,7 +42,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "dxf",
-        CUTTER,
+        MACHINE,
         choice(("R2010", "R2000", "R12")),
         "Version of the DXF files; R12 for very old machines (it cannot carry units).",
         default="R2010",
@@ -50,7 +50,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "svg_units",
-        CUTTER,
+        MACHINE,
         choice(("mm", "px96")),
         "What a coordinate of the SVG counts: millimetres; or pixels of 1/96 inch, for programs "
         "that open the others at a wrong size.",
@@ -59,7 +59,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "hairline",
-        CUTTER,
+        MACHINE,
         hairline(),
         "Width of the lines in the SVG, e.g. 0.1mm or 0.001in, or as a preset has it: drivers cut "
         "thin lines and take thicker ones for pictures.",
@@ -68,7 +68,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "target",
-        CUTTER,
+        MACHINE,
         text(
             "NAME",
             "one of {choices}, or of your own",
@@ -82,7 +82,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "targets",
-        CUTTER,
+        MACHINE,
         library("target", "fabweave.cut.preflight.targets"),
         "Rules of those who cut for you, which --target may name, with the same entries as ours "
         "(see examples/targets.toml); repeat it for several files.",
@@ -92,7 +92,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "strict",
-        CUTTER,
+        MACHINE,
         flag(),
         "Refuse a job that breaks a rule of the material or the target.",
         default=False,
@@ -100,15 +100,16 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "force",
-        RIBBONS,
+        PIECES,
         flag(),
         "Make the job although it cannot be built from its material: sheets and notes then say so.",
         default=False,
         making=True,
+        brief="Make the files although it cannot be built.",
     ),
     Option(
         "labels",
-        CUTTER,
+        PIECES,
         choice("fabweave.cut.labels.texts.LABELS"),
         "What is engraved: hidden (id, arrow, joints, who crosses at the ends and at every third "
         "crossing; only where a strand covers it when the object is woven), brief (the same, "
@@ -116,10 +117,11 @@ CUTTER_OPTIONS = (
         "on all pieces of kind 3, any of which fits any of their places), or none.",
         default="hidden",
         making=True,
+        brief="hidden, brief, full, numbers, kinds or none.",
     ),
     Option(
         "label_side",
-        CUTTER,
+        PIECES,
         choice("fabweave.cut.labels.texts.SIDES"),
         "Which face is engraved; for the inside, which nobody sees, whole sheets are mirrored.",
         default="outside",
@@ -127,7 +129,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "paper",
-        MANUAL,
+        MACHINE,
         choice(("a4", "letter")),
         "Paper of the assembly manual.",
         default="a4",
@@ -135,7 +137,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "kerf",
-        CUTTER,
+        MACHINE,
         length(10.0, zero=""),  # as an entry of materials.toml
         "Width of the line that the beam burns: the sheets to cut, with outlines moved outward and "
         "holes inward by half of it, go to the folder cut; those in sheets stay nominal. Leave it "
@@ -146,7 +148,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "micro_joints",
-        CUTTER,
+        MACHINE,
         value_of(
             "N[:WIDTH]",
             "4:0.3mm",
@@ -160,7 +162,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "cut_order",
-        CUTTER,
+        MACHINE,
         choice(("short", "cool")),
         "Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
         "piece follows its neighbour, for what warps or melts.",
@@ -169,7 +171,7 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "template",
-        CUTTER,
+        MACHINE,
         choice(("sheet", "a4", "a3", "letter", "none")),
         "Sheets at full size as PDF, to cut by hand: on a page as large as the sheet, or on as few "
         "pages of paper as show all pieces, those whole that fit.",
@@ -178,17 +180,16 @@ CUTTER_OPTIONS = (
     ),
     Option(
         "qr",
-        CUTTER,
-        choice(("paper", "offcut", "none")),
-        "The QR code with the command that makes the job again: on paper (the page that opens the "
-        "job, and what of each sheet is not cut), or also on a tag that is engraved on an offcut "
-        "and cut from it, in the folder tag.",
+        MACHINE,
+        choice(("paper", "none")),
+        "The QR code with the command that makes the job again: on the page that opens "
+        "the job, and on what of each sheet is not cut.",
         default="paper",
         making=True,
     ),
     Option(
         "calibrate",
-        CUTTER,
+        MACHINE,
         calibration(),
         "Multiply the estimated times of the machine, as one job was measured: a number, or the "
         "folder of a finished job and what the machine took for all of its sheets.",

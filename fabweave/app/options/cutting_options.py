@@ -12,7 +12,7 @@ from fabweave.app.options.kinds import (
     text,
     whole,
 )
-from fabweave.app.options.option import SEARCH, SHEETS, WEAVE, Option
+from fabweave.app.options.option import PIECES, SEARCH, STOCK, WEAVE, Option
 
 #: No side of a sheet is longer.
 _LONGEST_SHEET_MM = 20_000.0
@@ -22,7 +22,7 @@ _LONGEST_SHEET_MM = 20_000.0
 CUTTING_OPTIONS = (
     Option(
         "max_length",
-        SHEETS,
+        PIECES,
         length(MOST_MM, automatic="auto", metavar="LENGTH|auto"),
         "No piece is longer along its middle; or auto: threads are cut to several lengths for a "
         "trial, and the one that serves best (--prefer) is taken.",
@@ -30,7 +30,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "prefer",
-        SHEETS,
+        PIECES,
         choice("fabweave.flat.split.preferences.PREFERENCES"),
         "What --max-length auto saves: work (hours of cutting and joining), waste (whole sheets, "
         "then joints), or balanced, the sum of sheets, fasteners and hours in money, by the rates "
@@ -39,7 +39,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "kinds",
-        SHEETS,
+        PIECES,
         choice("fabweave.flat.split.preferences.KIND_PRICES"),
         "How many different pieces there may be on an object that looks the same from several "
         "sides, or in many places: fewest (threads that repeat one another are cut alike, into as "
@@ -49,7 +49,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "spares",
-        SHEETS,
+        PIECES,
         text(
             "SHARE|N",
             "a text such as '5%'",
@@ -65,7 +65,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "hole",
-        SHEETS,
+        PIECES,
         length(1000.0, zero="none", metavar="LENGTH|none"),
         "Diameter of the fastener holes.",
         otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
@@ -73,7 +73,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "holes",
-        SHEETS,
+        PIECES,
         choice(("fastened", "alike", "all")),
         "Which crossings have holes: fastened, those that take a fastener; alike, those at the "
         "same places of pieces that repeat, too, so that there are fewer kinds; or all, to lay "
@@ -83,7 +83,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "fasten",
-        SHEETS,
+        PIECES,
         text(
             "WHICH",
             "a text such as 'every:2'",
@@ -95,10 +95,11 @@ CUTTING_OPTIONS = (
         "joints and one crossing of two; or none, and joints are glued.",
         otherwise="loose, or all with --slots (fabweave guide joints)",
         making=True,
+        brief="Fasteners at: joints, loose, rim, all, every:2, none.",
     ),
     Option(
         "hang",
-        SHEETS,
+        PIECES,
         text(
             "WHERE",
             "a text such as 'top' or 'bottom:3'",
@@ -112,7 +113,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "hardware",
-        SHEETS,
+        PIECES,
         text(
             "NAME",
             "the name of a fastener such as 'screw-m3'",
@@ -126,23 +127,24 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "joint",
-        SHEETS,
+        PIECES,
         text("KIND", "a text such as 'rivet:2'", "fabweave.flat.joint.kinds.parse_joint"),
         "How pieces of one thread are joined: rivet (a lap with a fastener under the strand "
         "above), rivet:2 to rivet:4 (so many), glue (a lap with marks to lay it by), dovetail (a "
         "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped).",
         default="rivet",
+        brief="rivet, rivet:2, glue, dovetail, slot or none.",
     ),
     Option(
         "lap",
-        SHEETS,
+        PIECES,
         length(_LONGEST_SHEET_MM, automatic="auto", metavar="LENGTH|auto"),
         "How far joined pieces lap; no farther than to the crossings beside.",
         otherwise="auto, the crossing's own panel",
     ),
     Option(
         "slots",
-        SHEETS,
+        PIECES,
         flag(),
         "Slots in place of holes in the strand that lies under, where it has no joint: they take "
         "up small errors.",
@@ -151,7 +153,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "sheet",
-        SHEETS,
+        STOCK,
         sheets(),
         "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them; repeat it for several sizes. "
         "For one bunch only: weft=600x400mm. mat-12x12 and mat-12x24 are what knife plotters cut "
@@ -159,27 +161,29 @@ CUTTING_OPTIONS = (
         default=(),
         otherwise="the material's",
         holder="sheets",
+        brief="Sheet size and number, such as 600x400mm:3.",
     ),
     Option(
         "stock",
-        SHEETS,
+        STOCK,
         stock_list(),
         "A list of the stock (stock.toml): sheets with quantity, price, grain, material and "
         "defects, and offcuts with their outlines. Offcuts are used first, the smallest first; "
         "then the sheets that cost least for their area; sheets without a price, and those of "
         "--sheet, come last. The last sheet is exchanged for the cheapest that takes its pieces.",
         holder="sheets",
+        brief="List of sheets and offcuts (stock.toml).",
     ),
     Option(
         "margin",
-        SHEETS,
+        STOCK,
         length(_LONGEST_SHEET_MM, zero="0mm"),
         "Border of each sheet that stays empty.",
         default="10mm",
     ),
     Option(
         "gap",
-        SHEETS,
+        STOCK,
         length_by_bunch(1000.0, zero="0mm"),  # as an entry of materials.toml
         "Least distance between pieces, or by bunch: warp=2mm,weft=4mm.",
         otherwise="the material's",
@@ -187,7 +191,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "rotations",
-        SHEETS,
+        STOCK,
         text(
             "RULE",
             "a text such as 'grain:5deg' or 'across:10deg'",
@@ -207,6 +211,7 @@ CUTTING_OPTIONS = (
         "How long to search: for layouts that save material, and for the best twill where none is "
         "exact.",
         default="normal",
+        brief="Search for dense sheets: quick, normal, best.",
     ),
     Option(
         "seed",
@@ -214,6 +219,7 @@ CUTTING_OPTIONS = (
         whole(0, MOST_WHOLE),
         "Of all random choices: same seed, same settings, same files.",
         default=0,
+        brief="Same seed, same settings, same files.",
     ),
     Option(
         "layout",
@@ -233,5 +239,6 @@ CUTTING_OPTIONS = (
         "thread crosses itself. direction: warp and weft, or three. piece: each another. bunch: a "
         "hue each. hue-circle and hue-range: one for each thread.",
         default="material",
+        brief="Colours of pictures, viewer and manual.",
     ),
 )

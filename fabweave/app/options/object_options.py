@@ -15,7 +15,7 @@ from fabweave.app.options.kinds import (
     value_of,
     whole,
 )
-from fabweave.app.options.option import MESH, RIBBONS, WEAVE, Option
+from fabweave.app.options.option import MESH, RIBBONS, STOCK, WEAVE, Option
 
 
 def _tidy_materials(told: str) -> str:
@@ -39,6 +39,7 @@ OBJECT_OPTIONS = (
         MESH,
         place("MESH", "a file, or a shape such as shape:torus?m=24&n=12"),
         "What is woven: an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape.",
+        brief="OBJ, OFF, PLY, STL, GLB or 3MF file, or shape:NAME.",
     ),
     Option(
         "title",
@@ -55,6 +56,7 @@ OBJECT_OPTIONS = (
         "Which axis of the mesh points up; the mesh is turned so that it becomes z. make and "
         "inspect say what they guess.",
         otherwise="y or z, guessed from base and symmetry, z if unsure; y for GLB and glTF",
+        brief="Axis of the mesh that points up.",
     ),
     Option(
         "weld",
@@ -78,6 +80,7 @@ OBJECT_OPTIONS = (
         "one surface of closed bodies that run into one another, as models are often put together. "
         "wrap lays a closed surface around all of it, however open, loose or broken its parts are.",
         default="all",
+        brief="all, largest, N, join or wrap.",
     ),
     Option(
         "size",
@@ -85,24 +88,7 @@ OBJECT_OPTIONS = (
         length(MOST_MM, least=0.01),
         "Scale the mesh so that its largest dimension is this, e.g. 400mm or 16in. Without it the "
         "mesh's numbers are millimetres.",
-    ),
-    Option(
-        "scale",
-        MESH,
-        number(),
-        "Multiply the mesh by this instead of using --size.",
-    ),
-    Option(
-        "handle",
-        MESH,
-        text(
-            "FACE:FACE",
-            "the numbers of two faces, such as '12:40'",
-            "fabweave.mesh.handles.parse_handles",
-        ),
-        "Join two faces of the given mesh by a tube of quads: a handle, or, where they look away "
-        "from one another, a tunnel. Both need the same number of sides, and are counted from 0. "
-        "Commas part several: 12:40,3:9.",
+        brief="Largest dimension of the object, such as 400mm.",
     ),
     Option(
         "remesh",
@@ -117,6 +103,7 @@ OBJECT_OPTIONS = (
         "triaxial weaves, keeps horns and limbs best. coarse:N undoes a subdivision. none keeps "
         "the mesh as it is.",
         otherwise="none; make takes a coarser mesh where this one cannot be built",
+        brief="A new mesh first: quads:N, triangles:N, coarse:N.",
     ),
     Option(
         "along",
@@ -131,15 +118,6 @@ OBJECT_OPTIONS = (
         "as their topology lets them, and the notes say how far.",
     ),
     Option(
-        "irregular",
-        MESH,
-        choice(("any", "fewest")),
-        "How many irregular vertices --remesh quads may leave: any number that keeps the shape "
-        "best; or the fewest of twice as many results, though these may be up to half as far again "
-        "from the model. Each breaks a twill.",
-        default="any",
-    ),
-    Option(
         "refine",
         MESH,
         text(
@@ -150,6 +128,7 @@ OBJECT_OPTIONS = (
         "Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. Schemes that "
         "round the shape: catmull-clark, doo-sabin, simplest, sqrt3, loop; that keep it: mid-edge, "
         "quads.",
+        brief="Refine the mesh, such as catmull-clark:1.",
     ),
     Option(
         "symmetrise",
@@ -203,6 +182,7 @@ OBJECT_OPTIONS = (
         "under 1; with a shift, 2/2/1 has its diagonal to the right, 2/2/-1 to the left) or a "
         "satin such as satin:5/2 (repeat, shift).",
         default="plain",
+        brief="plain, kagome, twill, triaxial, 3/1, satin:5/2 ...",
     ),
     Option(
         "twists",
@@ -249,6 +229,7 @@ OBJECT_OPTIONS = (
         "What threads do at the boundary of an open mesh: end there, or turn back as in a plaited "
         "mat, which then has no loose ends.",
         default="end",
+        brief="What threads do at a boundary.",
     ),
     Option(
         "course",
@@ -262,20 +243,21 @@ OBJECT_OPTIONS = (
     ),
     Option(
         "material",
-        RIBBONS,
+        STOCK,
         text(
             "NAME",
             "the name of a material",
             form=_tidy_materials,
         ),
-        "What it is cut from; fabweave materials lists all. For each bunch its own: "
+        "fabweave materials lists all. For each bunch its own: "
         "warp=card,weft=birch-veneer, or by number (0=card,1=card,2=birch-veneer) where there are "
         "more than two. What is equal is nested together; card:red and card:blue are not.",
         default="card",
+        brief="What it is cut from; fabweave materials lists all.",
     ),
     Option(
         "materials",
-        RIBBONS,
+        STOCK,
         library("material", "fabweave.stock.material"),
         "Materials of your own that --material may name, with the same entries as ours (see "
         "examples/materials.toml); repeat it for several files. An entry called as one of ours "
@@ -285,10 +267,11 @@ OBJECT_OPTIONS = (
     ),
     Option(
         "thickness",
-        RIBBONS,
+        STOCK,
         length_by_bunch(100.0),  # as an entry of materials.toml
         "Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm.",
         otherwise="the material's",
+        brief="As measured, such as 0.5mm.",
     ),
     Option(
         "width",
@@ -306,6 +289,7 @@ OBJECT_OPTIONS = (
         "where ribbons touch; 6mm..14mm or 0.5,6mm..14mm bound it. auto before these, as in "
         "auto,0.5, narrows ribbons where they would come too near to one another.",
         otherwise="even; proportional on a built-in shape",
+        brief="even, even,12mm, proportional, 0.5, 12mm ...",
     ),
     Option(
         "open",

@@ -9,12 +9,13 @@ from fabweave.app.options.kinds import Kind
 MESH = "Mesh"
 WEAVE = "Weave"
 RIBBONS = "Ribbons"
-SHEETS = "Pieces and sheets"
+PIECES = "Pieces"
+STOCK = "Stock"
 SEARCH = "Search"
-CUTTER = "Files for the cutter"
-MANUAL = "Manual"
-#: The sections of help and of the reference, in the order in which a person decides them.
-SECTIONS = (MESH, WEAVE, RIBBONS, SHEETS, SEARCH, CUTTER, MANUAL)
+MACHINE = "Machine"
+#: The sections of the reference, in the order in which a person decides them. ``--set`` names an
+#: option by its section: ``--set ribbons.clearance=0.2mm``.
+SECTIONS = (MESH, WEAVE, RIBBONS, PIECES, STOCK, SEARCH, MACHINE)
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Option:
         As it would be typed; None if fabweave chooses.
     otherwise : str
         What that is, for people, where it is not the text of the default.
+    brief : str
+        What it is in a line, where it stands in the first help: what makers change from job to job.
     holder : str
         The field of ``Settings``, where it is not called as the option, with ``_mm`` for lengths.
     making : bool
@@ -47,6 +50,7 @@ class Option:
     help: str
     default: Any = None
     otherwise: str = ""
+    brief: str = ""
     holder: str = ""
     making: bool = False
 
@@ -54,6 +58,11 @@ class Option:
     def flag(self) -> str:
         """Its name on the command line."""
         return "--" + self.name.replace("_", "-")
+
+    @property
+    def path(self) -> str:
+        """Its name after ``--set``: its section and its name."""
+        return f"{self.section.lower()}.{self.name}"
 
     @property
     def denial(self) -> str:

@@ -13,17 +13,22 @@ FOLDER_VARIABLE = "FABWEAVE_CONFIG_DIR"
 OURS = "fabweave"
 
 
-def user_file(name: str) -> Path:
-    """Return the user's own ``materials.toml`` or ``targets.toml``, which need not be there.
+def user_folder() -> Path:
+    """Return the folder of the user's own materials, targets and machines; it need not be there.
 
-    Its folder is that of the platform's convention, or the one that ``FOLDER_VARIABLE`` names.
+    It is that of the platform's convention, or the one that ``FOLDER_VARIABLE`` names.
     """
     named = os.environ.get(FOLDER_VARIABLE)
     if named:
-        return Path(named) / f"{name}.toml"
+        return Path(named)
     import platformdirs  # noqa: PLC0415 - not needed for help
 
-    return platformdirs.user_config_path("fabweave", appauthor=False) / f"{name}.toml"
+    return platformdirs.user_config_path("fabweave", appauthor=False)
+
+
+def user_file(name: str) -> Path:
+    """Return the user's own ``materials.toml`` or ``targets.toml``, which need not be there."""
+    return user_folder() / f"{name}.toml"
 
 
 def user_entries(name: str, files: Sequence[Any] = ()) -> tuple[Any, ...]:

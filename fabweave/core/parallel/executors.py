@@ -30,8 +30,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.interrupt import held_back
 
-if TYPE_CHECKING:  # not every platform has both
+if TYPE_CHECKING:
     from multiprocessing.context import ForkServerContext, SpawnContext
+
 
 #: Opens an executor; nothing that it started is left when the block ends.
 Executors: TypeAlias = Callable[[], AbstractContextManager[Executor]]
@@ -300,3 +301,40 @@ def result_of(future: Future[Any]) -> Any:
             f"part of the work was lost ({reason}); make sure that there is enough memory, and try "
             "again"
         ) from error
+
+
+#: Called as ``start(function, *arguments, **options)``; gives a function that waits for the result.
+Start: TypeAlias = Callable[..., Callable[[], Any]]
+
+
+@contextmanager
+def side_workers(count: int) -> Iterator[Start]:
+    """Give a way to start work: in ``count`` processes, or at once in this one if it is 0.
+
+    When the block ends, by its end or by an exception, no process is left, whatever it was doing.
+    Functions and arguments must be picklable.
+
+    Examples
+    --------
+    >>> with side_workers(0) as start:
+    ...     later = start(max, 2, 3)
+    ...     later()
+    3
+    """
+    if count <= 0:
+        yield at_once
+        return
+    with processes(count)() as executor:
+
+        def start(
+            function: Callable[..., Any], *arguments: Any, **options: Any
+        ) -> Callable[[], Any]:
+            return partial(result_of, executor.submit(function, *arguments, **options))
+
+        yield start
+
+
+def at_once(function: Callable[..., Any], *arguments: Any, **options: Any) -> Callable[[], Any]:
+    """Do the work now and hand out its result: the way to start work without other processes."""
+    result = function(*arguments, **options)
+    return lambda: result

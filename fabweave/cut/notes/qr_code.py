@@ -1,5 +1,6 @@
 """Draw a QR code on a sheet, where nothing else is: it tells how the sheet was made."""
 
+import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -12,6 +13,10 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.messages import agree, few_of
 from fabweave.cut.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 
+#: The picture of the code in a job's folder.
+CODE_FILE = "qr_code.png"
+#: Pixels of a dot in that picture: sharp at the size of a stamp.
+_DOT_PIXELS = 8
 #: Sizes of a code's dots that are tried, millimetres, the preferred first: a phone reads the
 #: smallest from a print of the sheet, and a program from its picture.
 DOTS_MM = (1.0, 0.8, 0.6)
@@ -60,6 +65,21 @@ def draw_code(text: str, code: Code) -> tuple[Polyline, ...]:
     return tuple(
         Polyline(Layer.NOTES, points, width_mm=code.dot_mm) for points in np.stack([x, y], axis=2)
     )
+
+
+def code_png(text: str) -> bytes:
+    """Return a QR code with its quiet border as a picture, black on white.
+
+    Examples
+    --------
+    >>> Image.open(io.BytesIO(code_png("HELLO"))).size
+    (232, 232)
+    """
+    light = ~np.pad(code_dots(text), QUIET_DOTS)
+    pixels = np.kron(light, np.ones((_DOT_PIXELS, _DOT_PIXELS), dtype=np.bool_))
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG", optimize=True)
+    return file.getvalue()
 
 
 def dark_runs(dots: BoolArray) -> tuple[IntArray, IntArray, IntArray]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import MOST_BYTES, read_input
+from fabweave.core.files import MOST_BYTES, read_input
 from fabweave.mesh.io.obj import obj_bytes, read_obj
 from fabweave.mesh.io.off import off_bytes, read_off
 from fabweave.mesh.io.ply import ply_bytes, read_ply

@@ -14,7 +14,7 @@ from typing import Any
 from xml.parsers import expat
 
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_input
+from fabweave.core.files import read_input
 
 #: Meshes of many more triangles than can be woven, even after a remeshing.
 MOST_TRIANGLES = 10_000_000

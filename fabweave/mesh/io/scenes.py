@@ -10,7 +10,7 @@ import numpy as np
 
 from fabweave.core.arrays import offsets_of
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import MOST_BYTES, silenced
+from fabweave.core.files import MOST_BYTES, silenced
 from fabweave.core.messages import agree
 from fabweave.mesh.io.scene_bounds import (
     bounded_archive,

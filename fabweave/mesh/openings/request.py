@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_text
+from fabweave.core.files import read_text
 from fabweave.core.messages import shown
 from fabweave.core.units import parse_length
 

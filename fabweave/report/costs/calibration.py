@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from fabweave.core.errors import InputError
-from fabweave.core.input_files import read_text
+from fabweave.core.files import read_text
 from fabweave.core.messages import shown
 
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}

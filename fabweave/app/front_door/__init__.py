@@ -1,1 +1,0 @@
-"""Offer the stations of a job to Python users, one value after another."""
