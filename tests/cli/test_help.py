@@ -15,7 +15,9 @@ from fabweave.cli.main import cli
 
 def help_of(command: str, wide: int = 10_000) -> str:
     found = cli.commands[command]
-    return found.get_help(click.Context(found, info_name=command, terminal_width=wide))
+    context = click.Context(found, info_name=command, terminal_width=wide)
+    context.meta["help_all"] = True
+    return found.get_help(context)
 
 
 def test_every_option_of_the_table_is_in_help_with_its_text_and_its_default() -> None:
