@@ -165,6 +165,14 @@ def test_verify_tells_what_it_proved_and_ends_with_a_code_of_its_own(finished, t
     assert run("verify", tmp_path / "nothing") == 2
 
 
+@pytest.mark.parametrize(
+    ("command", "name"), [("shapes", "torus"), ("materials", "card"), ("targets", "snijlab")]
+)
+def test_what_there_is_is_listed(command, name, capsys):
+    assert run(command) == 0
+    assert name in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("up", ["y", pytest.param("x", marks=slow)])
 def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
     # Of a box, the axis that is said to point up can be told by its length.
@@ -172,7 +180,7 @@ def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
     write_mesh(tmp_path / "box.obj", cube.with_vertices(cube.vertices * (1.0, 2.0, 4.0)))
     job = tmp_path / "job"
     assert run("make", tmp_path / "box.obj", "--size", "200mm", "--up", up, "--effort", "quick",
-               "-q", "-o", job) == 0  # fmt: skip
+               "-o", job) == 0  # fmt: skip
     assert tomllib.loads((job / "job.toml").read_text())["job"]["up"] == up
     told = trimesh.load(job / "woven_mesh.obj", process=False)
     expected = {"y": (50, 200, 100), "x": (100, 200, 50)}[up]
