@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from fabweave.app.design import making
-from fabweave.app.design.coarser import Attempt, coarser_meshes, foreseen, is_free
+from fabweave.app.design.coarser import Attempt, foreseen, is_free
 from fabweave.app.design.making import make_or_advise
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.pipeline import run_job
 from fabweave.app.settings import Settings, read_job_options
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.parallel.executors import processes
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -66,21 +65,6 @@ def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_p
     assert not (tmp_path / "job").exists()
 
 
-def test_none_keeps_every_byte_but_what_was_asked(tmp_path):
-    mesh = tmp_path / "cube.obj"
-    write_mesh(mesh, parse_shape("shape:cube"))
-    asked = Settings(str(mesh), size_mm=200.0, effort="quick")
-    for name, remesh in (("plain", None), ("none", "none")):
-        run_job(replace(asked, remesh=remesh), tmp_path / name)
-    plain, none = digests(tmp_path / "plain"), digests(tmp_path / "none")
-    assert plain.keys() == none.keys()
-    # The command stands in the code of the sheets, the notes of these in the map.
-    told = {"sheet_01", "crossing_map", "assembly", "qr_code", "job", "verify", "contents"}
-    assert {path.stem for path in plain if plain[path] != none[path]} <= told
-    assert all(plain[path] == none[path] for path in plain if path.suffix in (".csv", ".obj"))
-    assert read_job_options(tmp_path / "none" / "job.toml")["remesh"] == "none"
-
-
 def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
     mesh = tmp_path / "cube.obj"
@@ -121,20 +105,6 @@ def test_what_is_foreseen_comes_true(fine, tmp_path):
 def test_a_mesh_is_free_where_nothing_counts_its_faces(options, free):
     assert is_free(Settings("model.obj", **options)) is free
     assert not is_free(Settings("shape:cube", **options))
-
-
-@pytest.mark.slow
-def test_the_same_meshes_are_found_by_any_number_of_processes(fine):
-    model = load_mesh(fine)
-    alone, shared = (
-        coarser_meshes(fine, model, executors=executors)
-        for executors in (processes(0), processes(2))
-    )
-    assert [one.settings for one in alone] == [one.settings for one in shared]
-    assert [one.verdict for one in alone] == [one.verdict for one in shared]
-    for one, other in zip(alone, shared, strict=True):
-        assert one.loaded.mesh.vertices.tobytes() == other.loaded.mesh.vertices.tobytes()
-    assert [one.rank for one in alone] == sorted(one.rank for one in alone)
 
 
 def test_little_care_comes_first_and_then_likeness():

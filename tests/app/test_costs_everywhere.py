@@ -1,65 +1,18 @@
-"""The costs of one job are the same wherever they are told."""
+"""What a job will cost is told before anything is nested."""
 
-import io
 import json
-import tomllib
-from contextlib import redirect_stdout
-from html import unescape
 
-import pypdf
 import pytest
 
 from fabweave.app.inspection.facts import inspect_mesh
 from fabweave.app.inspection.text import inspection_text
-from fabweave.app.settings import Settings, settings_from_job
-from fabweave.cli.main import main
-from fabweave.core.records import from_json
-from fabweave.report.costs.money import Price, price_text
-from fabweave.report.costs.texts import hours_text, time_text
-from fabweave.verify import verify_job
+from fabweave.app.settings import Settings
 
 JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick")
 
 
-@pytest.fixture(scope="module")
-def told(tmp_path_factory):
-    """Return the folder of a calibrated job, and what the terminal said."""
-    folder, out = tmp_path_factory.mktemp("costs") / "job", io.StringIO()
-    with redirect_stdout(out):
-        main(["make", *JOB, "--calibrate", "1.25", "-o", str(folder)])
-    return folder, " ".join(out.getvalue().split())
-
-
-@pytest.mark.slow
-def test_terminal_outcome_page_and_manual_say_what_waste_json_says(told):
-    folder, terminal = told
-    estimate = json.loads((folder / "waste.json").read_text("utf-8"))["estimate"]
-    outcome = tomllib.loads((folder / "job.toml").read_text("utf-8"))["outcome"]["costs"]
-    page = unescape((folder / "waste.html").read_text("utf-8"))
-    pages = pypdf.PdfReader(folder / "assembly.pdf").pages
-    manual = " ".join(" ".join(page.extract_text() for page in pages[:2]).split())
-    times = [time_text(tuple(estimate[key])) for key in ("cut_s", "engrave_s", "travel_s")]
-    hours = hours_text(tuple(estimate["assembly"]["hours"]))
-    price = price_text(from_json(Price, estimate["hardware_price"]))
-    for text in (terminal, outcome, page, manual):
-        for figure in (*times, hours, price, estimate["difficulty"]["word"]):
-            assert figure in text
-    assert outcome in terminal
-    for text in estimate["assumptions"]:
-        assert text in page
-    assert estimate["calibration"] == 1.25
-    assert verify_job(folder).ok
-
-
-@pytest.mark.slow
-def test_the_factor_is_in_job_toml_and_comes_back(told):
-    folder, _ = told
-    assert settings_from_job(folder / "job.toml").calibrate == 1.25
-    assert tomllib.loads((folder / "job.toml").read_text("utf-8"))["job"]["calibrate"] == 1.25
-
-
-def test_inspect_tells_nearly_the_same_before_anything_is_nested(told):
-    folder, _ = told
+def test_inspect_tells_nearly_the_same_before_anything_is_nested(finished):
+    folder = finished(*JOB, "--calibrate", "1.25")
     estimate = json.loads((folder / "waste.json").read_text("utf-8"))["estimate"]
     facts = inspect_mesh(Settings(JOB[0], size_mm=240.0, effort="quick", calibrate=1.25)).facts
     costs = facts["costs"]
@@ -68,13 +21,4 @@ def test_inspect_tells_nearly_the_same_before_anything_is_nested(told):
     assert costs["travel_s"] == pytest.approx(estimate["travel_s"], rel=0.1)
     assert costs["hardware_price"] == estimate["hardware_price"]
     assert costs["planned"]
-    words = dict(inspection_text(facts))
-    assert words["machine"] == costs["told"]["Machine"]
-    assert json.loads(json.dumps(costs)) == json.loads(json.dumps(facts["costs"]))
-
-
-def test_what_cannot_be_cut_costs_nothing_that_is_known():
-    facts = inspect_mesh(Settings("shape:octahedron", size_mm=20.0)).facts
-    if facts["pieces"]["count"] is None:
-        assert facts["costs"] is None
-        assert "machine" not in dict(inspection_text(facts))
+    assert dict(inspection_text(facts))["machine"] == costs["told"]["Machine"]

@@ -8,12 +8,11 @@ from designs import candidate
 
 from fabweave.app.design import making
 from fabweave.app.design.candidate import Tried
-from fabweave.app.design.moves import because, moves
+from fabweave.app.design.moves import moves
 from fabweave.app.design.variety import FEWEST, MOST
 from fabweave.app.design.wishes import Wishes, distance, misses, values_text
 from fabweave.app.options.table import option_named
 from fabweave.app.settings import Settings
-from fabweave.report.verdict import refused
 
 ASKED = Settings("cow.obj", size_mm=400.0)
 BEST = replace(ASKED, remesh="quads:200")
@@ -37,32 +36,40 @@ def test_a_limit_is_missed_only_beyond_it():
     assert values_text(figures, Wishes(pieces=100, sheets=4)) == "200 pieces, 1 sheets"
 
 
-def test_fewer_pieces_come_of_fewer_faces_and_of_longer_pieces():
-    found = beside({"pieces": 50}, pieces=100, longest_mm=300.0)
-    assert replace(BEST, remesh="quads:100") in found
-    assert replace(BEST, max_length_mm=600.0) in found
-    assert replace(BEST, prefer="work") in found
-    assert replace(BEST, fair=50) in found
-    assert replace(BEST, remesh="quads:50", refine="catmull-clark:1") in found
+@pytest.mark.parametrize(
+    ("wish", "figures", "helps"),
+    [
+        (
+            {"pieces": 50},
+            {"pieces": 100, "longest_mm": 300.0},
+            [
+                {"remesh": "quads:100"},
+                {"max_length_mm": 600.0},
+                {"prefer": "work"},
+                {"fair": 50},
+                {"remesh": "quads:50", "refine": "catmull-clark:1"},
+            ],
+        ),
+        (
+            {"ribbon_mm": 10.0},
+            {"median_mm": 12.0},
+            [
+                {"width": option_named("width").kind.parse("even,10mm")},
+                {"remesh": "quads:290"},
+            ],
+        ),
+        ({"likeness_mm": 5.0}, {"likeness_mm": 10.0}, [{"remesh": "quads:400"}]),
+        ({"sheets": 2}, {"sheets": 4}, [{"prefer": "waste"}]),
+    ],
+    ids=["fewer pieces", "narrower ribbons", "a nearer surface", "fewer sheets"],
+)
+def test_a_wish_that_is_missed_is_come_nearer_by_what_helps(wish, figures, helps):
+    found = beside(wish, **figures)
+    assert all(replace(BEST, **changes) in found for changes in helps)
     assert BEST not in found
     assert len(set(map(str, found))) == len(found)
-
-
-def test_narrower_ribbons_come_of_more_faces_and_of_less_room():
-    found = beside({"ribbon_mm": 10.0}, median_mm=12.0)
-    assert replace(BEST, remesh="quads:290") in found
-    # First the width itself, on the mesh there is.
-    assert found[0] == replace(BEST, width=option_named("width").kind.parse("even,10mm"))
-
-
-def test_a_nearer_surface_takes_more_faces():
-    assert replace(BEST, remesh="quads:400") in beside({"likeness_mm": 5.0}, likeness_mm=10.0)
-
-
-def test_fewer_sheets_come_of_less_waste_and_narrower_ribbons():
-    found = beside({"sheets": 2}, sheets=4)
-    assert replace(BEST, prefer="waste") in found
-    assert any(one.width_rule.relative < BEST.width_rule.relative for one in found)
+    narrower = any(one.width_rule.relative < BEST.width_rule.relative for one in found)
+    assert narrower or "sheets" not in wish
 
 
 def test_what_was_tried_tells_how_far_to_go():
@@ -97,31 +104,6 @@ def test_no_density_is_beyond_what_a_person_weaves(pieces):
     assert all(FEWEST <= count <= MOST for count in counts)
 
 
-def test_each_option_is_told_with_what_others_came_to():
-    designs = [
-        replace(BEST, max_length_mm=300.0),
-        BEST,
-        replace(BEST, remesh="quads:100", max_length_mm=300.0),
-        replace(BEST, remesh="quads:90", max_length_mm=300.0),
-        replace(ASKED, remesh="triangles:90"),
-    ]
-    tried = [candidate(pieces=n) for n in (150, 120, 100, 90, 80)]
-    tried[3] = replace(tried[3], figures=None, verdict=refused("too tight"))
-    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
-        "--remesh quads:200, as --remesh quads:100 has 100 pieces, and --remesh quads:90 has what "
-        "cannot be built",
-        "--max-length 300mm, as no other --max-length has 120 pieces",
-    ]
-
-
-def test_a_refined_mesh_is_told_beside_the_finer_one():
-    designs = [replace(ASKED, remesh="quads:50", refine="catmull-clark:1"), BEST]
-    tried = [candidate(pieces=n) for n in (150, 120)]
-    assert because(ASKED, designs, tried, 0, Wishes(pieces=150)) == [
-        "--remesh quads:50 --refine catmull-clark:1, as --remesh quads:200 has 120 pieces"
-    ]
-
-
 def test_the_search_goes_where_the_wish_is(monkeypatch):
     """With pieces in proportion to faces, the number wished for is found, and tries are few."""
     tries = []
@@ -140,8 +122,7 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
     chosen, why = making.meet_wishes(ASKED, Wishes(pieces=300))
     assert chosen.remesh == "quads:430"
-    assert "301 pieces (about 300 wished)" in why
-    assert "\n  --remesh quads:430, as --remesh quads:" in why
+    assert "\n  --remesh quads:430, " in why
     assert len(tries) <= 24
     assert len({str(one) for one in tries}) == len(tries)
     assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01

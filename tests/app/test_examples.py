@@ -4,6 +4,7 @@ import re
 import runpy
 import shutil
 import sys
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -140,11 +141,8 @@ def test_make_job_picture(tmp_path, monkeypatch, finished):
     assert len(pixels) == len(kept) == 400
     # Object, sheet and page, with white between them; each shows something.
     wide, page, space = round(sheet.shape[1] * 400 / len(sheet)), 283, 12
-    object_wide = pixels.shape[1] - wide - page - 2 * space
-    assert object_wide > 200
-    left = 0
-    for width in (object_wide, wide, page):
-        assert pixels[:, left : left + width].std() > 5.0
-        left += width
+    ends = np.cumsum([0, pixels.shape[1] - wide - page - 2 * space, wide + space, page + space])
+    for left, right in pairwise(ends):
+        assert pixels[:, left + space * bool(left) : right].std() > 5.0
+    for left in ends[1:-1]:
         assert (pixels[:, left : left + space] > 250.0).all()
-        left += space

@@ -43,12 +43,6 @@ KEYS = {
     "yarns": "16 yarns, up to 11.9 mm thick",
     "knot": "0 broken conditions in 4 threads",
 }
-#: Those that take no time.
-QUICK = {"knot"}
-
-
-def exhibits() -> list:
-    return [pytest.param(name, marks=() if name in QUICK else (pytest.mark.slow,)) for name in KEYS]
 
 
 def test_every_script_has_a_key_and_a_picture_and_is_short():
@@ -138,14 +132,6 @@ def texts(cell: dict) -> list[str]:
         "".join(output["text"] if "text" in output else output["data"]["text/plain"])
         for output in cell.get("outputs", ())
     ]
-
-
-def test_the_notebook_is_small_and_keeps_what_it_shows():
-    kept = json.loads((EXAMPLES / "fabweave.ipynb").read_text("utf-8"))
-    assert kept["nbformat"] == 4
-    code = [cell for cell in kept["cells"] if cell["cell_type"] == "code"]
-    assert len(code) >= 6
-    assert all(cell["outputs"] for cell in code)
 
 
 def test_the_models_are_spheres_and_their_licences_are_told():

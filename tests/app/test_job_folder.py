@@ -77,9 +77,7 @@ def test_a_folder_with_anything_else_is_refused_and_stays(spoil, name, tmp_path)
     before = tree(tmp_path)
     with pytest.raises(InputError) as refusal:
         check_destination(job)
-    said = str(refusal.value)
-    assert "that would be lost: " in said
-    assert name in said.partition(": ")[2].partition(";")[0].split(", ")
+    assert name in str(refusal.value).partition(": ")[2].partition(";")[0].split(", ")
     with pytest.raises(InputError), finished_folder(job):
         raise AssertionError("not reached")
     assert tree(tmp_path) == before
@@ -190,22 +188,16 @@ with job_folder.finished_folder(directory) as fresh:
 
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
 @pytest.mark.parametrize(
-    ("where", "text", "note"),
-    [
-        ("half full", "older", "removed what it left"),
-        ("before 1", "older", "removed what it left"),
-        ("after 1", "newer", "new job was complete, and is back"),
-        ("after 2", "newer", "removed what it left"),
-    ],
+    ("where", "text"),
+    [("half full", "older"), ("before 1", "older"), ("after 1", "newer"), ("after 2", "newer")],
 )
-def test_the_next_run_clears_up_after_one_that_was_killed(where, text, note, tmp_path):
+def test_the_next_run_clears_up_after_one_that_was_killed(where, text, tmp_path):
     job = small_job(tmp_path / "job")
     put(tmp_path, ".job.notours/mine")  # like a temporary folder, but nobody's lock is in it
     ended = subprocess.run([sys.executable, "-c", KILLED, where, job], check=False)
     assert ended.returncode == -signal.SIGKILL
     assert len(list(tmp_path.glob(".job.*"))) == 2
-    (said,) = clear_abandoned(job)
-    assert note in said
+    assert len(clear_abandoned(job)) == 1
     assert (job / "job.toml").read_text() == text
     assert is_complete(job)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".job.notours", "job"]
@@ -245,48 +237,66 @@ def test_the_command_line_says_so_and_goes_on(finished, tmp_path, capsys):
     assert tree(job) == made
     put(job, "notes.txt")
     assert run("make", *OCTAHEDRON, "-q", "-o", job) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("fabweave: ")
-    assert "notes.txt" in error
+    assert "notes.txt" in capsys.readouterr().err
     assert tree(job) == made | {"notes.txt": b"mine"}
     assert list(tmp_path.iterdir()) == [job]
 
 
-#: Runs the command line, and ends or stops it as it writes the files of a job.
+#: Runs the command line, and ends it as it writes the files of a job: with all processes that help
+#: it, as a terminal does, or alone. Where tests run in the background of a shell, children are told
+#: to ignore SIGINT.
 ENDED = """\
-import os, sys
+import contextlib, os, signal, sys
+sys.path.insert(0, sys.argv[1])
+from jobs import quick_jobs
 from fabweave.app import pipeline
 from fabweave.cli.main import main
-real, number = pipeline.write_job, int(sys.argv[1])
+signal.signal(signal.SIGINT, signal.default_int_handler)
+real, number, alone = pipeline.write_job, int(sys.argv[2]), sys.argv[3] == "alone"
 def write(job, folder, *rest, **options):
-    real(job, folder, *rest, **options)
-    os.kill(os.getpid(), number)
+    made = real(job, folder, *rest, **options)
+    (os.kill if alone else os.killpg)(os.getpid(), number)
+    return made
 pipeline.write_job = write
-main(sys.argv[2:])
+with quick_jobs() if alone else contextlib.nullcontext():
+    main(["make", *sys.argv[4:]])
 """
 
 
-@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_a_run_that_is_ended_leaves_nothing(name, tmp_path):
-    number = int(getattr(signal, name))
-    ended = subprocess.run(
-        [sys.executable, "-c", ENDED, str(number), "make", *OCTAHEDRON, "-o", tmp_path / "job"],
-        check=False, capture_output=True, text=True,
+def ended(number, how, *words, stdout=None):
+    """Run such a command line."""
+    support = Path(__file__).parents[1] / "support"
+    command = [sys.executable, "-c", ENDED, support, str(number), how, *OCTAHEDRON, *words]
+    return subprocess.run(
+        command, check=False, stdout=stdout, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
     )  # fmt: skip
-    assert ended.returncode == 128 + number
-    assert "Traceback" not in ended.stderr
-    assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_whose_reader_has_gone_leaves_its_job_or_nothing(tmp_path):
+@pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("SIGTERM", "alone"),
+        ("SIGHUP", "alone"),
+        pytest.param("SIGINT", "together", marks=pytest.mark.slow),
+    ],
+)
+def test_a_run_that_is_ended_leaves_the_older_job_alone(name, how, tmp_path):
+    older, number = tree(small_job(tmp_path / "job")), int(getattr(signal, name))
+    run_out = ended(number, how, "-q", "-o", tmp_path / "job")
+    assert run_out.returncode == 128 + number
+    assert len(run_out.stderr.strip().splitlines()) <= 1, run_out.stderr
+    assert "Traceback" not in run_out.stderr
+    assert tree(tmp_path / "job") == older
+    assert [path.name for path in tmp_path.iterdir()] == ["job"]
+
+
+def test_a_run_whose_reader_has_gone_leaves_its_job(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
-    ended = subprocess.run(
-        [sys.executable, "-m", "fabweave", "make", *OCTAHEDRON, "-v", "-o", tmp_path / "job"],
-        check=False, stdout=writing, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    run_out = ended(0, "alone", "-v", "-o", tmp_path / "job", stdout=writing)
     os.close(writing)
-    assert "Traceback" not in ended.stderr
+    assert "Traceback" not in run_out.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["job"]
     assert is_complete(tmp_path / "job")

@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -13,22 +12,19 @@ import pytest
 
 from fabweave.app.pipeline import run_job
 from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings, job_toml
+from fabweave.app.settings import Settings
 from fabweave.app.woven_object import weave_object
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.flat.congruence import compare_pieces
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.rules.remedy import is_too_stiff
 from fabweave.ribbon.rules.rules import measure_along, measure_between, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import plan_supplies
 from fabweave.verify import verify_job
-from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -124,42 +120,6 @@ def test_sheets_pieces_and_fasteners_are_of_their_threads_materials(made) -> Non
     )
 
 
-def test_each_material_keeps_its_own_gap(made) -> None:
-    job, folder = made
-    assert read(folder, "crossing_map.json")["layout"]["gap_mm"] == 1.5
-    with (folder / "job.toml").open("rb") as file:
-        assert tomllib.load(file)["job"]["gap"] == "warp=1.5mm,weft=3mm"
-    assert [supply.gap_mm for supply in job.supplies.each] == [1.5, 3.0]
-
-
-@pytest.mark.slow
-def test_the_same_job_from_its_settings_and_from_its_layout(made, tmp_path, capsys) -> None:
-    _, folder = made
-    main(["make", "--config", str(folder / "job.toml"), "-q", "-o", str(tmp_path / "again")])
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.suffix != ".pdf":
-            same = (tmp_path / "again" / path.relative_to(folder)).read_bytes()
-            assert path.read_bytes() == same, path.name
-    capsys.readouterr()
-    # A sheet that only the weft has is not in stock for the warp.
-    plan = read(folder, "crossing_map.json")
-    for sheet in plan["sheets"]:
-        sheet["width_mm"], sheet["height_mm"] = 610.0, 410.0
-    changed = tmp_path / "map.json"
-    changed.write_text(json.dumps(plan), encoding="utf-8")
-    with pytest.raises(SystemExit) as stop:
-        main(["make", "--config", str(folder / "job.toml"), "--layout", str(changed), "-q",
-              "-o", str(tmp_path / "other")])  # fmt: skip
-    assert stop.value.code == 2
-    assert "left in stock" in " ".join(capsys.readouterr().err.split())
-
-
-def spoil_map(folder: Path, change) -> None:
-    plan = read(folder, "crossing_map.json")
-    change(plan)
-    (folder / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
-
-
 def spoil_json(name: str, change):
     def spoil(folder: Path) -> None:
         document = read(folder, name)
@@ -231,40 +191,6 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None
     assert expected | {"seal"} <= told <= expected | {"seal", "sheets", "offcuts"}
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--material", "warp=card"), "no material is given for weft"),
-        (("--material", "0=card,1=card,2=card"), "there is no bunch 2"),
-        (("--material", "warp=card,woof=card"), "'woof' is not a bunch"),
-        (("--material", "warp=card,warp=card"), "names bunch 0 twice"),
-        (("--material", "warp=card,0=card"), "names bunch 0 twice"),
-        (("--material", "warp=card,weft=paper"), "no material is called 'paper'"),
-        (("--material", "warp=card,weft="), "must be NAME=VALUE"),
-        (("--thickness", "warp=0.5mm"), "no material is given for weft"),
-        (("--thickness", "warp=0.5mm,weft=0.8pt"), "unknown unit 'pt'"),
-        (
-            ("--material", "warp=card,weft=card", "--thickness", "weft=1mm"),
-            "the thickness is given for weft, but other settings are for warp, weft",
-        ),
-        (("--sheet", "weft=600x400mm"), "there is one material for all"),
-        (
-            ("--material", "warp=card,weft=card", "--sheet", "2=600x400mm"),
-            "a sheet is for 2, but materials are for warp, weft",
-        ),
-        (("--material", "card:red;blue"), "is not a valid sort of card"),
-    ],
-)
-def test_what_does_not_fit_the_bunches_is_refused(options, words, tmp_path, capsys) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["make", "shape:torus?m=4&n=4", "--size", "200mm", *options,
-              "-q", "-o", str(tmp_path / "out")])  # fmt: skip
-    assert stop.value.code == 2
-    error = " ".join(capsys.readouterr().err.replace("│", " ").split())
-    assert words in error
-    assert not (tmp_path / "out").exists()
-
-
 def test_warp_and_weft_name_two_bunches_only() -> None:
     settings, supplies = complete_settings(
         Settings("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
@@ -327,15 +253,6 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
         plan_supplies(both, NONE, NONE, [replace(any_of, name="A")])
 
 
-def test_equal_materials_by_bunch_make_the_job_of_one_material() -> None:
-    plain, _ = complete_settings(Settings("shape:torus", material="card"))
-    named, _ = complete_settings(Settings("shape:torus", material="warp=card,weft=card"))
-    assert (
-        tomllib.loads(job_toml(named, {}))["job"] | {"material": "card"}
-        == (tomllib.loads(job_toml(plain, {}))["job"])
-    )
-
-
 def test_every_thread_is_held_to_its_own_limits() -> None:
     settings, supplies = complete_settings(SETTINGS)
     woven = weave_object(settings, supplies)
@@ -351,24 +268,6 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
     between = measure_between(woven.ribbons, some, thread_limits(supplies, woven.bunches))
     assert between["bend"].margins.min() >= mixed["bend"].margins.min() - 1e-9
     assert set(np.unique(between["bend"].limit)) == set(np.unique(mixed["bend"].limit))
-
-
-@pytest.mark.slow
-def test_one_stiff_material_of_two_is_enough_to_refuse(tmp_path, capsys) -> None:
-    command = ["make", "shape:torus?m=6&n=4", "--size", "120mm", "-q", "-o", str(tmp_path / "o")]
-    with pytest.raises(SystemExit) as stop:
-        main([*command, "--material", "warp=spring-shim-0.1,weft=stainless-304"])
-    assert stop.value.code == 1
-    error = " ".join(capsys.readouterr().err.split())
-    assert "Stainless steel 1.4301" in error or "tainless" in error
-    assert "--thickness warp=0.1mm,weft=" in error or "another material" in error
-
-
-def test_bunches_of_the_torus_are_those_that_the_map_tells(made) -> None:
-    job, folder = made
-    told = [thread["bunch"] for thread in read(folder, "crossing_map.json")["threads"]]
-    assert told == part_bunches(job.weave.threads).tolist()
-    assert not is_too_stiff(job.check.measured["bend"])
 
 
 def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:

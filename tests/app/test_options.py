@@ -1,9 +1,11 @@
 """The table of options: it fits Settings, and all that is made of it fits the table."""
 
 import math
+import shutil
 import tomllib
 from dataclasses import fields, replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,19 +36,7 @@ from fabweave.stock.sheet_size import SheetSize
 NAMES = [option.name for option in OPTIONS]
 FIELDS = [field.name for field in fields(Settings)]
 
-STOCK = '[[sheet]]\nname = "A"\nsize = "600x400mm"\nprice = 3.5\n'
-MATERIAL = """
-[felt]
-title = "Felt"
-thickness_mm = 2.0
-density_kg_m3 = 250.0
-kerf_mm = 0.2
-gap_mm = 2.0
-sheet_mm = [900.0, 600.0]
-metal = false
-min_bend_radius_t = 2.0
-"""
-TARGET = '[school]\ntitle = "the school"\nhole_mm = 2.0\n'
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 # ---- the table and the settings -------------------------------------------------------------
@@ -115,7 +105,7 @@ SPOILT = {
     "materials": ("felt.toml", [3], {"felt": 3}, None),
     "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
                      (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
-    "width": ("12mm", 0.65, None, math.nan),
+    "width": ("12mm", 0.65, math.nan),
     "open": (*NO_NUMBERS, 0, 1, 1.5),
     "smooth": (-1, 51, 0.5, "3", None),
     "crossing": (*NO_NUMBERS, 0, 1, 1.5),
@@ -168,43 +158,31 @@ SPOILT = {
 def test_settings_refuse_what_no_job_can_be_made_with(name: str) -> None:
     assert SPOILT[name]
     for value in (*SPOILT[name], object(), b"\0", [[]], {1: 2}):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(InputError, match=f"^{name}: "):
             Settings(**{"mesh": "shape:cube", name: value})
-        # The field is named, and told is what it takes, or what is wrong.
-        assert str(caught.value).startswith(f"{name}: "), value
-        assert len(str(caught.value)) > len(name) + 20, value
-
-
-@pytest.mark.parametrize("name", FIELDS)
-def test_values_that_are_refused_are_so_when_they_are_replaced(name: str) -> None:
     with pytest.raises(InputError, match=f"^{name}: "):
         replace(Settings("shape:cube"), **{name: SPOILT[name][0]})
 
 
-def test_every_field_that_is_wrong_is_named_with_what_it_takes() -> None:
+def test_every_field_that_is_wrong_is_named() -> None:
     with pytest.raises(InputError) as caught:
         Settings("shape:cube", pattern="nonsense", size_mm=-5, colours="grey")
-    first, second, third = str(caught.value).splitlines()
-    assert first == ("size_mm: -5 is not a length from 0.01 to 1000000 mm, such as 12 or '0.5in'")
-    assert second.startswith("pattern: there is no pattern 'nonsense'; choose plain, kagome, twill")
-    assert third == (
-        "colours: 'grey' is not one of material, safe, direction, piece, bunch, hue-circle, "
-        "hue-range"
-    )
+    named = [line.partition(": ")[0] for line in str(caught.value).splitlines()]
+    assert named == ["size_mm", "pattern", "colours"]
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    "values",
     [
-        ({"width": WidthRule(0.5), "open": 0.3}, "an opening and a width were both given"),
-        ({"twill_method": "voting", "twill_symmetry": 2}, "twill_symmetry: votes keep no"),
-        ({"joint": "dovetail", "lap_mm": 9.0}, "lap_mm: a joint of kind dovetail has no lap"),
+        {"width": WidthRule(0.5), "open": 0.3},
+        {"twill_method": "voting", "twill_symmetry": 2},
+        {"joint": "dovetail", "lap_mm": 9.0},
     ],
 )
-def test_fields_that_do_not_go_together_are_refused(values, words) -> None:
+def test_fields_that_do_not_go_together_are_refused(values) -> None:
     for name, value in values.items():
         Settings("shape:cube", **{name: value})
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError):
         Settings("shape:cube", **values)
 
 
@@ -223,14 +201,6 @@ def test_how_open_a_weave_is_stands_for_its_width() -> None:
     other = settings.with_width(WidthRule(0.5))
     assert (other.width_rule, other.panel_share, other.open) == (WidthRule(0.5), 0.9, None)
     assert Settings("shape:cube").panel_share == 0.7
-
-
-@pytest.mark.parametrize(
-    ("told", "pattern"),
-    [("tabby", "plain"), ("serge", "twill"), ("denim", "3/1"), ("2/2/3", "2/2/-1")],
-)
-def test_names_of_weavers_stand_for_patterns(told, pattern) -> None:
-    assert Settings("shape:cube", pattern=told).pattern == pattern
 
 
 def test_numbers_of_other_kinds_are_held_as_plain_ones() -> None:
@@ -326,10 +296,9 @@ TYPED = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("options")
-    (folder / "stock.toml").write_text(STOCK)
+    for name in ("stock.toml", "materials.toml", "targets.toml"):
+        shutil.copy(EXAMPLES / name, folder)
     (folder / "list.txt").write_text("40 7, 8 # a corner\n7\n")
-    (folder / "materials.toml").write_text(MATERIAL)
-    (folder / "targets.toml").write_text(TARGET)
     return str(folder)
 
 
@@ -368,86 +337,29 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         settings = settings_from_options("shape:cube", **typed)
     except InputError as error:
         # Each is good in itself; some do not go together.
-        pairs = (
-            {"joint", "lap"},
-            {"width", "open"},
-            {"pattern", "twists"},
-        )
+        pairs = ({"joint", "lap"}, {"width", "open"}, {"pattern", "twists"})
         alone = "along" in names and "remesh" not in names
-        assert alone or any(pair <= names for pair in pairs)
-        said = ("both given", "has no lap", "only new quads")
-        assert any(words in str(error) for words in said)  # noqa: PT017
+        assert alone or any(pair <= names for pair in pairs), error  # noqa: PT017
         return
+    told = settings_table(settings)
+    assert list(told) == [name for name in NAMES if name in told]
     path = tmp_path_factory.getbasetemp() / "job.toml"
     path.write_text(job_toml(settings, {}))
     again = settings_from_job(path)
-    assert settings_table(again) == settings_table(settings)
+    assert settings_table(again) == told
     assert job_toml(again, {}) == path.read_text()
-
-
-# ---- job.toml and the reference -------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def changed(folder) -> Settings:
-    """Return settings none of which are their defaults."""
-    return settings_from_options(
-        "shape:torus", title="Fruit bowl", up="y", weld=False, bodies="largest", size="40cm",
-        remesh="quads",
-        along="curvature", refine="loop:1", symmetrise=True,
-        fair=3, leave_out="top:8cm", rim="ring", hang="top, bottom:3",
-        pattern="twill", twill_weights="2/2", twill_symmetry=2, boundary="turn",
-        course="straight",
-        material="warp=felt,weft=card", thickness="2mm",
-        materials=f"{folder}/materials.toml", width="9mm", smooth=1, crossing=0.5, clearance=0.2,
-        max_length="15cm", prefer="waste", kinds="any", spares="5%", hole="none",
-        holes="all",
-        fasten="every:2", hardware="screw-m3", joint="glue", lap=12, slots=True,
-        sheet="600x400mm", stock=f"{folder}/stock.toml", margin=5, gap="warp=2mm,weft=3mm",
-        rotations=90, effort="quick", seed=7, layout="old/crossing_map.json", colours="hue-range",
-        profile="service", preset="boxes", dxf="R12", svg_units="px96", hairline="0.1mm",
-        target="school", targets=f"{folder}/targets.toml", strict=True, force=True,
-        labels="none",
-        label_side="inside", paper="letter", kerf="0.1mm", micro_joints=4, cut_order="cool",
-        template="a4", qr="none", calibrate=1.3,
-    )  # fmt: skip
-
-
-def test_every_option_is_in_job_toml_in_the_order_of_the_table(changed) -> None:
-    # Of two options that say the same in two ways, settings have one.
-    table = settings_table(changed) | {
-        "open": 0.3, "twists": "own.csv", "twill_method": "voting",
-    }  # fmt: skip
-    assert set(table) == set(NAMES)
-    both = ("open", "twists", "twill_method")
-    held = settings_table(changed)
-    assert [name for name in held if name not in both] == [
-        name for name in NAMES if name not in both
-    ]
-    plain = Settings("shape:torus")
-    for option in OPTIONS:
-        if option.name not in ("mesh", *both):
-            assert getattr(changed, option.field) != getattr(plain, option.field), option.name
+    other = settings_from_job(path, seed=7, mesh="shape:torus")
+    assert settings_table(other) == told | {"mesh": "shape:torus", "seed": 7}
 
 
 def test_every_option_is_on_the_reference_page_in_its_section() -> None:
     page = options_page()
     for title in SECTIONS:
         section = page.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
-        entries = section.split("\n### `")[1:]
         options = [option for option in OPTIONS if option.section == title]
-        for option, entry in zip(options, entries, strict=True):
-            heading, rest = entry.split("`\n", 1)
-            plain = " ".join(rest.split())
-            assert heading.split()[0] == ("MESH" if option.name == "mesh" else option.flag)
-            assert " ".join(option.text.split()) in plain
-            assert (f"- default: {option.usual} " in f"{plain} ") == bool(option.usual)
-            assert ("- unit: mm" in plain) == (option.kind.unit == "mm")
-            assert ("- for `fabweave make` only" in plain) == option.making
-            assert plain.endswith(f"`Settings.{option.field}`")
-            for word in option.kind.choices:
-                assert word in plain
-    assert max(map(len, page.splitlines())) < 130
+        for option, entry in zip(options, section.split("\n### `")[1:], strict=True):
+            assert entry.startswith("MESH" if option.name == "mesh" else option.flag)
+            assert " ".join(option.text.split()) in " ".join(entry.split())
 
 
 # ---- settings of options --------------------------------------------------------------------
@@ -462,12 +374,12 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
     by_value = settings_from_options(
         "shape:cube", size=400, kerf=0.15, sheet=[SheetSize(600.0, 400.0, 3), "24x18in"],
         width=WidthRule(least_mm=12.0, most_mm=12.0), thickness=(("warp", 0.5), ("weft", 0.8)),
-        stock=tomllib.loads(STOCK), rotations=90, micro_joints=4, hole=0, seed=np.int64(3),
-        material="warp=card,weft=card",
+        stock=tomllib.loads((EXAMPLES / "stock.toml").read_text()), rotations=90, micro_joints=4,
+        hole=0, seed=np.int64(3), material="warp=card,weft=card",
     )  # fmt: skip
     assert by_text == by_value
     # A list of stock comes before plain sheets.
-    assert [sheet.name for sheet in by_text.sheets] == ["A", "", ""]
+    assert [bool(sheet.name) for sheet in by_text.sheets] == [True] * 3 + [False] * 2
     assert by_text == Settings(
         "shape:cube", size_mm=400.0, kerf_mm=0.15, sheets=by_text.sheets, hole_mm=0.0, seed=3,
         width=WidthRule(0.65, 12.0, 12.0), thickness_mm=(("warp", 0.5), ("weft", 0.8)),
@@ -476,42 +388,38 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("name", "value"),
     [
-        ({"sise": 3}, "there is no option 'sise'; the nearest is 'size'"),
-        ({"size_mm": 3}, "there is no option 'size_mm'; the nearest is 'size'"),
-        ({"size": "12 furlongs"}, "size: unknown unit 'furlongs'"),
-        ({"size": -3}, "size: -3 is not a length from 0.01 to 1000000 mm"),
-        ({"seed": "many"}, "seed: 'many' is not a whole number"),
-        ({"fair": {"a": 1}}, r"fair: \{'a': 1\} is not a whole number"),
-        ({"paper": ["a4"]}, r"paper: \['a4'\] is not one of a4, letter"),
-        ({"sheet": "600"}, "sheet: sheet '600' is not WIDTHxHEIGHT"),
-        ({"stock": "no.toml"}, "stock: cannot read the stock in no.toml"),
-        ({"materials": "no.toml"}, "materials: cannot read materials in no.toml"),
-        ({"preset": "glow"}, "preset: there is no colour preset 'glow'"),
-        ({"target": "snijlap"}, "target: no target is called 'snijlap': choose one of snijlab"),
-        ({"slots": "yes"}, "slots: 'yes' is not True or False"),
+        ("sise", 3),
+        ("size_mm", 3),
+        ("size", "12 furlongs"),
+        ("seed", "many"),
+        ("fair", {"a": 1}),
+        ("paper", ["a4"]),
+        ("sheet", "600"),
+        ("stock", "no.toml"),
+        ("materials", "no.toml"),
+        ("preset", "glow"),
+        ("target", "snijlap"),
+        ("slots", "yes"),
+        ("rotations", "45"),
+        ("material", "warp=card,woof=card"),
+        ("material", "warp=card,0=card"),
+        ("material", "card:red;blue"),
+        ("thickness", "warp=0.5mm,weft=0.8pt"),
+        ("thickness", "warp=0.4,weft=1e9"),
+        ("width", "..1e9mm"),
+        ("pattern", "3/0"),
+        ("pattern", "satin:6/2"),
+        ("refine", "butterfly:2"),
+        ("remesh", "triangles:5"),
+        ("remesh", "hexagons:5"),
     ],
 )
-def test_options_that_are_wrong_are_named(options, words) -> None:
-    with pytest.raises(InputError, match=f"^{words}"):
-        settings_from_options("shape:cube", **options)
-
-
-def test_a_job_is_taken_up_again_and_what_is_given_wins(changed, tmp_path) -> None:
-    path = tmp_path / "job.toml"
-    path.write_text(job_toml(changed, {}))
-    again = settings_from_job(path)
-    # The layout lies beside job.toml.
-    assert replace(again, layout=changed.layout) == changed
-    assert again.layout == str(tmp_path / "crossing_map.json")
-    other = settings_from_job(path, lap="auto", size="1in", sheet=["9x9mm"], mesh="shape:cube")
-    assert (other.lap_mm, other.size_mm, other.mesh) == (None, 25.4, "shape:cube")
-    assert [sheet.name for sheet in other.sheets] == ["A", ""]
-    assert other.sheets[1] == SheetSize(9.0, 9.0)
-    assert (
-        replace(other, lap_mm=12.0, size_mm=400.0, mesh="shape:torus", sheets=again.sheets) == again
-    )
+def test_options_that_are_wrong_are_named(name, value) -> None:
+    unknown = name not in NAMES
+    with pytest.raises(InputError, match=f"'{name}'.* 'size'" if unknown else f"^{name}: "):
+        settings_from_options("shape:cube", **{name: value})
 
 
 def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
@@ -524,20 +432,19 @@ def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "place"),
     [
-        ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "sets 2 unknown options: color, sise; "
-         "known are along, bodies, boundary"),
-        ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: length 'large' is not"),
-        ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: 3 is not the name of"),
-        ("[job]\nup = 'z'", "no mesh: name a file, or a shape"),
-        ("job = 3", r"has no table \[job\]"),
-        ("[job", "cannot read the settings in"),
+        ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "2 .*: color, sise;"),
+        ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: "),
+        ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: "),
+        ("[job]\nup = 'z'", "mesh"),
+        ("job = 3", r"\[job\]"),
+        ("[job", "job.toml"),
     ],
-)  # fmt: skip
-def test_a_job_toml_that_is_none_gets_one_message(text, words, tmp_path) -> None:
+)
+def test_a_job_toml_that_is_none_gets_one_message(text, place, tmp_path) -> None:
     (tmp_path / "job.toml").write_text(text)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=place):
         settings_from_job(tmp_path / "job.toml")
 
 

@@ -1,14 +1,12 @@
 """Refinement is named as a remedy only where it was tried and holds."""
 
 import pytest
-from meshes_shared import shared_mesh
 
-from fabweave.app.joined_object import MOST_CROSSINGS, REFINEMENTS, split_object, try_refinement
+from fabweave.app.joined_object import REFINEMENTS, split_object, try_refinement
 from fabweave.app.request import complete_settings, hole_rules
 from fabweave.app.settings import Settings
 from fabweave.app.woven_object import check_object, weave_object
 from fabweave.core.errors import CannotMakeError
-from fabweave.report.ribbon_report import ribbon_notes
 from fabweave.ribbon.rules.finding import finding_record, sentence
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.width import WidthRule
@@ -43,29 +41,6 @@ def test_what_refinement_mends_holds_when_it_is_done(mesh, options, rule) -> Non
     assert checked(mesh, tried=False, refine=found.refine, **options).findings == ()
 
 
-def test_a_second_step_is_proposed_after_the_first() -> None:
-    options = {"size_mm": 300.0, "refine": "mid-edge:1", "width": WidthRule(0.65)}
-    before = checked("shape:tetrahedron", **options)
-    for found in before.findings:
-        if found.refine is not None:
-            assert found.refine in [f"mid-edge:1,{one}" for one in REFINEMENTS]
-            after = checked(
-                "shape:tetrahedron", tried=False, **(options | {"refine": found.refine})
-            )
-            assert found.rule not in {one.rule for one in after.findings}
-
-
-@pytest.mark.slow
-def test_what_refinement_does_not_mend_is_not_said_to_be() -> None:
-    mesh, options = str(shared_mesh("tri/csaszar.obj")), {"size_mm": 400.0, "course": "projection"}
-    before = checked(mesh, **options)
-    assert before.findings
-    assert all(found.refine is None for found in before.findings)
-    after = checked(mesh, tried=False, refine=REFINEMENTS[0], **options)
-    old, new = ({one.rule for one in check.findings} for check in (before, after))
-    assert old <= new or new - old
-
-
 def test_a_finer_mesh_that_is_refused_is_no_remedy() -> None:
     options = {"size_mm": 300.0, "material": "birch-ply-3"}
     (found,) = checked("shape:cube", **options).findings
@@ -78,14 +53,3 @@ def test_where_nothing_is_wrong_nothing_is_tried() -> None:
     check = checked("shape:cube", size_mm=300.0)
     assert check.findings == ()
     assert check.untried is None
-
-
-def test_what_is_not_tried_is_said() -> None:
-    # Enough crossings to be dear, and narrow enough to be wrong.
-    check = checked("shape:torus?m=24&n=12", size_mm=250.0, material="birch-veneer")
-    assert check.findings
-    assert f"more than {MOST_CROSSINGS // 4} crossings" in check.untried
-    assert any("was not tried" in note for note in ribbon_notes(check))
-    check = checked("shape:torus?m=8&n=4", size_mm=300.0, pattern="twill")
-    assert {one.rule for one in check.findings} == {"twist"}
-    assert "plain weave only" in check.untried

@@ -1,13 +1,12 @@
-"""Compare nesting with three other ways and the area bound; run by hand.
+"""Compare nesting with two other ways and the area bound; run by hand.
 
-    python tests/benchmarks/bench_nesting.py [--effort quick normal] [--set strips many fuzz jobs]
+    python tests/benchmarks/bench_nesting.py [--effort quick normal] [--set strips jobs]
 
 ``jobs`` are the pieces of five jobs on two sizes of sheets, gap 2 mm, at normal effort; ``strips``
-and ``thin`` are generated sets (sheets 600 × 400 mm, margin 10 mm, gap 3 mm), at all efforts;
-``many`` compares 500 pieces with 5000, at quick effort; ``fuzz`` nests a thousand sets of odd
-pieces and checks each. Peers: rectpack on bounding rectangles; spyrrow, one sheet after another, in
-the time of normal effort, or else of the last; a plain raster greedy (2 mm, 24 rotations). The
-bound counts every piece inflated by half the gap, which no layout can beat. A fraction of sheets
+is a generated set (sheets 600 × 400 mm, margin 10 mm, gap 3 mm), at all efforts.
+Peers: rectpack on bounding rectangles;
+spyrrow, one sheet after another, in the time of normal effort, or else of the last. The bound
+counts every piece inflated by half the gap, which no layout can beat. A fraction of sheets
 counts the last one up to where it is used; the rest of it is an offcut. Seconds are of the
 processor: other work does not count. The pieces of the jobs are kept in a temporary folder.
 """
@@ -15,16 +14,12 @@ processor: other work does not count. The pieces of the jobs are kept in a tempo
 import argparse
 import importlib.util
 import math
-import multiprocessing
-import os
 import pickle
 import resource
 import runpy
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,7 +47,6 @@ JOBS = {
 }
 #: Sheets that three hundred strips may take at each effort, and seconds at quick.
 WANTED, WANTED_SECONDS = {"quick": 16, "normal": 15, "best": 14}, 20.0
-FUZZ = 1000
 SHEETS = (SheetSize(600.0, 400.0), SheetSize(1000.0, 600.0))
 
 
@@ -127,7 +121,6 @@ def compare(
 
     row("area bound", Result(grown / ((usable[0] + gap) * (usable[1] + gap)), 0.0))
     row("rectpack", timed(lambda: peers["sheets_by_rectpack"](pieces, usable, gap)))
-    row("raster greedy", timed(lambda: peers["sheets_by_raster"](pieces, usable, gap)))
     walls: dict[str, float] = {}
     for effort in efforts:
         start = time.perf_counter()
@@ -166,7 +159,7 @@ def compare_jobs(names: list[str], efforts: list[str]) -> None:
         for sheet in SHEETS:
             found = compare(name, pieces, sheet, 2.0, efforts)
             ours = found[efforts[-1]]
-            peers = [way for way in ("rectpack", "raster greedy", "spyrrow") if way in found]
+            peers = [way for way in ("rectpack", "spyrrow") if way in found]
             for way in peers:
                 if ours.count > found[way].count:
                     print(f"DOES NOT HOLD: {ours.count} sheets, {way} {found[way].count}")
@@ -181,33 +174,6 @@ def compare_jobs(names: list[str], efforts: list[str]) -> None:
         print(f"\n{mean:.3f} x the utilisation of spyrrow, geometric mean{verdict}")
 
 
-def own_processes() -> Executor:
-    """Return processes whose time and memory the system counts as those of this one."""
-    return ProcessPoolExecutor(os.cpu_count(), multiprocessing.get_context("spawn"))
-
-
-def compare_many(make: Callable[..., list[FloatArray]], effort: str, seed: int) -> None:
-    """Print what 500 and 5000 pieces come to; memory is that of the largest process."""
-    for count in (500, 5000):
-        pieces = [0.5 * piece for piece in make(count, seed=seed)]
-        start, wall = seconds(), time.perf_counter()
-        layout = nest(
-            pieces, [SHEETS[0]], margin_mm=MARGIN, gap_mm=2.0, effort=effort,
-            executors=own_processes,
-        )  # fmt: skip
-        spent, wall = seconds() - start, time.perf_counter() - wall
-        peaks = [
-            resource.getrusage(who).ru_maxrss / 1e6
-            for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-        ]
-        area = sum(shapely.polygons(piece).area for piece in pieces)
-        used = area / (sheets_of(layout, pieces) * 580.0 * 380.0)
-        print(f"{count} pieces, {effort}: {len(layout.sheets)} sheets, utilisation to the end "
-              f"{used:.3f}, {spent:.0f} s of the processors, {wall:.0f} s by the clock, "
-              f"{peaks[0]:.2f} GB here and {peaks[1]:.2f} GB in the largest process beside",
-              flush=True)  # fmt: skip
-
-
 def compare_strips(pieces: list[FloatArray], efforts: list[str], seed: int) -> None:
     """Print a table, and then what does not hold."""
     found = compare("strips", pieces, SHEETS[0], 3.0, efforts, seed)
@@ -218,22 +184,11 @@ def compare_strips(pieces: list[FloatArray], efforts: list[str], seed: int) -> N
         print(f"DOES NOT HOLD: quick takes {WANTED_SECONDS:g} s or less")
 
 
-def fuzz() -> None:
-    """Nest and check sets of odd pieces; stop at the first that breaks a rule."""
-    check_set = runpy.run_path(str(HERE.parents[1] / "nest" / "test_fuzz.py"))["check_set"]
-    start = seconds()
-    found = Counter(check_set(seed) for seed in range(FUZZ))
-    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in sorted(found.items()))
-    print(
-        f"\n{FUZZ} sets of odd pieces, checked: {outcomes}; {seconds() - start:.0f} s", flush=True
-    )
-
-
 def main() -> None:
     """Print a table for each set of pieces."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--effort", nargs="+", default=[])
-    parser.add_argument("--set", nargs="+", default=["strips", "many", "fuzz", "jobs"])
+    parser.add_argument("--set", nargs="+", default=["strips", "jobs"])
     parser.add_argument("--job", nargs="+", default=list(JOBS))
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
@@ -244,16 +199,8 @@ def main() -> None:
             compare_strips(
                 sets["measured_set"](seed=options.seed), efforts or list(WANTED), options.seed
             )
-        elif name == "thin":
-            pieces = sets["thin_set"](seed=options.seed)
-            compare(name, pieces, SHEETS[0], 3.0, efforts or list(WANTED), options.seed)
         elif name == "jobs":
             compare_jobs(options.job, efforts or ["normal"])
-        elif name == "many":
-            effort = efforts[0] if efforts else "quick"
-            compare_many(sets["measured_set"], effort, options.seed)
-        elif name == "fuzz":
-            fuzz()
         else:
             parser.error(f"no set is called {name}")
 

@@ -1,10 +1,10 @@
 """Compare what is predicted of pieces, joints and sheets with what is made; run by hand.
 
-    python tests/benchmarks/bench_prediction.py [NAME ...] [--lengths]
+    python tests/benchmarks/bench_prediction.py [NAME ...]
 
 For each job: the pieces and joints that its choice predicts over those that it has; and the area of
 sheet that is predicted over the one that is used, at quick effort, where of the last sheet only
-what is left of the last piece's end counts. ``--lengths`` does so for each of the lengths compared.
+what is left of the last piece's end counts.
 """
 
 import argparse
@@ -49,12 +49,10 @@ def used_mm2(job) -> float:
     return sum(areas[:-1]) + share * areas[-1]
 
 
-def compare(name: str, **more: str) -> list[float]:
+def compare(name: str) -> list[float]:
     """Print one row, and return predicted over made: pieces, joints, sheet area."""
     mesh, options = JOBS[name]
-    settings = settings_from_options(
-        mesh, sheet=SHEET, effort="quick", force=True, **{**options, **more}
-    )
+    settings = settings_from_options(mesh, sheet=SHEET, effort="quick", force=True, **options)
     job = make_job(settings)
     chosen = job.split_plan.chosen
     choice = next((c for c in job.split_plan.choices if c.length_mm == chosen.length_mm), chosen)
@@ -73,15 +71,12 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*")
-    parser.add_argument("--lengths", action="store_true")
     options = parser.parse_args()
     print(f"{'job':14}{'mm':>7}{'pieces':>13}{'joints':>13}{'sheets':>9}{'area':>7}")
     rows = []
     for name in options.names or JOBS:
         if JOBS[name][0].startswith("shape:") or Path(JOBS[name][0]).is_file():
             rows.append(compare(name))
-            for length in ("150mm", "250mm") if options.lengths else ():
-                rows.append(compare(name, max_length=length))
     means = np.exp(np.log(rows).mean(axis=0))
     print("geometric means of predicted over made: " + ", ".join(f"{mean:.3f}" for mean in means))
 

@@ -1,15 +1,13 @@
 """Compare ways to cut threads into pieces; run by hand.
 
-    python tests/benchmarks/bench_split.py [MODEL ...] [--nest] [--large]
+    python tests/benchmarks/bench_split.py [MODEL ...]
 
 "fill" is the sum of the pieces' areas over the sum of their least rectangles; "sheet" the area of
 sheet that they are predicted to take. Whole strips are not cut at all; "greedy" takes the longest
-piece that is possible, again and again, from the first site of each thread; "even" cuts into as
-many pieces as the greedy way needs, near evenly spaced places; "ours" is the least cost. All keep
-to one greatest length, the longer usable side of the sheet; "ours, as few" is the least waste
-among all ways with the fewest joints that there can be. "ratio" is the fill
-over that of greedy. ``--nest`` nests the pieces of the first two models on real sheets at quick
-effort, ``--large`` times 100,352 crossings.
+piece that is possible, again and again, from the first site of each thread; "ours" is the least
+cost. All keep to one greatest length, the longer usable side of the sheet; "ours, as few" is the
+least waste among all ways with the fewest joints that there can be. "ratio" is the fill over that
+of greedy.
 """
 
 import argparse
@@ -37,7 +35,6 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.nest.container import Container
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
-from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
 
 SHEET, MARGIN, GAP = SheetSize(600.0, 400.0), 10.0, 2.0
@@ -103,15 +100,6 @@ def runs_of(found: Candidates, cuts: list[IntArray]) -> Runs:
     return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))
 
 
-def even(found: Candidates, cuts: list[IntArray]) -> list[IntArray]:
-    """Return as many cuts at evenly spaced sites."""
-    counts = np.diff(found.sites.offsets)
-    return [
-        np.unique(np.arange(len(cut)) * count // max(len(cut), 1))
-        for cut, count in zip(cuts, counts.tolist(), strict=True)
-    ]
-
-
 def dear(found: Candidates, longest_mm: float) -> list[IntArray]:
     """Return the cuts of least cost where a joint costs a great deal."""
     windows = found.windows
@@ -125,7 +113,7 @@ def dear(found: Candidates, longest_mm: float) -> list[IntArray]:
     return cuts
 
 
-def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
+def facts(strips: Strips) -> tuple[int, float, float]:
     """Return how many pieces there are, their fill and the predicted sheet area in m²."""
     polygons = [shapely.Polygon(one) for one in strip_outlines(strips) if len(one) > 2]
     area = np.array([strip.area for strip in polygons])
@@ -133,10 +121,10 @@ def facts(strips: Strips) -> tuple[int, float, float, list[shapely.Polygon]]:
     hull = shapely.area(shapely.convex_hull(polygons))
     box = shapely.area([shapely.minimum_rotated_rectangle(one) for one in polygons])
     sheet = float(sheet_area(area, rim, hull, area < 0, gap_mm=GAP, askew_mm2=0.0).sum()) / 1e6
-    return len(polygons), float(area.sum() / box.sum()), sheet, polygons
+    return len(polygons), float(area.sum() / box.sum()), sheet
 
 
-def compare(name: str, settings: Settings, *, nested: bool) -> None:
+def compare(name: str, settings: Settings) -> None:
     """Print one table row for each way."""
     completed, supplies = complete_settings(settings)
     woven: WovenObject = weave_object(completed, supplies)
@@ -150,54 +138,28 @@ def compare(name: str, settings: Settings, *, nested: bool) -> None:
     seconds = time.process_time() - start
     ways = {
         "greedy": unfold_runs(ribbons, runs_of(found, whole)),
-        "even": unfold_runs(ribbons, runs_of(found, even(found, whole))),
         "ours, as few": unfold_runs(ribbons, runs_of(found, dear(found, longest))),
         f"ours ({seconds:.1f} s)": unfold_runs(ribbons, ours),
     }
-    _, fill, _, _ = facts(unfold_threads(ribbons))
+    _, fill, _ = facts(unfold_threads(ribbons))
     print(f"\n{name}: {weave.threads.n_crossings} crossings; whole strips fill {fill:.3f}")
     print(f"  {'way':16}{'pieces':>7}{'fill':>7}{'ratio':>7}{'sheet, m²':>11}")
     base = 0.0
     for way, strips in ways.items():
-        count, fill, sheet, polygons = facts(strips)
+        count, fill, sheet = facts(strips)
         base = base or fill
-        row = f"  {way:16}{count:7}{fill:7.3f}{fill / base:7.2f}{sheet:11.3f}"
-        if nested and way != "even":
-            outlines = [shapely.get_coordinates(one)[:-1] for one in polygons]
-            layout = nest(outlines, [SHEET], margin_mm=MARGIN, gap_mm=GAP, effort="quick")
-            row += f"   {len(layout.sheets)} sheets"
-        print(row, flush=True)
-
-
-def large() -> None:
-    """Time the splitting of a torus of 224 × 224 quads."""
-    settings = Settings("shape:torus?m=224&n=224", size_mm=2000.0, sheets=(SHEET,), gap_mm=GAP)
-    completed, supplies = complete_settings(settings)
-    woven = weave_object(completed, supplies)
-    start = time.process_time()
-    every = np.arange(woven.weave.threads.n_threads)
-    found = list_candidates(woven.ribbons, woven.weave, BED, 290.0, every)
-    runs = choose_runs(found, woven.weave, BED, woven.labels, 290.0, 290.0, None)
-    print(
-        f"\n{woven.weave.threads.n_crossings} crossings, {np.sum(found.windows.passes > 0)} "
-        f"possible pieces, cut into {len(runs.thread)}: {time.process_time() - start:.1f} s of CPU"
-    )
+        print(f"  {way:16}{count:7}{fill:7.3f}{fill / base:7.2f}{sheet:11.3f}", flush=True)
 
 
 def main() -> None:
     """Print the tables."""
-
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="*")
-    parser.add_argument("--nest", action="store_true")
-    parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         known = models(Path(folder))
-        for number, name in enumerate(options.models or list(known)):
-            compare(name, known[name], nested=options.nest and number < 2)
-    if options.large:
-        large()
+        for name in options.models or list(known):
+            compare(name, known[name])
 
 
 if __name__ == "__main__":

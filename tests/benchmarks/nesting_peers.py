@@ -1,4 +1,4 @@
-"""What nesting is compared with: bounding rectangles, a strip packer, a plain raster greedy.
+"""What nesting is compared with: bounding rectangles, and a strip packer.
 
 Each returns how many sheets it fills, as a fraction: the last one counts up to where it is used.
 """
@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import rectpack
-import scipy.fft
 import shapely
 
 from fabweave.core.arrays import FloatArray
@@ -138,81 +137,3 @@ def _end(items: list[ItemField], poses: FloatArray) -> float:
         float((rotated(item.outline, np.rad2deg(pose[2:]))[0, :, 0] + pose[0]).max())
         for item, pose in zip(items, poses, strict=True)
     )
-
-
-def sheets_by_raster(
-    pieces: list[FloatArray],
-    usable: tuple[float, float],
-    gap: float,
-    pixel: float = 2.0,
-    rotations: int = 24,
-) -> float:
-    """Return the sheets of the plain raster greedy: longest first, most contact."""
-    items = [item_field(shape_of(piece)[0], gap) for piece in pieces]
-    left = sorted(items, key=lambda item: -float(np.ptp(item.outline, axis=0).max()))
-    radius = gap / 2.0 + pixel * math.sqrt(0.5)
-    rows, columns = int(usable[1] / pixel), int(usable[0] / pixel)
-    pad = math.ceil(radius / pixel) + 2
-    count = 0
-    while left:
-        full = np.zeros((rows + 2 * pad, columns + 2 * pad), dtype=np.float32)
-        wall = np.ones_like(full)
-        wall[pad:-pad, pad:-pad] = 0.0
-        rest, smallest = [], math.inf
-        for item in left:
-            placed = False
-            if item.area_mm2 < 0.95 * smallest:
-                placed = _put(item, full, wall, usable, pixel, rotations, radius, pad)
-                if not placed:
-                    smallest = item.area_mm2
-            if not placed:
-                rest.append(item)
-        if len(rest) == len(left):
-            raise SystemExit("the raster greedy cannot place a piece")
-        left = rest
-        count += 1
-    columns_used = np.flatnonzero(full[pad:-pad, pad:-pad].any(axis=0)).max() + 1
-    return count - 1 + columns_used / columns
-
-
-def _put(item, full, wall, usable, pixel, rotations, radius, pad) -> bool:
-    grown = shapely.get_coordinates(shapely.buffer(shapely.polygons(item.outline), radius).exterior)
-    best = None
-    for angle in np.arange(rotations) * (360.0 / rotations):
-        outline = rotated(item.outline, np.array([angle]))[0]
-        low, size = outline.min(axis=0), np.ptp(outline, axis=0)
-        if (size > np.array(usable)).any():
-            continue
-        shape = np.ceil(size / pixel).astype(int) + 2 * pad
-        polygon = shapely.polygons(rotated(grown, np.array([angle]))[0] - low + pad * pixel)
-        shapely.prepare(polygon)
-        x, y = np.meshgrid((np.arange(shape[0]) + 0.5) * pixel, (np.arange(shape[1]) + 0.5) * pixel)
-        cells = shapely.contains_xy(polygon, x, y).astype(np.float32)
-        ring = np.zeros_like(cells)
-        for up, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-            ring = np.maximum(ring, np.roll(cells, (up, right), axis=(0, 1)))
-        ring -= cells
-        last = np.floor((np.array(usable) - size) / pixel + 1e-6).astype(int)
-        padded = [scipy.fft.next_fast_len(side, real=True) for side in full.shape]
-
-        def slide(sheet, kernel, padded=padded, last=last):
-            wave = scipy.fft.rfft2(sheet, s=padded) * np.conj(scipy.fft.rfft2(kernel, s=padded))
-            return scipy.fft.irfft2(wave, s=padded)[: last[1] + 1, : last[0] + 1]
-
-        if cells.shape[0] > full.shape[0] + 1 or cells.shape[1] > full.shape[1] + 1:
-            continue
-        free = slide(full, cells) < 0.5
-        if not free.any():
-            continue
-        score = slide(np.maximum(full, wall), ring) / ring.sum()
-        score -= 0.1 * np.arange(score.shape[1])[None] / score.shape[1]
-        score = np.where(free, score, -np.inf)
-        row, column = np.unravel_index(int(np.argmax(score)), score.shape)
-        if best is None or score[row, column] > best[0]:
-            best = (score[row, column], row, column, cells)
-    if best is None:
-        return False
-    _, row, column, cells = best
-    part = full[row : row + cells.shape[0], column : column + cells.shape[1]]
-    np.maximum(part, cells[: part.shape[0], : part.shape[1]], out=part)
-    return True

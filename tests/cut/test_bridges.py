@@ -92,14 +92,6 @@ def test_names_say_what_was_done():
     assert kerfed_sheets([sheet(outline)], 0.0, None) == ()
 
 
-def test_a_kerf_is_no_business_of_services():
-    outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
-    ready = kerfed_sheets([sheet(outline)], 0.15, None)
-    warned = kerf_notes(ready, 0.15, None, service=True)
-    assert warned[-1].startswith("warning: cutting services compensate for the kerf")
-    assert warned[:-1] == kerf_notes(ready, 0.15, None)
-
-
 @pytest.mark.parametrize("text", ["0", "51", "-2", "4:", "4:9mm", "4:0.01mm", "four", "4:x", ""])
 def test_nonsense_is_refused(text):
     with pytest.raises(InputError):

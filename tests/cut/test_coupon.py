@@ -1,5 +1,6 @@
 """The coupon that is written has the holes, widths and lengths that it is to test."""
 
+import json
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -7,11 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import shapely
+from jobs import OCTAHEDRON
 
 from fabweave.app.coupon_job import coupon_for, write_coupon
 from fabweave.cli.main import main
 from fabweave.core.errors import InputError
-from fabweave.cut.coupon import BLOCKS, coupon_text, draw_coupon, plan_coupon
+from fabweave.cut.coupon import BLOCKS, draw_coupon, plan_coupon
 from fabweave.cut.drawing import Circle, Layer, Polyline
 from fabweave.stock.material import hole_edge_mm, material_library, material_named
 from fabweave.verify.read.dxf import read_dxf
@@ -119,12 +121,6 @@ def test_lap_and_bend_are_those_of_the_job():
     assert max(ticks) - min(ticks) == pytest.approx(math.pi * 59.3, abs=1e-5)
 
 
-def test_the_instruction_names_what_to_set():
-    text = coupon_text(COUPONS[-1])
-    for word in ("--hole 4.1mm", "--thickness 0.4mm", "the lap is 31.7 mm", "118.6 mm in diameter"):
-        assert word in text
-
-
 def test_a_hole_that_no_laser_cuts_is_refused():
     with pytest.raises(InputError, match="too small for a laser"):
         plan_coupon(material_named("birch-ply-3"), hole_mm=1.0)
@@ -142,39 +138,15 @@ def test_command(tmp_path, capsys):
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((), "no material"),
-        (("nowhere",), "cannot read the settings"),
-        (("--material", "cheese"), "no material is called"),
-    ],
-)
-def test_wrong_use_is_one_message(tmp_path, capsys, arguments, words):
-    with pytest.raises(SystemExit) as stop:
-        main(["coupon", *arguments, "-o", str(tmp_path / "out")])
-    assert stop.value.code == 2
-    assert words in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_job_gives_its_figures(tmp_path):
-    from fabweave.app.pipeline import run_job  # noqa: PLC0415 - only here
-    from fabweave.app.settings import Settings  # noqa: PLC0415 - only here
-    from fabweave.stock.sheet_size import SheetSize  # noqa: PLC0415 - only here
-
-    sheets = (SheetSize(400.0, 300.0),)
-    settings = Settings("shape:octahedron", size_mm=160.0, effort="quick", sheets=sheets)
-    job = run_job(settings, tmp_path / "job").job
-    coupon = coupon_for(tmp_path / "job")
-    (rule,) = job.piece_set.rules
+def test_a_job_gives_its_figures(finished, tmp_path):
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    coupon = coupon_for(folder)
     assert coupon.material.name == "card"
-    assert coupon.hole_mm == rule.hole_mm
-    assert coupon.lap_mm == pytest.approx(
-        np.median([joint.lap_mm for joint in job.piece_set.joints])
-    )
-    thinner = coupon_for(tmp_path / "job", thickness_mm=0.3)
+    joints = json.loads((folder / "crossing_map.json").read_text())["joints"]
+    assert coupon.hole_mm == joints[0]["hole_mm"]
+    assert coupon.lap_mm == pytest.approx(np.median([joint["lap_mm"] for joint in joints]))
+    thinner = coupon_for(folder, thickness_mm=0.3)
     assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
-    (tmp_path / "job" / "ribbons.json").unlink()
-    with pytest.raises(InputError, match=r"cannot read .*ribbons\.json.* a finished job"):
-        coupon_for(tmp_path / "job")
+    (folder / "ribbons.json").unlink()
+    with pytest.raises(InputError, match=r"ribbons\.json"):
+        coupon_for(folder)

@@ -71,11 +71,6 @@ def test_no_segment_is_shorter_than_an_eighth_and_no_line_is_doubled(sign):
     assert picture(lines).length == pytest.approx(lengths.sum(), abs=1e-9)
 
 
-def test_the_doubling_check_can_object():
-    line = np.array([[0.0, 0.0], [4.0, 0.0], [1.0, 0.0]])
-    assert picture([line]).length < 7.0
-
-
 def test_distinct_glyphs_are_distinct_at_reading_size():
     drawn = {sign: picture(strokes(sign, 2.5)) for sign in VISIBLE}
     for (one, first), (other, second) in combinations(drawn.items(), 2):
@@ -103,36 +98,11 @@ def test_no_letter_or_digit_is_another_one_upside_down():
                 assert distance(turned[one], upright) > 1.0, (one, other)
 
 
-def test_six_and_nine_are_the_same_but_for_their_underline():
-    def without_underline(sign):
-        return picture([line for line in strokes(sign, 12.0) if line[:, 1].min() >= 0.0])
-
-    six = without_underline("6")
-    nine = picture(
-        upside_down([line for line in strokes("9", 12.0) if line[:, 1].min() >= 0.0], 8.0)
-    )
-    # This is why they need one.
-    assert six.equals(nine)
-    for sign in "69":
-        assert text_box(sign, 12.0).bottom == -3.0
-    assert text_box("A8", 12.0).bottom == 0.0
-
-
 @given(texts, heights)
 def test_text_is_as_wide_as_its_glyphs_and_the_gaps(text, height):
     alone = sum(text_box(sign, height).width for sign in text)
     gaps = height * 3 / 12 * (len(text) - 1)
     assert text_box(text, height).width == pytest.approx(alone + gaps)
-
-
-@given(texts, heights)
-def test_every_stroke_lies_in_the_box_of_its_text(text, height):
-    box = text_box(text, height)
-    for line in strokes(text, height):
-        assert line[:, 0].min() >= -1e-9
-        assert line[:, 0].max() <= box.width + 1e-9
-        assert line[:, 1].min() >= box.bottom - 1e-9
-        assert line[:, 1].max() <= box.top + 1e-9
 
 
 @given(st.text(alphabet=VISIBLE, min_size=2, max_size=6), heights)

@@ -30,13 +30,6 @@ def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(
     check_drawing(SheetDrawing("s", width, height, (), notes))
 
 
-@given(sides, sides)
-def test_the_frame_is_the_sheet(width, height):
-    frame = sheet_notes(width, height, [])[0]
-    assert frame.closed
-    assert shapely.Polygon(frame.points).equals(shapely.box(0.0, 0.0, width, height))
-
-
 @pytest.mark.parametrize(
     ("width", "length"), [(600.0, 100.0), (110.0, 100.0), (109.0, 50.0), (50.0, 20.0), (12.0, 10.0)]
 )
@@ -156,11 +149,6 @@ def test_colours_burn_in_the_order_of_the_layers(name):
     colours = [entry.colour for entry in preset_named(name).colours.values()]
     assert [PALETTES[name].index(colour) for colour in colours] == [0, 0, 1, 2, 3]
     assert preset_named() == preset_named("lightburn")
-
-
-def test_an_unknown_preset_is_refused_with_the_choices():
-    with pytest.raises(InputError, match="'glow'; choose one of glowforge, "):
-        preset_named("glow")
 
 
 def test_a_preset_cannot_leave_out_a_layer_or_be_changed():

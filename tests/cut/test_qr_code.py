@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import shapely
 import zxingcpp
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 from strangers import rsvg_png
+from strategies import at_most
 
 from fabweave.app.remake_command import command_text, settings_digest
 from fabweave.app.request import complete_settings
@@ -44,7 +45,7 @@ def read(image) -> list[str]:
 
 @given(st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), min_size=1,
                max_size=90))  # fmt: skip
-@settings(max_examples=30)
+@at_most(30)
 def test_a_stranger_reads_what_the_lines_say(text) -> None:
     lines = draw_code(text, Code(0.0, 0.0, 1.0))
     points = np.concatenate([line.points for line in lines])
@@ -62,7 +63,7 @@ def test_a_stranger_reads_what_the_lines_say(text) -> None:
 
 
 @given(st.data())
-@settings(max_examples=40)
+@at_most(40)
 def test_a_code_stands_on_nothing(sheets, data) -> None:
     sheet = data.draw(sheets)
     coded = with_code(sheet, TEXT)

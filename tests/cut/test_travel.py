@@ -4,8 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.core.arc_path import Path
 from fabweave.cut.drawing import Circle, Layer
@@ -35,7 +36,7 @@ some_ends = st.integers(0, 9).flatmap(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@at_most(60)
 @given(some_ends)
 def test_every_piece_once_and_no_run_is_shorter_backwards(ends):
     order, backwards = short_route(ends)

@@ -17,12 +17,12 @@ from fabweave.flat.crossing_map import CrossingMap, SlotRecord, read_crossing_ma
 JOBS = {
     "octahedron": ("shape:octahedron", {}),
     "slotted satin": (
-        "shape:torus?m=10&n=5",
-        {"pattern": "satin:5/2", "slots": True, "label_side": "inside"},
+        "shape:torus?m=5&n=5",
+        {"pattern": "satin:5/2", "slots": True, "label_side": "inside", "force": True},
     ),
-    "inexact twill": ("shape:cube", {"pattern": "twill", "refine": "catmull-clark:1"}),
+    "inexact twill": ("shape:cube", {"pattern": "twill"}),
     "two materials": (
-        "shape:torus?m=8&n=4",
+        "shape:torus?m=4&n=4",
         {"material": "warp=card,weft=birch-veneer", "force": True},
     ),
 }

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 import shapely
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from random_jobs import random_job
 from splitting import split_threads
 from weaving_meshes import meshes
 
-from fabweave.cli.main import cli
 from fabweave.core.errors import InputError
 from fabweave.flat.joint.holes import PITCH_D, SLIDE_D, HoleRule, group_offsets, slot_path
 from fabweave.flat.joint.kinds import (
@@ -304,12 +302,6 @@ def test_a_slot_is_a_hole_that_slides(hole, angle):
 def test_what_is_no_joint_is_refused(text):
     with pytest.raises(InputError):
         parse_joint(text)
-
-
-def test_the_help_of_the_command_line_tells_of_every_kind():
-    text = " ".join(CliRunner().invoke(cli, ["make", "--help"]).output.split())
-    for kind in KINDS.values():
-        assert f"{kind.name} ({kind.title})" in text
 
 
 def test_verify_knows_the_same_kinds_and_what_they_are():

@@ -62,22 +62,26 @@ def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name)
         assert made.split_plan.prefer is None
 
 
-def test_the_torus_gets_no_more_pieces_by_default_than_by_the_best_length_by_hand() -> None:
+@pytest.fixture(scope="module")
+def torus():
+    mesh, options = TORUS
+    planned = ribbons_of(mesh, **options)
+    return planned, plan_job(*planned).split_plan
+
+
+def test_the_torus_gets_no_more_pieces_by_default_than_by_the_best_length_by_hand(torus) -> None:
     # By hand, --max-length 900mm gave 135 pieces on four sheets, where the knee of a curve of sheet
     # over joints had given 240 on as many.
-    mesh, options = TORUS
-    woven, settings, supplies = ribbons_of(mesh, **options)
-    plan = plan_job(woven, settings, supplies).split_plan
+    plan = torus[1]
     assert plan.prefer == "balanced"
     assert plan.chosen.pieces == len(plan.runs.thread) <= 135
     assert plan.chosen.sheets <= 4
 
 
-def test_few_threads_of_very_many_stand_for_all(monkeypatch) -> None:
-    woven, settings, supplies = ribbons_of(*TORUS[:1], **TORUS[1])
-    exact = plan_job(woven, settings, supplies).split_plan
+def test_few_threads_of_very_many_stand_for_all(torus, monkeypatch) -> None:
+    planned, exact = torus
     monkeypatch.setattr(length_curve, "_MOST_SITES", 100)
-    about = plan_job(woven, settings, supplies).split_plan
+    about = plan_job(*planned).split_plan
     assert not any(choice.exact for choice in about.choices)
     # What is made of the length that is taken is counted all the same.
     assert about.chosen.exact

@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 import shapely
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.flat.outline import CORNER_DEG, FIT_MM, INSCRIBED_MM, fit_paths, inscribed_polygon
@@ -81,7 +82,7 @@ bands = st.builds(
 ).filter(lambda ring: shapely.Polygon(ring).is_valid)
 
 
-@settings(max_examples=30, deadline=None)
+@at_most(30)
 @given(bands, st.sampled_from([0.005, 0.02, 0.1]))
 @example(wavy(259.0, 15.0, 10.25, 0.875, 62, 0.0), 0.02)
 def test_paths_and_polygons_are_within_the_tolerance_both_ways(ring, tolerance):
@@ -179,7 +180,7 @@ def test_many_rings_are_fitted_as_each_by_itself():
     assert fit_paths([], 0.02) == []
 
 
-@settings(max_examples=15, deadline=None)
+@at_most(15)
 @given(bands)
 def test_inscribed_polygons_keep_to_their_paths(ring):
     (path,) = fit_paths([ring], FIT_MM)
@@ -190,7 +191,7 @@ def test_inscribed_polygons_keep_to_their_paths(ring):
     assert sides.min() >= least
 
 
-@settings(max_examples=60, deadline=None)
+@at_most(60)
 @given(
     st.lists(st.floats(-0.95, 0.95), min_size=2, max_size=7),
     st.floats(1.0, 500.0),

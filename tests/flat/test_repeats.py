@@ -157,7 +157,7 @@ def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
 @pytest.mark.parametrize(
     ("mesh", "options", "most"),
     [
-        ("shape:torus?m=24&n=12", {"holes": "alike"}, 4),
+        ("shape:torus?m=16&n=8", {"holes": "alike"}, 4),
         pytest.param(
             "shape:torus?m=24&n=12",
             {"pattern": "twill", "holes": "alike"},
@@ -238,16 +238,3 @@ def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly
             break
         allowed |= more
     assert {crossing for crossing, _, drilled in stations if drilled} <= allowed
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "share"), [({"holes": "alike"}, 0.5), ({"kinds": "fewest"}, 0.33)]
-)
-def test_a_torus_with_a_handle_is_cut_so_that_pieces_repeat(options, share):
-    handled = {"mesh": "shape:torus?m=24&n=12", "handle": "12:40"}
-    pieces, kinds, classes = pieces_of(**handled, **options)
-    assert classes == pieces  # no rotation helps
-    many = pieces_of(**handled, kinds="any", holes="alike")
-    assert kinds <= share * many[1]
-    assert pieces <= 1.05 * many[0]

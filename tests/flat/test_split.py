@@ -132,14 +132,6 @@ def test_holes_have_their_room_and_both_strands_have_them(name):
     assert np.all((seen == 0) | (seen == 2 + joints))
 
 
-def test_every_crossing_has_the_largest_of_few_holes_that_it_has_room_for():
-    _, _, _, made = split(shape_at("torus?m=24&n=12"))
-    assert 1 <= len(made.rules) <= 3
-    for size, room in zip(made.size_mm.tolist(), made.room_mm.tolist(), strict=True):
-        fitting = [rule.hole_mm for rule in made.rules if room >= rule.edge_mm - 1e-6]
-        assert size == max(fitting, default=np.nan) or not fitting
-
-
 def test_a_ring_is_opened_into_two_pieces_at_least():
     _, _, runs, _ = split(shape_at("octahedron"), 1e6)
     assert np.array_equal(np.bincount(runs.thread), [2, 2, 2, 2])

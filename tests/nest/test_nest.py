@@ -4,12 +4,12 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sheet_fit import fits_some_sheet
+from strategies import at_most
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.nesting import nest
 from fabweave.nest.recorded_layout import check_layout
@@ -25,49 +25,6 @@ def band(axis, width):
     """Return the outline of a band of constant width along a curve."""
     body = shapely.buffer(shapely.LineString(axis), width / 2, cap_style="flat", quad_segs=2)
     return shapely.get_coordinates(shapely.normalize(body.exterior))[:-1]
-
-
-@st.composite
-def outlines(draw):
-    kind = draw(st.sampled_from(["star", "spiral", "sliver", "tiny", "wave", "ring"]))
-    size = draw(st.floats(20, 120))
-    if kind == "star":
-        rng = np.random.default_rng(draw(st.integers(0, 999)))
-        angle = np.linspace(0, 2 * math.pi, 11, endpoint=False)
-        radius = size / 2 * rng.uniform(0.2, 1.0, 11)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    if kind == "spiral":
-        angle = np.linspace(0, 3.5 * math.pi, 60)
-        radius = size / 2 * (0.2 + 0.8 * angle / angle[-1])
-        return band(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), size / 20)
-    if kind == "ring":
-        angle = np.linspace(0.2, 2 * math.pi - 0.2, 50)
-        return band(size / 2.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1), size / 12)
-    if kind == "wave":
-        x = np.linspace(0, size, 40)
-        return band(np.stack([x, size / 15 * np.sin(x / size * 9)], axis=1), size / 14)
-    if kind == "sliver":
-        return np.array([[0.0, 0.0], [size, 0.3], [size * 1.1, 0.1], [size, 0.5]])
-    return bar(0.4, 0.3) + 1000.0
-
-
-@settings(max_examples=25, deadline=None)
-@given(
-    st.lists(outlines(), min_size=1, max_size=9),
-    st.sampled_from([0.0, 0.5, 3.0]),
-    st.sampled_from([0.0, 4.0]),
-    st.integers(0, 3),
-)
-def test_any_pieces_are_placed_once_apart_and_inside(pieces, gap, margin, seed):
-    stock = [SheetSize(150, 140)]
-    layouts = [
-        nest(pieces, stock, margin_mm=margin, gap_mm=gap, effort="quick", seed=seed, workers=n)
-        for n in (1, 2)
-    ]
-    assert check_layout(layouts[0], pieces) == []
-    assert layouts[0] == layouts[1]
-    assert [placement.piece for placement in layouts[0].placements] == list(range(len(pieces)))
-    assert {p.sheet for p in layouts[0].placements} == set(range(len(layouts[0].sheets)))
 
 
 def test_result_does_not_depend_on_where_a_piece_was_drawn():
@@ -107,7 +64,7 @@ def test_piece_that_just_fits_is_placed_on_the_margin():
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None)
+@at_most(60)
 @given(
     st.floats(20, 300), st.floats(1, 60), st.floats(60, 250), st.floats(60, 250), st.integers(0, 2)
 )
@@ -162,25 +119,6 @@ def test_seed_changes_the_order_and_nothing_else():
     assert found[0] != found[1] != found[2]
 
 
-def test_progress_ends_with_everything_placed():
-    said = []
-    pieces = [bar(70.0, 60.0)] * 3
-    nest(
-        pieces,
-        [SheetSize(80, 80)],
-        margin_mm=2,
-        gap_mm=2,
-        effort="quick",
-        progress=lambda *args: said.append(args),
-    )
-    # Of 80 × 80 mm, a piece uses 4200 mm².
-    assert said == [
-        ("nesting: 1 sheet, 66% used", 1, 3),
-        ("nesting: 2 sheets, 66% used", 2, 3),
-        ("nesting: 3 sheets, 66% used", 3, 3),
-    ]
-
-
 def test_nothing_to_nest_needs_no_sheet():
     layout = nest([], [SheetSize(80, 80)], margin_mm=2, gap_mm=2)
     assert layout.sheets == layout.placements == ()
@@ -216,30 +154,6 @@ def test_bad_outline_is_refused_by_its_name(outline):
 def test_bad_settings_are_refused(change):
     with pytest.raises(InputError):
         nest([bar(5, 5)], [SheetSize(80, 80)], **({"margin_mm": 2.0, "gap_mm": 2.0} | change))
-
-
-def test_piece_too_large_names_it_its_size_and_the_cure():
-    with pytest.raises(CannotMakeError) as caught:
-        nest(
-            [bar(5, 5), bar(500, 20)],
-            [SheetSize(300, 200)],
-            margin_mm=5,
-            gap_mm=2,
-            ids=["A1", "C3"],
-        )
-    for said in ("1 of 2", "C3 (500.0 × 20.0 mm)", "290.0 × 190.0 mm", "--max-length", "--sheet"):
-        assert said in str(caught.value)
-
-
-def test_stock_that_runs_out_says_what_is_left_and_what_is_missing():
-    with pytest.raises(CannotMakeError, match=r"2 of 5 pieces are left .* 2 more of 80x80mm"):
-        nest([bar(70, 60)] * 5, [SheetSize(80, 80, 3)], margin_mm=2, gap_mm=2, effort="quick")
-
-
-def test_efforts_divide_the_fan_of_fitting_angles():
-    for name in ("quick", "normal", "best"):
-        assert 720 % effort_named(name).angles == 0
-        assert effort_named(name).angles % 4 == 0
 
 
 @pytest.mark.slow

@@ -2,8 +2,9 @@ import math
 
 import numpy as np
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.nest.item_shape import rotated, shapes_of
 from fabweave.nest.place.raster import closed_sides, filled_pixels, inflated_sides
@@ -16,7 +17,7 @@ def star(seed, count):
     return 15.0 + np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
 
 
-@settings(max_examples=40, deadline=None)
+@at_most(40)
 @given(st.integers(0, 10**6), st.integers(5, 30), st.floats(0.4, 2.0))
 def test_filled_pixels_are_the_centres_that_shapely_contains(seed, count, pixel):
     outline = star(seed, count)
@@ -39,7 +40,7 @@ def test_filled_pixels_are_the_centres_that_shapely_contains(seed, count, pixel)
             assert (got[k] == shapely.contains_xy(polygon, x, y)).all()
 
 
-@settings(max_examples=40, deadline=None)
+@at_most(40)
 @given(st.integers(0, 10**6), st.floats(0.3, 6.0))
 def test_inflation_holds_every_point_within_the_radius(seed, radius):
     polygon = shapely.convex_hull(shapely.polygons(star(seed, 12)))
@@ -51,7 +52,7 @@ def test_inflation_holds_every_point_within_the_radius(seed, radius):
 
 
 @given(st.integers(0, 10**6), st.floats(-180, 180), st.floats(-500, 500))
-@settings(max_examples=40, deadline=None)
+@at_most(40)
 def test_congruent_outlines_share_a_shape_and_mirror_images_do_not(seed, angle, shift):
     outline = star(seed, 9)
     moved = rotated(outline, np.array([angle]))[0] + shift

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.nest.container import Container
 from fabweave.nest.effort import effort_named
@@ -38,7 +39,7 @@ def filled(seed, area, gap, count=12):
     return placed
 
 
-@settings(max_examples=60, deadline=None)
+@at_most(60)
 @given(st.integers(0, 10**6), st.floats(0.0, 8.0), st.floats(0.3, 3.0))
 def test_radii_prove_that_shapes_do_not_meet_and_keep_off_what_is_barred(seed, gap, pixel):
     grid = grid_of(Container(SHEET), gap, pixel, 8.0)
@@ -54,7 +55,7 @@ def test_radii_prove_that_shapes_do_not_meet_and_keep_off_what_is_barred(seed, g
     assert (mine & theirs).any(axis=1).all()
 
 
-@settings(max_examples=15, deadline=None)
+@at_most(15)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 1.0, 4.0]))
 def test_whatever_is_placed_keeps_the_gap_and_stays_on_the_sheet(seed, gap):
     knot = shapely.Point(70.0, 50.0).buffer(15.0)

@@ -3,8 +3,9 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.emptying import shortfall_mm
@@ -34,7 +35,7 @@ def polygons_of(items, poses):
     ]
 
 
-@settings(max_examples=20, deadline=None)
+@at_most(20)
 @given(st.integers(0, 10**6), st.integers(2, 6))
 def test_field_is_the_distance_of_shapely_and_near_samples_misses_nothing(seed, count):
     rng = np.random.default_rng(seed)
@@ -61,7 +62,7 @@ def test_field_is_the_distance_of_shapely_and_near_samples_misses_nothing(seed, 
             assert (int(sample), number) in near
 
 
-@settings(max_examples=25, deadline=None)
+@at_most(25)
 @given(st.integers(0, 10**6), st.integers(1, 7))
 def test_separated_items_keep_the_gap_and_stay_inside(seed, count):
     rng = np.random.default_rng(seed)

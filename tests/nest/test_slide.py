@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import at_most
 
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import Spot, rotated
@@ -117,7 +118,7 @@ def test_has_room_objects(outline):
     assert not placed.has_room(outline)
 
 
-@settings(max_examples=40, deadline=None)
+@at_most(40)
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 2.0, 6.0]))
 def test_no_slide_breaks_the_gap_or_goes_far(seed, gap):
     rng = np.random.default_rng(seed)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import shapely
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
@@ -83,57 +83,49 @@ def test_stock_of_other_materials_is_left_out_and_none_at_all_is_refused():
         stock_for([card], "shim")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[[sheet]\n", "line 1"),
-        ("", "lists no stock"),
-        ("sheets = 3", "sheets; write entries [[sheet]]"),
-        ("sheet = 3", "is not a list of stock"),
-        ("\n\n[[sheet]]\n", 'line 3, [[sheet]] 1: there is no size; write size = "600x400mm"'),
-        ("[[sheet]]\nsize = 3", "size is 3"),
-        ('[[sheet]]\nsize = "600"', "is not WIDTHxHEIGHT"),
-        ('[[sheet]]\nsize = "9x9mm:2"', "write quantity = 2"),
-        ('[[sheet]]\nsize = "9x9mm"\nqantity = 2', "unknown key 'qantity'; the keys are quantity"),
-        ('[[sheet]]\nsize = "9x9mm"\nquantity = 0', "whole number from 1 to 1000000"),
-        ('[[sheet]]\nsize = "9x9mm"\nquantity = true', "whole number from 1 to 1000000"),
-        ('[[sheet]]\nsize = "9x9mm"\nprice = -1', "price is -1; it must be zero or more"),
-        ('[[sheet]]\nsize = "9x9mm"\nprice = "4 EUR"', "price is '4 EUR', which is not a number"),
-        ('[[sheet]]\nsize = "9x9mm"\nprice = nan', "price is nan"),
-        ('[[sheet]]\nsize = "9x9mm"\ngrain = "up"', "grain is 'up'; write its angle"),
-        ('[[sheet]]\nsize = "9x9mm"\nname = ""', "name is ''; write text"),
-        ('[[sheet]]\nsize = "9x9mm"\ndefects = [3]', "defects must be a list of tables"),
-        ('[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1}]', "defect 1 has x; write {x="),
-        (
-            '[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 1, y = 1, diameter = 0}]',
-            "defect 1 has no size",
-        ),
-        (
-            '[[sheet]]\nsize = "9x9mm"\ndefects = [{x = 50, y = 1, diameter = 2}]',
-            "defect 1 lies outside the sheet",
-        ),
-        (
-            '[[sheet]]\nsize = "9x9mm"\ndefects = [{polygon = [[0,0],[4,4],[4,0],[0,4]]}]',
-            "the polygon of defect 1 crosses itself",
-        ),
-        ("[[offcut]]\noutline = [[0, 0], [1, 0]]", "must be a list of 3 to"),
-        ("[[offcut]]\noutline = [[0, 0], [9, 9], [9, 0], [0, 9]]", "crosses itself"),
-        ("[[offcut]]\noutline = [[0, 0], [9, 0], [3, 0]]", "has no area"),
-        ("[[offcut]]\noutline = [[0, 0], [90000, 0], [0, 9]]", "check the unit"),
-        ("[[offcut]]\noutline = [[0, 0], [inf, 0], [0, 9]]", "an impossible coordinate"),
-        ('[[offcut]]\noutline = "none.dxf"', "cannot read the outline in"),
-        ('[[offcut]]\noutline = "stock.toml"', "cannot read the outline in"),
-        ('[[offcut]]\nsize = "9x9mm"\noutline = "a.dxf"', "a size and an outline"),
-        ('[[sheet]]\nsize="9x9mm"\nname="a"\n[[offcut]]\nsize="9x9mm"\nname="a"', "its own name"),
-    ],
-)
-def test_what_is_wrong_is_told_with_its_place(tmp_path, text, words):
-    with pytest.raises(InputError) as stop:
+NINE = '[[sheet]]\nsize = "9x9mm"\n'
+#: What may be wrong in a list, and what the message has to name.
+SPOILT = [
+    ("[[sheet]\n", "line 1"),
+    ("", "stock"),
+    ("sheets = 3", "sheets;"),
+    ("sheet = 3", "sheet"),
+    ("\n\n[[sheet]]\n", "line 3, [[sheet]] 1: "),
+    ("[[sheet]]\nsize = 3", "size is 3"),
+    ('[[sheet]]\nsize = "600"', "'600'"),
+    ('[[sheet]]\nsize = "9x9mm:2"', "quantity = 2"),
+    *(
+        (NINE + wrong, wrong.partition(" ")[0])
+        for wrong in (
+            "qantity = 2", "quantity = 0", "quantity = true", "price = -1", 'price = "4 EUR"',
+            "price = nan", 'grain = "up"', 'name = ""', "defects = [3]",
+        )
+    ),
+    *(
+        (f"{NINE}defects = [{{{wrong}}}]", "defect 1")
+        for wrong in (
+            "x = 1", "x = 1, y = 1, diameter = 0", "x = 50, y = 1, diameter = 2",
+            "polygon = [[0,0],[4,4],[4,0],[0,4]]",
+        )
+    ),
+    *(
+        (f"[[offcut]]\noutline = {wrong}", "outline")
+        for wrong in (
+            "[[0, 0], [1, 0]]", "[[0, 0], [9, 9], [9, 0], [0, 9]]", "[[0, 0], [9, 0], [3, 0]]",
+            "[[0, 0], [90000, 0], [0, 9]]", "[[0, 0], [inf, 0], [0, 9]]", '"none.dxf"',
+            '"stock.toml"',
+        )
+    ),
+    ('[[offcut]]\nsize = "9x9mm"\noutline = "a.dxf"', "outline"),
+    (f'{NINE}name="a"\n[[offcut]]\nsize="9x9mm"\nname="a"', "name"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "place"), SPOILT)
+def test_what_is_wrong_is_refused_with_its_place(tmp_path, text, place):
+    with pytest.raises(InputError, match=r"^[^\n]*stock\.toml[^\n]*$") as stop:
         read_stock(written(tmp_path, text))
-    message = str(stop.value)
-    assert words in message
-    assert "stock.toml" in message
-    assert "\n" not in message
+    assert place in str(stop.value)
 
 
 number = st.one_of(
@@ -157,7 +149,6 @@ keys = st.sampled_from(
 entry = st.dictionaries(keys, value, max_size=5)
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.dictionaries(st.sampled_from(["sheet", "offcut"]), st.lists(entry, max_size=3)))
 def test_any_tables_are_read_or_refused(document):
     try:
@@ -172,7 +163,6 @@ def test_any_tables_are_read_or_refused(document):
     assert stock_of(stock_table(sheets), "again") == sheets
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.text(alphabet=string.printable + "é×", max_size=80))
 def test_any_text_is_read_or_refused(tmp_path_factory, text):
     path = tmp_path_factory.getbasetemp() / "any.toml"
@@ -218,27 +208,23 @@ def test_outlines_with_arcs_holes_and_units_are_read(tmp_path, version):
     assert shapely.Polygon(hole).area == pytest.approx(disc.area, rel=1e-2)
 
 
+def polyline(*points, close=True):
+    return lambda space: space.add_lwpolyline(points, close=close)
+
+
 @pytest.mark.parametrize(
-    ("draw", "units", "words"),
+    ("draw", "units"),
     [
-        (lambda space: space.add_line((0, 0), (9, 9)), 4, "has no closed line"),
-        (lambda space: space.add_lwpolyline([(0, 0), (9, 0), (9, 9)]), 4, "has no closed line"),
-        (
-            lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 9)], close=True),
-            4,
-            "has no closed line",
-        ),
-        (
-            lambda space: space.add_lwpolyline([(0, 0), (9, 9), (9, 0), (0, 5)], close=True),
-            4,
-            "crosses itself",
-        ),
-        (lambda space: [space.add_circle((x, 0), 3) for x in (0, 9)], 4, "outside the outline"),
-        (lambda space: space.add_circle((0, 0), 3), 18, "is in unit 18"),
+        (lambda space: space.add_line((0, 0), (9, 9)), 4),
+        (polyline((0, 0), (9, 0), (9, 9), close=False), 4),
+        (polyline((0, 0), (9, 9), (9, 0), (0, 9)), 4),
+        (polyline((0, 0), (9, 9), (9, 0), (0, 5)), 4),
+        (lambda space: [space.add_circle((x, 0), 3) for x in (0, 9)], 4),
+        (lambda space: space.add_circle((0, 0), 3), 18),
     ],
 )
-def test_drawings_that_are_no_outline_are_refused(tmp_path, draw, units, words):
-    with pytest.raises(InputError, match=words):
+def test_drawings_that_are_no_outline_are_refused(tmp_path, draw, units):
+    with pytest.raises(InputError, match=r"offcut\.dxf"):
         read_outline(drawn(tmp_path, draw, units=units))
 
 

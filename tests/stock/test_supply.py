@@ -51,11 +51,6 @@ def test_the_last_sheet_is_exchanged_for_the_cheapest_that_takes_its_pieces():
     assert sorted(names(nested(pieces, [large, gone]))) == ["large"]
 
 
-def test_offcuts_that_take_nothing_are_left():
-    rest = SheetSize(40, 40, 1, name="rest", offcut=True)
-    assert names(nested([bar(90, 20)] * 3, [rest, SheetSize(200, 100, name="new")])) == ["new"]
-
-
 def test_stock_that_runs_out_says_how_many_of_which():
     small, large = SheetSize(80, 80, 2, name="small"), SheetSize(120, 120, 1, name="large")
     with pytest.raises(CannotMakeError) as stop:

@@ -71,10 +71,7 @@ def _mentions(name: str, source: str) -> tuple[tuple[str, int, bool, bool], ...]
     tree = ast.parse(source)
     at_once = set(_run_on_import(tree))
     for_types = {
-        inner
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
-        for inner in ast.walk(node)
+        inner for node in ast.walk(tree) if _is_for_types(node) for inner in ast.walk(node)
     }
     return tuple(
         (
@@ -88,12 +85,18 @@ def _mentions(name: str, source: str) -> tuple[tuple[str, int, bool, bool], ...]
     )
 
 
+def _is_for_types(node: ast.AST) -> bool:
+    """Say whether code is for type checkers only."""
+    test = node.test if isinstance(node, ast.If) else None
+    return "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", ""))
+
+
 def _run_on_import(tree: ast.AST) -> Iterator[ast.AST]:
     """Return what runs when a module is imported: nothing inside functions, nothing for types."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             continue
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+        if _is_for_types(node):
             continue
         yield node
         yield from _run_on_import(node)

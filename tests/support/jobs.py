@@ -4,12 +4,12 @@ import hashlib
 import os
 import shutil
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave.app import nest_job, pipeline, split_job
+from fabweave.app import pipeline, split_job
 from fabweave.app.design import making
 from fabweave.cli import inspect
 from fabweave.cli.main import main
@@ -30,46 +30,6 @@ def run(*words: object) -> int:
     return 0
 
 
-@contextmanager
-def quick_jobs() -> Iterator[None]:
-    """Have jobs made by this process alone, with a small picture, and few designs tried.
-
-    Sheets are foretold by their area alone, in place of nesting pieces roughly.
-
-    Most of a small job's time goes to its picture, and to processes that make it meanwhile.
-    Nothing else is changed by either.
-    """
-    with (
-        mock.patch.object(pipeline, "_MOST_WORKERS", 0),
-        mock.patch.object(pipeline, "portrait_png", _small_portrait),
-        mock.patch.object(split_job, "rough_nesting", return_value=None),
-        mock.patch.object(making, "_TRIES", 4),
-        mock.patch.object(making, "_MESHES", 2),
-        mock.patch.object(inspect, "_DESIGNS", 1),
-        mock.patch.object(pipeline, "likeness_png", _small_likeness),
-    ):
-        yield
-
-
-@contextmanager
-def shipped_jobs() -> Iterator[None]:
-    """Have jobs made as users make them, whatever ``quick_jobs`` did."""
-    with (
-        mock.patch.object(pipeline, "_MOST_WORKERS", _SHIPPED_WORKERS),
-        mock.patch.object(pipeline, "portrait_png", portrait.portrait_png),
-        mock.patch.object(split_job, "rough_nesting", nest_job.rough_nesting),
-        mock.patch.object(making, "_TRIES", _SHIPPED_TRIES),
-        mock.patch.object(making, "_MESHES", _SHIPPED_MESHES),
-        mock.patch.object(inspect, "_DESIGNS", _SHIPPED_DESIGNS),
-        mock.patch.object(pipeline, "likeness_png", loss_picture.likeness_png),
-    ):
-        yield
-
-
-_SHIPPED_WORKERS, _SHIPPED_TRIES = pipeline._MOST_WORKERS, making._TRIES
-_SHIPPED_MESHES, _SHIPPED_DESIGNS = making._MESHES, inspect._DESIGNS
-
-
 def _small_portrait(ribbons, colours) -> bytes:
     with mock.patch.object(portrait, "SIDE_PX", (72, 72)):
         return portrait.portrait_png(ribbons, colours)
@@ -78,6 +38,45 @@ def _small_portrait(ribbons, colours) -> bytes:
 def _small_likeness(loss, like) -> bytes | None:
     with mock.patch.object(loss_picture, "SIDE_PX", (72, 72)):
         return loss_picture.likeness_png(loss, like)
+
+
+#: What makes jobs quick: a module, a name in it, what it is in tests, and what it is for users.
+_QUICK = [
+    (module, name, quick, getattr(module, name))
+    for module, name, quick in (
+        (pipeline, "_MOST_WORKERS", 0),
+        (pipeline, "portrait_png", _small_portrait),
+        (pipeline, "likeness_png", _small_likeness),
+        (split_job, "rough_nesting", lambda *_, **__: None),
+        (making, "_TRIES", 4),
+        (making, "_MESHES", 2),
+        (inspect, "_DESIGNS", 1),
+    )
+]
+
+
+@contextmanager
+def _patched(values: Iterable[tuple[object, str, object]]) -> Iterator[None]:
+    with ExitStack() as stack:
+        for module, name, value in values:
+            stack.enter_context(mock.patch.object(module, name, value))
+        yield
+
+
+def quick_jobs() -> AbstractContextManager[None]:
+    """Have jobs made by this process alone, with a small picture, and few designs tried.
+
+    Sheets are foretold by their area alone, in place of nesting pieces roughly.
+
+    Most of a small job's time goes to its picture, and to processes that make it meanwhile.
+    Nothing else is changed by either.
+    """
+    return _patched((module, name, quick) for module, name, quick, _ in _QUICK)
+
+
+def shipped_jobs() -> AbstractContextManager[None]:
+    """Have jobs made as users make them, whatever ``quick_jobs`` did."""
+    return _patched((module, name, shipped) for module, name, _, shipped in _QUICK)
 
 
 class JobStore:

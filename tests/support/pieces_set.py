@@ -40,9 +40,3 @@ def measured_set(count: int = 300, seed: int = 0) -> list[FloatArray]:
         strip(rng.uniform(100, 500), rng.uniform(5, 30), int(rng.integers(20, 201)), str(kind), rng)
         for kind in kinds
     ]
-
-
-def thin_set(count: int = 600, seed: int = 0) -> list[FloatArray]:
-    """Return gently wavy strips of about 200 mm × 5 mm."""
-    rng = np.random.default_rng(seed)
-    return [strip(rng.uniform(180, 220), 5.0, 60, "wavy", rng) for _ in range(count)]

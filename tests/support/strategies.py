@@ -1,6 +1,7 @@
 """Hypothesis strategies for meshes, and meshes that theory knows everything about."""
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from fabweave.core.arrays import offsets_of
@@ -14,6 +15,11 @@ SOLIDS = (
     solids.icosahedron,
     solids.dodecahedron,
 )
+
+
+def at_most(count: int) -> settings:
+    """Look at so many examples, or at fewer where `make test` only glances at each property."""
+    return settings(max_examples=min(count, settings().max_examples))
 
 
 def merged(*meshes: PolyMesh) -> PolyMesh:

@@ -395,7 +395,7 @@ def inspect_mesh(
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
-        pieces["kinds"] = int(piece_set.kinds.number.max(initial=0))
+        pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
     elif joined is not None:
         left_out.append("times and costs")
@@ -411,7 +411,6 @@ def inspect_mesh(
             return check
         return with_grain(check, joined, piece_set.pieces, settings)
 
-    progress("checks", 0, 1)
     repeats = joined.repeats if joined is not None else None
     check = stiff or check_joined(woven, settings, supplies, repeats, min(depth, Depth.NEAR))
     facts: dict[str, Any] = {
@@ -457,13 +456,7 @@ def inspect_mesh(
                 ),
             ],
         },
-        "advice": advice(
-            asked,
-            woven,
-            check,
-            facts["verdict"]["level"],
-            tried=n_designs > 0 and tries_designs(asked),
-        ),
+        "advice": advice(asked, woven, check, level, tried=wanted > 0),
         "designs": [],
         "designs_why": "",
         "left_out": left_out,
@@ -472,8 +465,8 @@ def inspect_mesh(
     told(facts)
     found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
     designs = _shown(found, wanted, asked.effort)
-    facts |= {"designs": [to_json(one.candidate) for one in designs], "designs_why": found.why}
-    return Inspection(woven, facts, designs)
+    rows = [to_json(one.candidate) for one in designs]
+    return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
 
 
 def _costs(
