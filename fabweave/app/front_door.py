@@ -641,7 +641,7 @@ class Weave:
         --------
         >>> import fabweave as fw
         >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
-        Ribbons(Octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 9.0 mm wide, 1.57 m in all)
+        Ribbons(Octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 8.9 mm wide, 1.57 m in all)
         """
         stations = with_ribbons(self.stations, options)
         return Ribbons(stations, Weave(stations, Mesh(stations)))

@@ -17,8 +17,8 @@ from fabweave.stock.machine import Span
 
 #: Screws are called by their thread alone, too.
 _THREAD = re.compile(r"m\d(\.\d)?")
-#: No fastener goes through a larger hole.
-MOST_HOLE_MM = 1000.0
+#: No fastener goes through a smaller or a larger hole.
+LEAST_HOLE_MM, MOST_HOLE_MM = 0.001, 1000.0
 #: Holes and grips agree to this, millimetres.
 _SAME_MM = 1e-6
 
@@ -149,19 +149,19 @@ def parse_fastener(text: str | None) -> Fastener:
     --------
     >>> asked = parse_fastener("M3")
     >>> asked.sort.name, asked.hole_mm, parse_fastener("none").hole_mm
-    ('screw-m3', 3.3, 0.0)
+    ('screw-m3', 3.2, 0.0)
     """
     sort, hole = None, None
     for part in filter(None, (one.strip().lower() for one in (text or "").split(","))):
         if part == "none":
             hole = 0.0
         elif part[0].isdigit() or part[0] == ".":
-            hole = parse_length(part, what="hole")
+            hole = parse_length(part, what="hole", zero_ok=True)
         else:
             sort = hardware_named(f"screw-{part}" if _THREAD.fullmatch(part) else part)
     if sort is not None and hole is None:
         hole = sort.cut_mm
-    if hole is not None and hole > MOST_HOLE_MM:
+    if hole is not None and not (hole == 0.0 or LEAST_HOLE_MM <= hole <= MOST_HOLE_MM):
         raise InputError(f"a hole of {hole:g} mm is none for a fastener")
     if sort is not None and hole is not None and not sort.hole_mm[0] <= hole <= sort.hole_mm[1]:
         raise InputError(

@@ -270,7 +270,7 @@ def test_pieces_tell_what_they_cost_and_layouts_their_colours(steps):
 
 def test_however_long_a_lap_is_asked_for_it_ends_at_the_crossings_beside():
     ribbons = fw.weave(fw.shape("tetrahedron", size="200mm")).ribbons()
-    metre, most = (ribbons.pieces(lap=lap) for lap in ("1m", "20m"))
+    metre, most = (ribbons.pieces(joint=f"rivet,lap={lap}") for lap in ("1m", "20m"))
     laps = metre.planned.piece_set.plan.lap_mm
     # A lap reaches half its length to either side, and the next crossings are whole lanes away.
     lanes = ribbons.lengths_mm / [len(thread.crossings) for thread in ribbons.weave.threads]

@@ -46,7 +46,7 @@ def test_spoilt_files_are_read_or_refused(name, kinds, tmp_path):
 
 
 LENGTHS = (
-    "size", "thickness", "clearance", "max_length", "hole", "lap", "margin", "gap", "hairline",
+    "size", "thickness", "clearance", "max_length", "margin", "gap", "hairline",
     "kerf",
 )  # fmt: skip
 

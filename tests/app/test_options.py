@@ -106,7 +106,6 @@ SPOILT = {
     "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
                      (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
     "width": ("12mm", 0.65, math.nan),
-    "open": (*NO_NUMBERS, 0, 1, 1.5),
     "smooth": (-1, 51, 0.5, "3", None),
     "crossing": (*NO_NUMBERS, 0, 1, 1.5),
     "clearance_mm": (*NO_NUMBERS, None),
@@ -117,10 +116,9 @@ SPOILT = {
     "hole_mm": (*NO_NUMBERS, "none"),
     "holes": ("some", "", 3),
     "fasten": ("some", "every:1", 3),
-    "hardware": ("nail", "", 3),
+    "fastener": ("nail", "m99", "screw-m3,9mm", "2m", 3),
     "joint": ("weld", "rivet:9", "glue:2", 2, None),
     "lap_mm": (*NO_NUMBERS, 0, "auto"),
-    "slots": ("yes", 1, None),
     "sheets": ("600x400mm", [(600, 400)], (SheetSize(0.0, 5.0),), (SheetSize(math.nan, 5.0),),
                (SheetSize(9e9, 5.0),), (SheetSize(9.0, 9.0, 0),), (SheetSize(9.0, 9.0, "3"),),
                (SheetSize(9.0, 9.0, bunch="woof"),), (SheetSize("9", 9.0),), None),
@@ -174,9 +172,7 @@ def test_every_field_that_is_wrong_is_named() -> None:
 @pytest.mark.parametrize(
     "values",
     [
-        {"width": WidthRule(0.5), "open": 0.3},
         {"twill_method": "voting", "twill_symmetry": 2},
-        {"joint": "dovetail", "lap_mm": 9.0},
     ],
 )
 def test_fields_that_do_not_go_together_are_refused(values) -> None:
@@ -194,12 +190,12 @@ def test_a_ring_without_a_round_opening_is_refused_before_the_work(leave_out) ->
 
 
 def test_how_open_a_weave_is_stands_for_its_width() -> None:
-    settings = Settings("shape:cube", open=0.1)
+    settings = settings_from_options("shape:cube", width="open:0.1")
     assert settings.width_rule == WidthRule(0.9, auto=True)
     # Panels are never shorter than ribbons are wide, and stay as long with other widths.
     assert settings.panel_share == 0.9
     other = settings.with_width(WidthRule(0.5))
-    assert (other.width_rule, other.panel_share, other.open) == (WidthRule(0.5), 0.9, None)
+    assert (other.width_rule, other.panel_share) == (WidthRule(0.5), 0.9)
     assert Settings("shape:cube").panel_share == 0.7
 
 
@@ -263,17 +259,18 @@ TYPED = {
     "materials": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
     "width": WIDTHS,
-    "open": st.floats(0.01, 0.99).map(str),
     "smooth": st.integers(0, 50).map(str),
     "crossing": st.floats(0.01, 0.99).map(str),
     "clearance": _units(0.01, 3.9) | st.just("0"),
     "max_length": LENGTHS | st.just("auto"),
     "spares": st.sampled_from(["5%", "12.5 %", "2", "100%"]),
-    "hole": LENGTHS | st.just("none"),
     "fasten": st.sampled_from(["joints", "Loose", "ALL", "rim", "every:2", "none"]),
-    "hardware": st.sampled_from(["screw-m3", "Thread ", "BRAD"]),
-    "joint": st.sampled_from(["rivet", "rivet:3", "glue", "dovetail", "slot", "none"]),
-    "lap": LENGTHS | st.just("auto"),
+    "fastener": st.sampled_from(
+        ["screw-m3", "Thread ", "BRAD", "M3", "3.3 mm", "mini-brad, 2mm", "none"]
+    ),
+    "joint": st.sampled_from(
+        ["rivet", "rivet:3", "glue, lap=3cm", "dovetail", "slot", "none", "rivet:2,slots"]
+    ),
     "sheet": SHEETS,
     "stock": st.just("FOLDER/stock.toml"),
     "margin": LENGTHS | st.just("0mm"),
@@ -337,7 +334,7 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
         settings = settings_from_options("shape:cube", **typed)
     except InputError as error:
         # Each is good in itself; some do not go together.
-        pairs = ({"joint", "lap"}, {"width", "open"}, {"pattern", "twists"})
+        pairs = ({"pattern", "twists"},)
         alone = "along" in names and "remesh" not in names
         assert alone or any(pair <= names for pair in pairs), error  # noqa: PT017
         return
@@ -369,19 +366,19 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
     by_text = settings_from_options(
         "shape:cube", size="40cm", kerf="0.15mm", sheet=["600x400mm:3", "24x18in"], width="12mm",
         thickness="warp=0.5mm,weft=0.8mm", stock=f"{folder}/stock.toml", rotations="90",
-        micro_joints="4", material="warp=card,weft=card", hole="none", seed="3",
+        micro_joints="4", material="warp=card,weft=card", fastener="none", seed="3",
     )  # fmt: skip
     by_value = settings_from_options(
         "shape:cube", size=400, kerf=0.15, sheet=[SheetSize(600.0, 400.0, 3), "24x18in"],
         width=WidthRule(least_mm=12.0, most_mm=12.0), thickness=(("warp", 0.5), ("weft", 0.8)),
         stock=tomllib.loads((EXAMPLES / "stock.toml").read_text()), rotations=90, micro_joints=4,
-        hole=0, seed=np.int64(3), material="warp=card,weft=card",
+        fastener="None", seed=np.int64(3), material="warp=card,weft=card",
     )  # fmt: skip
     assert by_text == by_value
     # A list of stock comes before plain sheets.
     assert [bool(sheet.name) for sheet in by_text.sheets] == [True] * 3 + [False] * 2
     assert by_text == Settings(
-        "shape:cube", size_mm=400.0, kerf_mm=0.15, sheets=by_text.sheets, hole_mm=0.0, seed=3,
+        "shape:cube", size_mm=400.0, kerf_mm=0.15, sheets=by_text.sheets, fastener="none", seed=3,
         width=WidthRule(0.65, 12.0, 12.0), thickness_mm=(("warp", 0.5), ("weft", 0.8)),
         rotations="90", micro_joints=MicroJoints(4), material="warp=card,weft=card",
     )  # fmt: skip
@@ -391,6 +388,9 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
     ("name", "value"),
     [
         ("sise", 3),
+        ("joint", "dovetail,lap=9mm"),
+        ("joint", "rivet,lop=9mm"),
+        ("width", "open:1"),
         ("size_mm", 3),
         ("size", "12 furlongs"),
         ("seed", "many"),
@@ -401,7 +401,6 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
         ("materials", "no.toml"),
         ("preset", "glow"),
         ("target", "snijlap"),
-        ("slots", "yes"),
         ("rotations", "45"),
         ("material", "warp=card,woof=card"),
         ("material", "warp=card,0=card"),

@@ -66,7 +66,7 @@ def test_jobs_that_found_faults_are_proved(seed):
 def test_a_long_lap_that_ends_askew_is_proved():
     # Its last cross-line slants across the ribbon, with an end farther from the crossing than
     # half the lap and half the width there.
-    options = {"size": "400mm", "lap": "100mm", "effort": "quick", "force": True}
+    options = {"size": "400mm", "joint": "rivet,lap=100mm", "effort": "quick", "force": True}
     assert outcome(*hull(np.random.default_rng(6)), options) == ("proved", "")
 
 

@@ -97,7 +97,7 @@ MISTAKES = [
     ("shape:cube --siz 400mm", 2),
     ("shape:cube --sheet 15x15mm", 2),
     ("shape:cube --width 0.9 --crossing 0.5", 2),
-    ("shape:cube --hole 0.3mm", 2),
+    ("shape:cube --fastener 0.3mm", 2),
     ("shape:cube --margin 1m", 2),
     ("shape:cube --kerf 9mm", 2),
     ("shape:cube --layout /dev/zero", 2),

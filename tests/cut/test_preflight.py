@@ -50,7 +50,7 @@ def test_small_holes_are_found_where_they_are() -> None:
     # R(90°)(20, 10) + (50, 5) = (-10 + 50, 20 + 5)
     assert flaws[0].place == (40.0, 25.0)
     assert (flaws[0].value, flaws[0].limit, flaws[0].count) == (2.0, 3.0, 1)
-    assert flaws[0].remedy == "--hole 3mm"
+    assert flaws[0].remedy == "--fastener 3mm"
 
 
 @pytest.mark.parametrize(("y", "bad"), [(8.0, False), (7.9, True)])
@@ -185,7 +185,7 @@ def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> N
 def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path) -> None:
     out = tmp_path / "out"
     # Pieces that have no room for an id.
-    narrow = "shape:octahedron --size 100mm --width 1.5mm --hole none --joint glue --effort quick"
+    narrow = "shape:octahedron --size 100mm --width 1.5mm --fastener none --joint glue"
     assert run("make", *narrow.split(), "--force", "--strict", "-q", "-o", out) == 1
     assert run("make", "--config", job / "job.toml", "--strict", "-q", "-o", out) == 1
     assert list(tmp_path.iterdir()) == []

@@ -18,7 +18,7 @@ JOBS = {
     "octahedron": ("shape:octahedron", {}),
     "slotted satin": (
         "shape:torus?m=5&n=5",
-        {"pattern": "satin:5/2", "slots": True, "label_side": "inside", "force": True},
+        {"pattern": "satin:5/2", "joint": "rivet,slots", "label_side": "inside", "force": True},
     ),
     "inexact twill": ("shape:cube", {"pattern": "twill"}),
     "two materials": (

@@ -205,6 +205,6 @@ def test_where_ribbons_are_wide_holes_are_larger():
     assert min(large.sum(), (holed & ~large).sum()) > 20
 
 
-@pytest.mark.parametrize("options", [{"width": "12mm"}, {"hole": "1.6mm"}])
+@pytest.mark.parametrize("options", [{"width": "12mm"}, {"fastener": "1.6mm"}])
 def test_ribbons_as_wide_everywhere_have_holes_of_one_size(options):
     assert len(pieces(fasten="all", **options).planned.piece_set.rules) == 1

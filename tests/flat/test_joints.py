@@ -91,8 +91,8 @@ def lap_area(made: PieceSet, joint) -> float:
 rules = st.one_of(
     st.sampled_from([JointRule(kind) for kind in KINDS.values() if not kind.most_fasteners]),
     st.integers(1, 4).map(lambda n: parse_joint(f"rivet:{n}")),
-    st.floats(4.0, 80.0).map(lambda lap: parse_joint("glue", lap_mm=lap)),
-    st.floats(4.0, 80.0).map(lambda lap: parse_joint("rivet:2", lap_mm=lap)),
+    st.floats(4.0, 80.0).map(lambda lap: parse_joint(f"glue,lap={lap}mm")),
+    st.floats(4.0, 80.0).map(lambda lap: parse_joint(f"rivet:2,lap={lap}mm")),
 )
 
 
@@ -177,7 +177,7 @@ def test_only_rivets_have_holes_at_joints(kind):
 
 
 def test_guides_show_where_the_other_piece_ends():
-    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue", lap_mm=30.0))
+    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue,lap=30mm"))
     for joint in made.joints:
         a, b = (made.pieces[index] for index in joint.pieces)
         mates = shapely.LinearRing(onto(made, joint)(b.outline))
@@ -190,7 +190,7 @@ def test_guides_show_where_the_other_piece_ends():
 
 @pytest.mark.parametrize("lap", [6.0, 25.0, 300.0])
 def test_laps_are_as_long_as_asked_and_keep_to_their_crossing(lap):
-    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue", lap_mm=lap))
+    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint(f"glue,lap={lap}mm"))
     for joint in made.joints:
         assert joint.lap_mm <= lap + 1e-9
         a, b = (made.pieces[index] for index in joint.pieces)
@@ -208,7 +208,7 @@ def test_the_slot_of_a_short_lap_on_a_slanting_panel_has_its_walls(lap):
     # A short lap ends inside the panel, along a line as slanting as those at the panel's ends.
     vertices, faces, _ = random_job(73400, small=True)
     mesh = resize_mesh(PolyMesh.from_faces(vertices, faces), size_mm=553.0)[0]
-    _, _, made = make(mesh, parse_joint("slot", lap_mm=lap))
+    _, _, made = make(mesh, parse_joint(f"slot,lap={lap}mm"))
     kinds = [joint.kind.name for joint in made.joints]
     assert "slot" in kinds
     for joint in made.joints:
@@ -319,6 +319,6 @@ def test_verify_knows_the_same_kinds_and_what_they_are():
 
 def test_joints_are_read():
     assert parse_joint("rivet") == JointRule()
-    assert parse_joint("Rivet:3", lap_mm=12.0) == JointRule(KINDS["rivet"], 3, 12.0)
+    assert parse_joint("Rivet:3,lap=12mm") == JointRule(KINDS["rivet"], 3, 12.0)
     with pytest.raises(InputError, match="has no lap"):
-        parse_joint("none", lap_mm=12.0)
+        parse_joint("none,lap=12mm")

@@ -28,7 +28,7 @@ JOBS = {
         "shape:torus?m=6&n=4",
         {"size": "300mm", "material": "warp=card,weft=birch-veneer"},
     ),
-    "long laps": ("shape:torus?m=16&n=8", {"size": "300mm", "lap": "40mm"}),
+    "long laps": ("shape:torus?m=16&n=8", {"size": "300mm", "joint": "rivet,lap=40mm"}),
 }
 
 

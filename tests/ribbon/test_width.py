@@ -157,7 +157,7 @@ def test_a_width_that_is_left_to_fabweave_is_even_but_on_built_in_shapes() -> No
     assert Settings("kitten.obj").width_rule == EVEN
     assert Settings("shape:torus").width_rule == PROPORTIONAL
     assert Settings("shape:torus", remesh="quads:90").width_rule == EVEN
-    assert Settings("kitten.obj", open=0.2).width_rule == replace(PROPORTIONAL, relative=0.8)
+    assert parse_width("open:0.2") == replace(PROPORTIONAL, relative=0.8)
     narrower = Settings("kitten.obj").narrower(0.5)
     assert narrower.width == parse_width(str(narrower.width)) == replace(EVEN, relative=0.35)
 

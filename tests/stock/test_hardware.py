@@ -38,11 +38,11 @@ def test_what_practice_says_of_thin_stacks():
 
 
 def test_hardware_sets_the_hole_and_keeps_its_head_off_the_edge():
-    settings, supplies = complete_settings(Settings("shape:cube", hardware="brad"))
+    settings, supplies = complete_settings(Settings("shape:cube", fastener="brad"))
     (rule,) = hole_rules(settings, supplies)
     card = material_named("card")
     assert (rule.hole_mm, rule.edge_mm) == (3.3, max(hole_edge_mm(card, 3.3), 3.2))
-    thin = Settings("shape:cube", hardware="mini-brad", hole_mm=2.0)
+    thin = Settings("shape:cube", fastener="mini-brad, 2mm")
     assert [rule.hole_mm for rule in hole_rules(*complete_settings(thin))] == [2.0]
 
 
@@ -58,7 +58,7 @@ def test_holes_are_offered_only_if_something_holds_such_a_stack():
 
 def test_a_hole_that_the_hardware_does_not_fit_is_refused():
     with pytest.raises(InputError, match=r"is not for blind rivet 4.0, which wants 4.1 to 4.2 mm"):
-        complete_settings(Settings("shape:cube", hardware="blind-rivet-4", hole_mm=3.3))
+        Settings("shape:cube", fastener="blind-rivet-4,3.3mm")
 
 
 def test_names_that_are_unknown_are_answered_with_those_that_there_are():

@@ -120,7 +120,7 @@ def random_job(seed, *, small=False):
         "sheet": maybe(0.5, one_of("300x200mm", "600x400mm", "1000x700mm", "250x250mm:2")),
         "width": maybe(0.4, round(float(dice.uniform(0.2, 0.9)), 2)),
         "joint": maybe(0.4, one_of("glue", "rivet:2", "dovetail", "slot", "none")),
-        "hole": maybe(0.3, one_of("none", "2mm", "4mm")),
+        "fastener": maybe(0.3, one_of("none", "2mm", "4mm")),
         "labels": maybe(0.3, one_of("none", "numbers")),
         "kerf": maybe(0.2, "0.15mm"),
         "boundary": maybe(0.2, "turn"),
@@ -135,7 +135,11 @@ def random_job(seed, *, small=False):
         "fair": maybe(0.1, 20),
     }
     if options["width"] is None:
-        options["open"] = maybe(0.2, round(float(dice.uniform(0.05, 0.8)), 2))
+        share = maybe(0.2, round(float(dice.uniform(0.05, 0.8)), 2))
+        options["width"] = None if share is None else f"open:{share:g}"
+    lap = options.pop("lap")
+    if lap is not None:
+        options["joint"] = f"{options['joint'] or 'rivet'},lap={lap}"
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
 

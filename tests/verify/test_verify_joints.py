@@ -34,8 +34,8 @@ BASE = Settings(
 KINDS = {
     "rivet": {},
     "rivet:2": {"joint": "rivet:2"},
-    "slots": {"slots": True},
-    "glue": {"joint": "glue", "lap_mm": 14.0},
+    "slots": {"joint": "rivet,slots"},
+    "glue": {"joint": "glue,lap=14mm"},
     "none": {"joint": "none"},
     "dovetail": {"joint": "dovetail"},
     "slot": {"joint": "slot"},
@@ -102,7 +102,7 @@ def test_true_joints_pass(kind, folders):
     plan = json.loads((folders(kind) / "crossing_map.json").read_text("utf-8"))
     wanted = plan["joints"][0]["kind"]
     assert {joint["kind"] for joint in plan["joints"]} == {wanted}
-    assert wanted == KINDS[kind].get("joint", "rivet").partition(":")[0]
+    assert wanted == KINDS[kind].get("joint", "rivet").partition(",")[0].partition(":")[0]
     assert len(plan["joints"][0]["holes"]) == {"rivet": 1, "slots": 1, "rivet:2": 2}.get(kind, 0)
     assert objections(folders(kind)) == {}
 

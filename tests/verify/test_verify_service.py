@@ -17,7 +17,16 @@ from fabweave.verify.statement import Tally
 @pytest.fixture(scope="module")
 def made(finished):
     """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
-    options = ("--size", "150mm", "--sheet", "500x350mm", "--effort", "quick", "--slots")
+    options = (
+        "--size",
+        "150mm",
+        "--sheet",
+        "500x350mm",
+        "--effort",
+        "quick",
+        "--joint",
+        "rivet,slots",
+    )
     return finished("shape:tube?m=4&n=4", *options, "--profile", "service")
 
 

@@ -81,8 +81,7 @@ def strip_of(mesh, walk):
                 rung = [0.1 * centre + 0.9 * point, 0.7 * centre + 0.3 * point]
                 rungs.append(np.array(rung if turn.forward else rung[::-1]))
     entry = np.array(entry)
-    return Strip("A", True, entry, entry + 1, np.array(rungs), np.ones(len(rungs), bool), 1e-6,
-                 np.ones((len(rungs), 2, 3)))  # fmt: skip
+    return Strip("A", True, entry, entry + 1, np.array(rungs), np.ones(len(rungs), bool), 1e-6)
 
 
 def findings(strip, walk, mesh):
