@@ -39,8 +39,8 @@ from fabweave.flat.joint.planning import JointPlan, plan_joints
 from fabweave.flat.outline import simple, strip_outlines
 from fabweave.flat.split.repeats import Repeats
 from fabweave.flat.split.runs import Runs, unfold_runs
-from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs, some_runs
 from fabweave.flat.split.split_plan import SplitPlan
+from fabweave.flat.split.splitting import find_self_crossing, joined_runs, some_runs
 from fabweave.nest.item_shape import shape_of
 from fabweave.ribbon.boundary_turns import require_no_loop
 from fabweave.ribbon.project import Ribbons

@@ -10,7 +10,7 @@ from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.files import read_text
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies.choice import with_bodies
+from fabweave.mesh.bodies import with_bodies
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -41,12 +41,12 @@ from fabweave.mesh.resize import (
     turn_upright,
     turned_upright,
 )
-from fabweave.mesh.seams import weld_seams
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide.loop import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry.symmetrise import symmetrise
 from fabweave.mesh.upright import guess_up
+from fabweave.mesh.weld import weld_seams
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6

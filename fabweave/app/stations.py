@@ -5,6 +5,8 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from fabweave.app.mesh_source import LoadedMesh, load_mesh
+from fabweave.app.options.option import MESH, PIECES, RIBBONS, SEARCH, STOCK, WEAVE
+from fabweave.app.options.table import OPTIONS
 from fabweave.app.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.app.request import chosen_grain, complete_settings
 from fabweave.app.settings import Settings, settings_from_options
@@ -46,81 +48,38 @@ class Request:
         return Request(self.mesh, {**self.options, **options}, self.given)
 
 
+def _view(settings: Settings, *sections: str) -> tuple[Any, ...]:
+    """Return the settings of some sections of options: where they are equal, all of them are."""
+    return tuple(
+        getattr(settings, option.field) for option in OPTIONS if option.section in sections
+    )
+
+
 def mesh_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a loaded mesh depends on: where they are equal, the mesh is."""
-    return (
-        settings.mesh,
-        settings.up,
-        settings.weld,
-        settings.bodies,
-        settings.size_mm,
-        settings.remesh,
-        settings.along,
-        settings.refine,
-        settings.symmetrise,
-        settings.fair,
-        settings.leave_out,
-        settings.title,
-        settings.course,
-        settings.pattern == "triaxial",
-        settings.seed if settings.remeshed else None,
-    )
+    seed = settings.seed if settings.remeshed else None
+    return (*_view(settings, MESH), settings.course, settings.pattern == "triaxial", seed)
 
 
 def weave_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a weave depends on."""
-    search = (
-        (
-            settings.effort,
-            settings.seed,
-            settings.twill_method,
-            settings.twill_weights,
-            settings.twill_symmetry,
-        )
-        if settings.pattern == "twill"
-        else ()
-    )
-    return (*mesh_view(settings), settings.pattern, settings.twists, settings.boundary, *search)
+    search = (settings.effort, settings.seed) if settings.pattern == "twill" else ()
+    return (*mesh_view(settings), *_view(settings, WEAVE), *search)
 
 
 def ribbon_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that ribbons depend on, before pieces are planned."""
-    return (
-        *weave_view(settings),
-        settings.material,
-        settings.thickness_mm,
-        settings.width,
-        settings.smooth,
-        settings.crossing,
-        settings.clearance_mm,
-    )
+    return (*weave_view(settings), *_view(settings, RIBBONS))
 
 
 def piece_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that pieces depend on: the sheets that they must fit, too."""
-    return (
-        *ribbon_view(settings),
-        settings.max_length_mm,
-        settings.prefer,
-        settings.kinds,
-        settings.spares,
-        settings.joint,
-        settings.fastener,
-        settings.holes,
-        settings.fasten,
-        settings.rim,
-        settings.hang,
-        settings.sheets,
-        settings.margin_mm,
-        settings.gap_mm,
-        settings.rotations,
-        settings.label_side,
-    )
+    return (*ribbon_view(settings), *_view(settings, PIECES, STOCK))
 
 
 def layout_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a layout depends on."""
-    return (*piece_view(settings), settings.effort, settings.seed, settings.layout)
+    return (*piece_view(settings), *_view(settings, SEARCH))
 
 
 @frozen_value

@@ -20,9 +20,7 @@ from fabweave.core.errors import TooFineError
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.heights import crossing_heights
-from fabweave.ribbon.measures import require_width
-from fabweave.ribbon.narrow import Narrowing, narrow_ribbons
-from fabweave.ribbon.openness import open_share
+from fabweave.ribbon.measures import open_share, require_width
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.rules.clearance import Nearness
@@ -32,7 +30,13 @@ from fabweave.ribbon.rules.rules import measure_along, measure_clearance
 from fabweave.ribbon.smooth import smooth_ribbons
 from fabweave.ribbon.subweave import Part
 from fabweave.ribbon.tips import tip_notes
-from fabweave.ribbon.widest import even_widths, widest_clear, widest_width
+from fabweave.ribbon.widest import (
+    Narrowing,
+    even_widths,
+    narrow_ribbons,
+    widest_clear,
+    widest_width,
+)
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import forming_advice
 from fabweave.stock.ribbon_limits import thinner_supply, thread_limits

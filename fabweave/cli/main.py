@@ -13,11 +13,9 @@ from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
 from fabweave.cli.machine import machine
 from fabweave.cli.make import make
-from fabweave.cli.materials import materials
+from fabweave.cli.materials import materials, shapes, targets
 from fabweave.cli.model import model
 from fabweave.cli.preflight import preflight
-from fabweave.cli.shapes import shapes
-from fabweave.cli.targets import targets
 from fabweave.cli.terminal import speak_plainly
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError

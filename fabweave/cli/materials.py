@@ -1,9 +1,57 @@
 """The command that lists materials."""
 
+from pathlib import Path
+
 import click
 
 from fabweave.cli.options import table_option
+from fabweave.cli.terminal import progress_bar
+from fabweave.core.files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
+
+
+@click.command()
+@click.option(
+    "--png", type=click.Path(path_type=Path), help="Write a picture of all shapes with their names."
+)
+def shapes(png: Path | None) -> None:
+    """List the built-in shapes and their parameters."""
+    with held_back():
+        from fabweave.mesh.shapes.catalogue import SHAPES
+
+    if png is not None:
+        check_file(png, ".png")
+    for shape in SHAPES:
+        click.echo(f"{shape.example}\n    {shape.text}")
+        for item in shape.parameters:
+            click.echo(f"      {item.name:10} {item.text}")
+    if png is not None:
+        from fabweave.picture.object_picture import png_bytes, render_shapes
+
+        with progress_bar(False) as progress:
+            progress("picture", 0, 1)
+            write_files({png: png_bytes(render_shapes())})
+        click.echo(f"Picture: {png}")
+
+
+@click.command()
+@table_option("targets")
+def targets(targets: tuple[str, ...]) -> None:
+    """List those who cut, and what they ask of the pieces; t is the thickness.
+
+    Your own are in files such as examples/targets.toml: in those that --targets names, and in
+    targets.toml in the configuration folder.
+    """
+    with held_back():
+        from fabweave.app.options.user_files import OURS, all_entries, user_file
+        from fabweave.cut.preflight.targets import targets as our_targets
+
+    for target, source in all_entries("targets", our_targets(), targets):
+        click.echo(target.name + ("" if source == OURS else f"  (from {source})"))
+        click.echo(f"    {target.title}")
+        for line in target.rules:
+            click.echo(f"      {line}")
+    click.echo(f"Your own: --targets FILE, or {user_file('targets')}")
 
 
 @click.command()

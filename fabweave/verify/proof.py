@@ -24,16 +24,14 @@ from fabweave.verify.checks.plan.source import check_source
 from fabweave.verify.checks.plan.steps import check_steps
 from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.checks.sheets.cut_order import check_order
-from fabweave.verify.checks.sheets.drawings import check_dxf, check_svg
+from fabweave.verify.checks.sheets.drawings import check_dxf, check_lines, check_svg
 from fabweave.verify.checks.sheets.kerfed_sheets import check_ready
 from fabweave.verify.checks.sheets.labels import check_labels
-from fabweave.verify.checks.sheets.lines import check_lines
 from fabweave.verify.checks.sheets.looks import check_looks
-from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.rim import check_rim
 from fabweave.verify.checks.sheets.service import check_service
 from fabweave.verify.checks.sheets.spacing import check_sheets
-from fabweave.verify.checks.sheets.stock import check_stock
+from fabweave.verify.checks.sheets.stock import check_offcuts, check_stock
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.content import read_text
 from fabweave.verify.read.job_files import Job, load_job

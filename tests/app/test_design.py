@@ -15,10 +15,9 @@ from hypothesis import strategies as st
 
 from fabweave.app.design import search
 from fabweave.app.design.candidate import Candidate
-from fabweave.app.design.front import objectives, pareto_front
 from fabweave.app.design.job import check_folder, plan_designs, run_design
 from fabweave.app.design.making import make_or_advise, meet_wishes
-from fabweave.app.design.page import design_csv, design_json, design_page
+from fabweave.app.design.page import design_csv, design_json, design_page, objectives, pareto_front
 from fabweave.app.design.rounds import Search
 from fabweave.app.design.search import explore
 from fabweave.app.design.variety import densities, name_of

@@ -13,7 +13,7 @@ from fabweave.flat.outline import simple
 from fabweave.flat.split.candidates import lay_course, list_sites
 from fabweave.flat.split.runs import Runs
 from fabweave.flat.split.self_clearance import also_barred, last_clear
-from fabweave.flat.split.self_crossing import find_self_crossing, joined_runs
+from fabweave.flat.split.splitting import find_self_crossing, joined_runs
 from fabweave.mesh.shapes.grids import torus
 
 #: The projection method bends strands at every crossing of triangles, up to kinks and loops.

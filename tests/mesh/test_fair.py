@@ -18,10 +18,9 @@ from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.fair import feature_lines
-from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh
+from fabweave.mesh.fair import fairing as feature_lines
+from fabweave.mesh.fair.fairing import ON_SURFACE, fair_mesh, find_lines
 from fabweave.mesh.fair.fairness import Fairness
-from fabweave.mesh.fair.feature_lines import find_lines
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.nearest import Surface, face_fans

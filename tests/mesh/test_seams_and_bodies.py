@@ -9,12 +9,12 @@ from meshes_shared import shared_mesh
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings, settings_from_options
 from fabweave.core.errors import InputError
-from fabweave.mesh.bodies.keep import KeptBodies, keep_bodies, parse_bodies
+from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.seams import weld_seams
 from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.weld import weld_seams
 
 
 def split_all(mesh: PolyMesh) -> PolyMesh:

@@ -8,7 +8,7 @@ from irregular_meshes import together
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
-from fabweave.mesh.bodies.union import join_bodies
+from fabweave.mesh.bodies import join_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh

@@ -12,8 +12,7 @@ from irregular_meshes import together
 from fabweave.app.mesh_source import load_mesh
 from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
-from fabweave.mesh.bodies.keep import bodies_of
-from fabweave.mesh.bodies.wrap import wrap_bodies
+from fabweave.mesh.bodies import bodies_of, wrap_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import write_mesh

@@ -17,9 +17,14 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.model.bodies import Body, clashing_facets, yarn_bodies
-from fabweave.model.yarn_contact import bends_too_tightly, segment_distances, touching_points
 from fabweave.model.yarn_course import draw_spines, lay_course
-from fabweave.model.yarns import Yarns, spin_yarns
+from fabweave.model.yarns import (
+    Yarns,
+    bends_too_tightly,
+    segment_distances,
+    spin_yarns,
+    touching_points,
+)
 from fabweave.picture.strand_colours import thread_colours
 
 SHAPES = {

@@ -13,9 +13,15 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.model.woven_glb import ribbon_faces
 from fabweave.picture.camera import View, choose_view, frame_object
-from fabweave.picture.floor import floor_light, floor_points
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
-from fabweave.picture.render import Lattice, Marks, object_frame, render_scene
+from fabweave.picture.render import (
+    Lattice,
+    Marks,
+    floor_light,
+    floor_points,
+    object_frame,
+    render_scene,
+)
 from fabweave.picture.shading import (
     facet_normals,
     key_direction,

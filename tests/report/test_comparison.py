@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from fabweave.nest.shelf_packing import shelf_sheets
+from fabweave.report.comparison import shelf_sheets
 
 JOB = (
     "shape:cube", "--refine", "catmull-clark:1", "--size", "200mm", "--sheet", "600x400mm",

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.cut.drawing import Circle, Layer, Polyline
-from fabweave.report.costs.motion import ends_of, hop_times, run_times, runs_of
+from fabweave.report.costs.machine_time import ends_of, hop_times, run_times, runs_of
 
 DEVIATION_MM = 0.01
 

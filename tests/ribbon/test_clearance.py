@@ -19,8 +19,7 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, following_rung
-from fabweave.ribbon.rules.clearance import near_pairs
-from fabweave.ribbon.rules.distance import apart_by, triangle_distances
+from fabweave.ribbon.rules.clearance import apart_by, near_pairs, triangle_distances
 from fabweave.ribbon.stretches import cut_stretches, steps_apart
 from fabweave.ribbon.width import PROPORTIONAL
 

@@ -17,9 +17,9 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules import remedy
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 from fabweave.ribbon.rules.finding import Finding, sentence
+from fabweave.ribbon.rules.remedy import smallest_size
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.ribbon.rules.rules import excerpt
-from fabweave.ribbon.rules.sizing import smallest_size
 from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import material_library, material_named
 from fabweave.stock.ribbon_limits import ribbon_limits, twist_limit_deg

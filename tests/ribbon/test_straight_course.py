@@ -19,7 +19,7 @@ from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.model.yarns import spin_yarns
-from fabweave.ribbon.openness import open_share
+from fabweave.ribbon.measures import open_share
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads

@@ -11,9 +11,8 @@ import shapely
 from sealing import verify_job
 
 from fabweave.cli.main import main
-from fabweave.verify.checks.sheets.offcuts import check_offcuts
 from fabweave.verify.checks.sheets.spacing import check_sheets
-from fabweave.verify.checks.sheets.stock import check_stock
+from fabweave.verify.checks.sheets.stock import check_offcuts, check_stock
 from fabweave.verify.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.statement import Tally

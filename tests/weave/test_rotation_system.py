@@ -14,7 +14,7 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.weave.knot.gauss import gauss_text
+from fabweave.weave.knot.link import gauss_text
 from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted, twisted_successor
 from fabweave.weave.pattern import over_of_passes
 from fabweave.weave.threads import trace_threads

@@ -17,8 +17,7 @@ from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.strand_colours import strand_colours
 from fabweave.report.verdict import VERDICTS
-from fabweave.weave.knot.gauss import gauss_text
-from fabweave.weave.knot.link import pd_text, planar_diagram
+from fabweave.weave.knot.link import gauss_text, pd_text, planar_diagram
 from fabweave.weave.knot.rotation_system import TwistedThreads, trace_twisted
 from fabweave.weave.twists import twists_text
 

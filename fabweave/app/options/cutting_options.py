@@ -11,7 +11,7 @@ from fabweave.app.options.kinds import (
     text,
     whole,
 )
-from fabweave.app.options.option import PIECES, SEARCH, STOCK, WEAVE, Option
+from fabweave.app.options.option import PIECES, SEARCH, STOCK, Option
 
 #: No side of a sheet is longer.
 _LONGEST_SHEET_MM = 20_000.0
@@ -215,7 +215,7 @@ CUTTING_OPTIONS = (
     ),
     Option(
         "colours",
-        WEAVE,
+        PIECES,
         choice("fabweave.picture.strand_colours.STRATEGIES"),
         "Colours in model.glb, pictures, viewer and manual. material: its own, in a light and a "
         "dark tone where it crosses itself; a name such as card:white sets it. Sheets know no "

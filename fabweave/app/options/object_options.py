@@ -15,7 +15,7 @@ from fabweave.app.options.kinds import (
     value_of,
     whole,
 )
-from fabweave.app.options.option import MESH, RIBBONS, STOCK, WEAVE, Option
+from fabweave.app.options.option import MESH, RIBBONS, WEAVE, Option
 
 
 def _tidy_materials(told: str) -> str:
@@ -73,7 +73,7 @@ OBJECT_OPTIONS = (
         text(
             "all|largest|N|join|wrap",
             "all, largest, join, wrap or a whole number",
-            "fabweave.mesh.bodies.keep.parse_bodies",
+            "fabweave.mesh.bodies.parse_bodies",
         ),
         "How many bodies of the mesh to keep: all, only the largest, or the N largest, by the "
         "diagonals of their bounding boxes. Scans often hold small pieces of debris. join makes "
@@ -243,7 +243,7 @@ OBJECT_OPTIONS = (
     ),
     Option(
         "material",
-        STOCK,
+        RIBBONS,
         text(
             "NAME",
             "the name of a material",
@@ -257,7 +257,7 @@ OBJECT_OPTIONS = (
     ),
     Option(
         "materials",
-        STOCK,
+        RIBBONS,
         library("material", "fabweave.stock.material"),
         "Materials of your own that --material may name, with the same entries as ours (see "
         "examples/materials.toml); repeat it for several files. An entry called as one of ours "
@@ -267,7 +267,7 @@ OBJECT_OPTIONS = (
     ),
     Option(
         "thickness",
-        STOCK,
+        RIBBONS,
         length_by_bunch(100.0),  # as an entry of materials.toml
         "Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm.",
         otherwise="the material's",

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fabweave.assembly.order.annealed import improve_order
+from fabweave.assembly.order.annealed import improve_order, sides_of_pieces, walk_order
 from fabweave.assembly.order.contacts import Contacts, find_contacts
 from fabweave.assembly.order.greedy import MeasuredOrder, grow_order, measure_order
-from fabweave.assembly.order.walk import sides_of_pieces, walk_order
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.flat.piece import Piece

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.bodies.keep import bodies_of
+from fabweave.mesh.bodies import bodies_of
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections

@@ -11,9 +11,8 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.shapes.bipyramid import handled_bipyramid
+from fabweave.mesh.shapes.bipyramid import handled_bipyramid, regular
 from fabweave.mesh.shapes.knots import knot
-from fabweave.mesh.shapes.regular import regular
 from fabweave.mesh.shapes.slit import slit_sum
 from fabweave.mesh.shapes.tube_nets import cage
 

@@ -1,16 +1,255 @@
 """Check threads, over and under, and the pattern of the weave."""
 
+import math
+import re
 from collections import Counter, defaultdict
+from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from fabweave.verify.crossing_map import CrossingMap, Strand
-from fabweave.verify.measure.fabric import check_fabric
-from fabweave.verify.measure.symmetry import count_rotations
-from fabweave.verify.measure.twill import broken_conditions
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.twill import broken_conditions, gap_orbits
 from fabweave.verify.measure.walks import LoadedMesh, Pass, edge_keys
 from fabweave.verify.read.job_files import Job, required
-from fabweave.verify.statement import Tally
+from fabweave.verify.statement import Place, Tally
+
+#: A rotation may take a vertex this far from its image, as a share of the size of the mesh: ten
+#: times what makers allow, as what turns after what adds up.
+_OFF = 1e-5
+#: Two vertices nearer than this share of the size are one place.
+_ONE_PLACE = 1e-9
+#: Vertices that a rotation is tried on before it is tried on all, and rotations tried together.
+_SAMPLES, _TOGETHER = 16, 4096
+
+
+def count_rotations(mesh: LoadedMesh, sense: Mapping[int, bool], enough: int) -> int:
+    """Count rotations about the centre of a mesh that keep its faces and its crossings' senses.
+
+    A crossing's sense is that of a screw, which no rotation changes. Each rotation is known from
+    where it takes one side of a face, of those that there are fewest like. It is fitted to all
+    vertices afterwards, and must take sides to sides: those of a face to those of a face, in the
+    same order or all in the other one (as where a half-turn swaps the two sides of an open mesh).
+
+    Parameters
+    ----------
+    mesh : LoadedMesh
+        The mesh.
+    sense : mapping of int to bool
+        The sense of each edge's crossing, by `edge_keys`; edges without a crossing have none.
+    enough : int
+        Counting ends here.
+
+    Returns
+    -------
+    int
+        The number of rotations, the identity among them.
+    """
+    corners = mesh.vertices[mesh.corner]
+    size = float(np.ptp(corners, axis=0).max())
+    places, corner = _places(corners - corners.mean(axis=0), _ONE_PLACE * size)
+    screw = np.array(
+        [0 if key not in sense else 1 if sense[key] else -1 for key in edge_keys(mesh).tolist()]
+    )
+    after, before = corner[mesh.next], corner[mesh.prev]
+    sides = np.column_stack((corner, after, after[mesh.next], screw))
+    against = np.column_stack((after, corner, before, screw))
+    first, images = _fewest_alike(places, np.concatenate((sides, against)), size)
+    tree, found = scipy.spatial.KDTree(places), 0
+    samples = np.linspace(0, len(places) - 1, _SAMPLES).astype(np.int64)
+    near = 0.3 * float(np.linalg.norm(places[after] - places[corner], axis=1).min())
+    known, turned = _sorted(sides), _sorted(against)
+    for some in np.array_split(images, 1 + len(images) // _TOGETHER):
+        turns = _turns(places[first], places[some])
+        away, _ = tree.query(np.einsum("kij,sj->ksi", turns, places[samples]))
+        for turn in turns[np.max(away, axis=1) <= near]:
+            found += _fits(turn, places, tree, (sides, known, turned), size)
+            if found >= enough:
+                return found
+    return found
+
+
+def _places(corners: Floats, reach: float) -> tuple[Floats, Ints]:
+    """Return the places of corners, each once, and the number of each corner's place."""
+    points, number = np.unique(corners, axis=0, return_inverse=True)
+    first = np.arange(len(points))
+    for one, other in sorted(scipy.spatial.KDTree(points).query_pairs(reach)):
+        first[other] = first[one]
+    kept, number_of = np.unique(first, return_inverse=True)
+    return points[kept], number_of[number.ravel()]
+
+
+def _fewest_alike(places: Floats, sides: Ints, size: float) -> tuple[Ints, Ints]:
+    """Return the ends of a side that few are like, and those of all that may be its image."""
+    tail, head = places[sides[:, 0]], places[sides[:, 1]]
+    # What is in line with the centre would leave a rotation open.
+    wide = np.linalg.norm(np.cross(tail, head), axis=1)
+    lengths = [np.linalg.norm(one, axis=1) for one in (tail, head, head - tail)]
+    rows = np.column_stack((*(np.round(one / (1e-4 * size)) for one in lengths), sides[:, 3]))
+    _, sort, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    fits = np.flatnonzero(wide >= 0.5 * np.median(wide))
+    first = fits[np.argmin(count[sort.ravel()[fits]])]
+    alike = sides[:, 3] == sides[first, 3]
+    for one in lengths:
+        alike &= np.abs(one - one[first]) <= 2.0 * _OFF * size
+    return sides[first, :2], np.unique(sides[alike, :2], axis=0)
+
+
+def _frames(ends: Floats) -> Floats:
+    """Return right-handed frames: along one end, towards the other, and across, (..., 3, 3)."""
+    along = ends[..., 0, :] / np.linalg.norm(ends[..., 0, :], axis=-1, keepdims=True)
+    across = np.cross(along, ends[..., 1, :])
+    across = across / np.linalg.norm(across, axis=-1, keepdims=True)
+    return np.stack((along, np.cross(across, along), across), axis=-1)
+
+
+def _turns(here: Floats, there: Floats) -> Floats:
+    """Return the rotations that take two places to pairs of others, (K, 3, 3)."""
+    return np.asarray(_frames(there) @ _frames(here).T)
+
+
+def _fits(
+    turn: Floats,
+    places: Floats,
+    tree: "scipy.spatial.KDTree",
+    sides: tuple[Ints, Ints, Ints],
+    size: float,
+) -> bool:
+    """Say whether some rotation near this one takes the mesh onto itself."""
+    images = np.asarray(tree.query(places @ turn.T)[1], dtype=np.int64)
+    there = places[images]
+    left, _, right = np.linalg.svd(there.T @ places)
+    if np.linalg.det(left @ right) < 0.0:
+        left[:, 2] *= -1.0
+    if np.linalg.norm(places @ (left @ right).T - there, axis=1).max() > _OFF * size:
+        return False
+    rows, known, turned = sides
+    moved = _sorted(np.column_stack((images[rows[:, :3]], rows[:, 3])))
+    return np.array_equal(moved, known) or np.array_equal(moved, turned)
+
+
+def _sorted(rows: Ints) -> Ints:
+    """Return rows in order."""
+    return np.asarray(rows[np.lexsort(rows.T)])
+
+
+_TWILL = re.compile(r"(\d+)/(\d+)(?:/(-?\d+))?", re.ASCII)
+_SATIN = re.compile(r"(satin|sateen):(\d+)/(\d+)", re.ASCII)
+
+
+def read_fabric(pattern: str) -> tuple[int, int, int] | None:
+    """Return over, under and shift of a pattern's name, or None if it names no fabric.
+
+    Examples
+    --------
+    >>> read_fabric("3/1"), read_fabric("2/2/-1"), read_fabric("satin:5/2"), read_fabric("knit")
+    ((3, 1, 1), (2, 2, -1), (4, 1, 2), None)
+    """
+    if match := _TWILL.fullmatch(pattern):
+        over, under, shift = (int(word) for word in match.groups(default="1"))
+    elif match := _SATIN.fullmatch(pattern):
+        size, shift = int(match[2]), int(match[3])
+        over, under = (size - 1, 1) if match[1] == "satin" else (1, size - 1)
+    else:
+        return None
+    if over < 1 or under < 1 or math.gcd(shift, over + under) > min(over, under):
+        return None
+    return over, under, shift
+
+
+def check_fabric(
+    plan: CrossingMap, mesh: LoadedMesh, edges: dict[int, int], keys: list[int], tally: Tally
+) -> None:
+    """Check that the labels of the crossings make the fabric that the map claims.
+
+    Warp crosses weft and nothing else. Labels modulo the repeat step by one along the weft and by
+    the shift along the warp, in one direction all along a thread. Around every gap of four
+    crossings, opposite labels have equal sums, so that neighbours run the same way. The warp lies
+    on top where the label is less than the number it passes over. If the name has a shift, its sign
+    says whether the diagonal rises to the right or to the left, and each gap must agree.
+
+    References
+    ----------
+    Grünbaum and Shephard, "Satins and twills: an introduction to the geometry of fabrics",
+    Mathematics Magazine 53(3), 1980.
+    """
+    fabric = read_fabric(plan.weave.pattern)
+    if fabric is None:
+        tally.fail(f"no rule is known to prove the pattern {plan.weave.pattern!r}")
+        return
+    over, under, shift = fabric
+    size = over + under
+    if len(plan.weave.labels) != len(plan.crossings):
+        tally.fail(
+            f"a fabric needs a label for each of the {len(plan.crossings)} crossings, and the map "
+            f"has {len(plan.weave.labels)}"
+        )
+        return
+    label = {
+        crossing.id: value
+        for crossing, value in zip(plan.crossings, plan.weave.labels, strict=True)
+    }
+    warp = set(plan.weave.warp)
+    tally.at("warp").expect(
+        warp <= set(plan.thread), f"it names threads that do not exist: {sorted(warp)[:4]}"
+    )
+    for crossing in plan.crossings:
+        place, on_top = tally.at(f"crossing {crossing.id}"), crossing.over.thread in warp
+        name = "warp" if on_top else "weft"
+        place.expect(on_top != (crossing.under.thread in warp), f"it is of two {name} threads")
+        place.expect(
+            on_top == (label[crossing.id] % size < over),
+            f"it has label {label[crossing.id]}, but {name} lies on top",
+        )
+    for thread in plan.threads:
+        step = shift if thread.id in warp else 1
+        values = np.array([label.get(key, 0) for key in thread.crossings], dtype=np.int64)
+        following = np.roll(values, -1) if thread.closed else values[1:]
+        steps = (following - values[: len(following)]) % size
+        tally.at(f"thread {thread.label}").expect(
+            np.all(steps == step % size) or np.all(steps == -step % size),
+            f"its labels do not step by {step} from crossing to crossing",
+        )
+    # In a fabric that is its own mirror image, and where any shift will do, there is no hand.
+    handed = plan.weave.pattern.count("/") == 2 and 2 * shift % size != 0
+    edges_inverse = {edge: key for key, edge in edges.items()}
+    links: dict[bool, set[frozenset[int]]] = {True: set(), False: set()}
+    for thread in plan.threads:
+        around_it = thread.crossings + thread.crossings[:1] * thread.closed
+        links[thread.id in warp] |= {frozenset(pair) for pair in pairwise(around_it)}
+    by_edge = {edges[key]: value for key, value in label.items() if key in edges}
+    for orbits in gap_orbits(mesh):
+        for orbit, closed in orbits:
+            around = [by_edge.get(keys[side]) for side in orbit]
+            if not closed or len(around) != 4 or None in around:
+                continue
+            a, b, c, d = (value for value in around if value is not None)
+            place = tally.at(f"gap with the labels {a}, {b}, {c}, {d}")
+            place.expect((a + c - b - d) % size == 0, "neighbours run apart around it")
+            if handed:
+                first, second = (edges_inverse[keys[side]] for side in orbit[:2])
+                along = frozenset((first, second))
+                if (along in links[True]) != (along in links[False]):
+                    _check_hand(place, (b - a, c - b), along in links[True], shift, size)
+
+
+def _check_hand(
+    place: Place, steps: tuple[int, int], warp_first: bool, shift: int, size: int
+) -> None:
+    """Check which way the diagonal rises, by two steps counter-clockwise round a gap.
+
+    With the warp upright, the weft step leads to the right and the warp step up, or to the left
+    and up; labels that fall to the right and rise upwards by as much repeat right above.
+    """
+    up, across = steps if warp_first else steps[::-1]
+    right = -across if warp_first else across
+    place.expect(
+        (up + shift * right) % size == 0,
+        f"its diagonal rises to the {'left' if shift > 0 else 'right'}",
+    )
+
 
 _TWILLS = ("twill", "triaxial", "twists")
 

@@ -1,1 +1,0 @@
-"""Choose which bodies of a mesh are woven: some of them, all joined, or one surface around them."""
