@@ -211,7 +211,6 @@ def remesh_quads(
     *,
     seed: int = 0,
     along: Along | None = None,
-    fewest: bool = False,
     progress: Progress = no_progress,
     engines: Sequence[Engine] = ENGINES,
 ) -> Remeshed:
@@ -246,9 +245,6 @@ def remesh_quads(
         The first seed of the remesher.
     along : Direction, "curvature" or None
         Which way strands should run.
-    fewest : bool
-        Whether irregular vertices should be as few as can be found, before the shape is kept best;
-        steps 2 and 3 are left out, and a symmetric result must have no more of them.
     progress : callable
         Told about each run.
     engines : sequence of Engine
@@ -286,8 +282,7 @@ def remesh_quads(
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
     kept = None
-    own = along is None and not fewest
-    if own and (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
+    if along is None and (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         kept = _kept(source, paired, n_quads, notes)
         if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
             return kept
@@ -302,7 +297,7 @@ def remesh_quads(
         direction = direction_on(along, surface)
         best, alignment, failures = best_along(
             engines, source, surface, wanted, direction,
-            seed=seed, fewest=fewest, progress=progress,
+            seed=seed, progress=progress,
         )  # fmt: skip
         failures += _missing(engines)
         if best is None or alignment is None:
@@ -313,15 +308,11 @@ def remesh_quads(
         if not engine.installed:
             failures += _missing([engine])
             continue
-        best, failed = best_run(
-            engine, source, surface, wanted, seed=seed, fewest=fewest, progress=progress
-        )
+        best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
         failures += failed
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
-            chosen, told = _mirrored(
-                engine, source, surface, wanted, best, seed, progress, fewest=fewest
-            )
+            chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
             return _finished(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
@@ -353,14 +344,13 @@ def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> s
 
 def _mirrored(
     engine: Engine, source: PolyMesh, surface: PolyMesh, wanted: int, best: Candidate, seed: int,
-    progress: Progress, *, fewest: bool,
+    progress: Progress,
 ) -> tuple[PolyMesh, list[str]]:  # fmt: skip
     """Return a mirror-symmetric result in place of another where it is as good; and notes."""
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
     symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
-    more = fewest and symmetric is not None and len(find_irregular(symmetric)) > best.irregular
-    if symmetric is not None and not more and not_worse(source, symmetric, best.mesh):
+    if symmetric is not None and not_worse(source, symmetric, best.mesh):
         return symmetric, [
             f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
             "mirror-symmetric, and so are they: half was remeshed"

@@ -16,7 +16,6 @@ def remesh(
     *,
     seed: int = 0,
     along: Along | None = None,
-    fewest: bool = False,
     progress: Progress = no_progress,
 ) -> Remeshed:
     """Remesh a surface.
@@ -31,8 +30,6 @@ def remesh(
         The first seed of remeshers that have one.
     along : Direction, "curvature" or None
         For quads: which way strands should run.
-    fewest : bool
-        For quads: whether to take the fewest irregular vertices that are found.
     progress : callable
         Told about each step.
 
@@ -51,6 +48,4 @@ def remesh(
         return remesh_triangles(mesh, wanted.count, progress=progress)
     if wanted.kind == "coarse":
         return remesh_coarse(mesh, wanted.count, progress=progress)
-    return remesh_quads(
-        mesh, wanted.count, seed=seed, along=along, fewest=fewest, progress=progress
-    )
+    return remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)

@@ -102,7 +102,6 @@ def best_run(
     wanted: int,
     *,
     seed: int = 0,
-    fewest: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[Candidate | None, list[str]]:
     """Run a remesher a few times and take the result that keeps the shape best.
@@ -112,8 +111,7 @@ def best_run(
 
     1. those that do not run through themselves are taken first;
     2. of these, those that are nearest to the given surface: all that are nearly as near as the
-       nearest one (root mean square; 10 %, or half as far again where irregular vertices are to
-       be fewest, or 0.02 % of the size) are equally good;
+       nearest one (root mean square; 10 %, or 0.02 % of the size) are equally good;
     3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
        wanted.
 
@@ -129,9 +127,6 @@ def best_run(
         About how many quads.
     seed : int
         The first seed; following runs take the following ones.
-    fewest : bool
-        Whether to take the fewest irregular vertices, though other results may be somewhat nearer
-        to the surface; twice as many runs are compared.
     progress : callable
         Told about each run.
 
@@ -152,7 +147,7 @@ def best_run(
     hung: list[str] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
-        runs = _runs(engine, wanted, seed, rim=rim, large=large, fewest=fewest)
+        runs = _runs(engine, wanted, seed, rim=rim, large=large)
         with closing(results(engine, surface, runs, progress)) as found:
             for run, result in found:
                 if isinstance(result, LimitReachedError):
@@ -170,9 +165,7 @@ def best_run(
                 if good[-1].irregular <= enough:
                     break
         if good:
-            return _best(good, wanted, fewest=fewest), summed_up(engine, hung) + summed_up(
-                engine, failures
-            )
+            return _best(good, wanted), summed_up(engine, hung) + summed_up(engine, failures)
     return None, summed_up(engine, hung) + summed_up(engine, failures)
 
 
@@ -236,9 +229,9 @@ def as_near(good: Sequence[Candidate], factor: float = _ALIKE) -> list[Candidate
     return [item for item in sound if item.off <= max(near * factor, near + _ALIKE_PERCENT)]
 
 
-def _best(good: Sequence[Candidate], wanted: int, *, fewest: bool = False) -> Candidate:
+def _best(good: Sequence[Candidate], wanted: int) -> Candidate:
     """Return the best of some results (see best_run)."""
-    alike = as_near(good, MUCH_ALIKE if fewest else _ALIKE)
+    alike = as_near(good)
     return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))
 
 
@@ -270,12 +263,10 @@ def count_faults(made: int, wanted: int) -> tuple[str, ...]:
     return (f"{made} quads, far from the {wanted} wanted",) if far else ()
 
 
-def _runs(
-    engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool, fewest: bool = False
-) -> list[Run]:
+def _runs(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
     """Return the runs to compare."""
     number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
-    number = min(number, engine.most_runs) * (2 if fewest and not large else 1)
+    number = min(number, engine.most_runs)
     runs = []
     for k in range(number):
         # 0, +1, -1, +2 times the spread

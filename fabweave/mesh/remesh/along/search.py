@@ -278,7 +278,6 @@ def best_along(
     direction: Direction,
     *,
     seed: int = 0,
-    fewest: bool = False,
     progress: Progress = no_progress,
 ) -> tuple[Candidate | None, Alignment | None, list[str]]:
     """Lay quads over a surface whose edges run along a direction.
@@ -302,8 +301,6 @@ def best_along(
     direction : Direction
     seed : int
         The first seed; following runs take the following ones.
-    fewest : bool
-        Whether irregular vertices come first, and the angle second.
     progress : callable
         Told about each run.
 
@@ -336,7 +333,7 @@ def best_along(
     told = [text for engine in engines for text in summed_up(engine, failures[engine.name])]
     if not good:
         return None, None, told
-    best = _best(good, wanted, fewest=fewest)
+    best = _best(good, wanted)
     return best.candidate, _alignment(direction, good, best, surface), told
 
 
@@ -392,15 +389,13 @@ def _result(
     )
 
 
-def _best(good: Sequence[_Result], wanted: int, *, fewest: bool) -> _Result:
+def _best(good: Sequence[_Result], wanted: int) -> _Result:
     """Return the best of some results (see best_along)."""
     number = [one.candidate.mesh.n_faces / wanted for one in good]
     about = [one for one, ratio in zip(good, number, strict=True) if 1 / _ABOUT <= ratio <= _ABOUT]
     good = about or good
     near = set(map(id, as_near([one.candidate for one in good], MUCH_ALIKE)))
     alike = [one for one in good if id(one.candidate) in near]
-    if fewest:
-        return min(alike, key=lambda one: (one.candidate.irregular, one.turn_deg))
     least = min(one.turn_deg for one in alike)
     close = [one for one in alike if one.turn_deg <= least + _ALIKE_DEG]
     return min(close, key=lambda one: (one.candidate.irregular, one.turn_deg))
