@@ -61,6 +61,8 @@ from fabweave.weave.fabric.fabrics import weave_fabric
 from fabweave.weave.fabric.repeat import parse_fabric
 from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
 from fabweave.weave.threads import Threads
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.decide import decide_twill
 
 #: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
 _DENSITIES = 3
@@ -389,7 +391,6 @@ def inspect_mesh(
     if answer:
         depth = min(depth, Depth.NEAR)
     most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
-    left_out: list[str] = []
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
@@ -397,8 +398,7 @@ def inspect_mesh(
         piece_set = joined_pieces(joined, settings, supplies, hole_rules(settings, supplies))
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
-    elif joined is not None:
-        left_out.append("times and costs")
+    left_out = [] if joined is None or costs is not None else ["times and costs"]
     if "left_out" in pieces:
         left_out.append("the pieces")
         if depth == Depth.ALONG:
@@ -429,17 +429,9 @@ def inspect_mesh(
     check = with_all(check)
     level = facts["verdict"]["level"]
     wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
-    lengths = thread_lengths(woven.ribbons)
-    if not answer:
-        facts |= {
-            "symmetry": symmetry_facts(woven, pieces["count"]),
-            "threads": thread_facts(threads, woven.labels, lengths),
-            "bunches": bunch_facts(threads),
-            "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-            "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
-        }
+    woven_facts = _answered if answer else _told_all
     facts |= {
-        "threads": thread_facts(threads, woven.labels, lengths),
+        **woven_facts(woven, settings, pieces["count"], left_out, progress, thorough=thorough),
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
@@ -467,6 +459,41 @@ def inspect_mesh(
     designs = _shown(found, wanted, asked.effort)
     rows = [to_json(one.candidate) for one in designs]
     return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
+
+
+def _threads(woven: WovenObject) -> dict[str, Any]:
+    """Return how many threads there are, and how long."""
+    lengths = thread_lengths(woven.ribbons)
+    return thread_facts(woven.weave.threads, woven.labels, lengths)
+
+
+def _answered(woven: WovenObject, *_rest: Any, thorough: bool) -> dict[str, Any]:  # noqa: ARG001
+    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
+    conditions = twill_conditions(woven.halfedges, woven.weave.threads)
+    return {
+        "threads": _threads(woven),
+        "twill": {"exact": decide_twill(conditions).twillable},
+    }
+
+
+def _told_all(
+    woven: WovenObject,
+    settings: Settings,
+    n_pieces: int | None,
+    left_out: list[str],
+    progress: Progress,
+    *,
+    thorough: bool,
+) -> dict[str, Any]:
+    """Return all that is to be told of the weave; add what is left out to a list."""
+    threads = woven.weave.threads
+    return {
+        "symmetry": symmetry_facts(woven, n_pieces),
+        "threads": _threads(woven),
+        "bunches": bunch_facts(threads),
+        "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
+        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+    }
 
 
 def _costs(

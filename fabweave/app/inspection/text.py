@@ -17,6 +17,8 @@ _OF_NO_USE = ("checks: ", "bend: ", "twist: ")
 
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
+#: A twill can be woven.
+_EXACT = "exact (--pattern twill)"
 #: A mirror stands straight if its normal is this much along an axis.
 _STRAIGHT = 0.99
 
@@ -60,9 +62,14 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         *_advice_rows(facts["advice"]),
         ("threads", told),
+        ("twill", _EXACT if facts["twill"]["exact"] else "no exact 2/2 twill (-v says why)"),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
-        *(_cost_rows(facts["costs"]) if built else []),
+        # How times come about is told by -v.
+        *(
+            (name, text.partition(";")[0] if name == "time" else text)
+            for name, text in (_cost_rows(facts["costs"])[:-1] if built else [])
+        ),
         ("more", "-v prints all that is known; --designs tries designs from coarse to fine"),
     ]
 
@@ -184,7 +191,7 @@ def _thread_rows(threads: Mapping[str, Any], bunches: Mapping[str, Any]) -> list
 
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     if twill["exact"]:
-        return [("twill", "exact (--pattern twill)")]
+        return [("twill", _EXACT)]
     rows = [("twill", f"no exact 2/2 twill: {twill['because']}")]
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
