@@ -6,8 +6,7 @@ Run it with: python examples/exact_twill.py
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.bunches import part_bunches
-from fabweave.weave.thread_labels import thread_labels
-from fabweave.weave.threads import trace_threads
+from fabweave.weave.threads import thread_labels, trace_threads
 from fabweave.weave.twill.conditions import twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.weaving import weave_twill

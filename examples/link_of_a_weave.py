@@ -7,8 +7,7 @@ import numpy as np
 
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.weave.knot.link import gauss_text, pd_text, planar_diagram
-from fabweave.weave.knot.rotation_system import trace_twisted
+from fabweave.weave.link import gauss_text, pd_text, planar_diagram, trace_twisted
 
 halfedges = build_halfedges(parse_shape("shape:tetrahedron"))
 # Plain weave: every edge has one half-twist, all of the same sense.

@@ -16,23 +16,22 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from fabweave.app.mesh_source import load_mesh
-from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
-from fabweave.app.woven_mesh import WovenMesh, weave_mesh
-from fabweave.app.woven_object import keep_clear, lay_object
 from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.options.settings import Settings
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import contact_sheet
 from fabweave.picture.object_picture import mesh_picture, weave_picture
-from fabweave.picture.strand_colours import strand_colours
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
+from fabweave.plan.ask import complete_settings, load_asked
+from fabweave.ribbon.lay import keep_clear, lay_object
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes
+from fabweave.weave.strand_colours import strand_colours
 from fabweave.weave.twill.conditions import twill_conditions
 from fabweave.weave.twill.voting import best_vote
+from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
 TILE = (560, 460)
 ABOVE = View(-90.0, 90.0)
@@ -69,7 +68,7 @@ def woven(
 ) -> Woven:
     """Weave a shape as asked, or as the paper's voting decides."""
     settings, supplies = complete_settings(
-        Settings(
+        Settings.of(
             shape,
             size_mm=400.0,
             refine=refine,
@@ -79,7 +78,9 @@ def woven(
             effort="quick",
         )
     )
-    found = weave_mesh(load_mesh(settings, given_mesh=given), settings, supplies)
+    found = weave_mesh(
+        load_asked(settings, given_mesh=given), settings.weave, settings.search, supplies
+    )
     if vote:
         threads = found.weave.threads
         conditions = twill_conditions(found.halfedges, threads)
@@ -92,7 +93,7 @@ def woven(
 
 def ribbons(one: Woven, view: View = SEEN, *, floor: bool = True) -> Image.Image:
     """Return a picture of the woven object."""
-    rest = one.settings, one.supplies
+    rest = one.settings.ribbons, one.supplies
     clear = keep_clear(lay_object(one.mesh, *rest), *rest)
     colours = strand_colours(clear.weave, clear.bunches, "safe")
     return weave_picture(clear.ribbons, colours, size_px=TILE, view=view, floor=floor, samples=3)
@@ -263,8 +264,8 @@ def counts_of(one: Woven) -> Counts:
     """Count a weave as the page tells it."""
     weave = one.mesh.weave
     return Counts(
-        f"{one.settings.mesh.removeprefix('shape:')}"
-        + (f", {one.settings.refine}" if one.settings.refine else ""),
+        f"{one.settings.mesh.source.removeprefix('shape:')}"
+        + (f", {one.settings.mesh.refine}" if one.settings.mesh.refine else ""),
         weave.pattern,
         weave.threads.n_threads,
         weave.threads.n_crossings,

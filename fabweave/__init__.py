@@ -20,7 +20,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fabweave.app.front_door import (
+    from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
+    from fabweave.front_door import (
         Inspection,
         Layout,
         Mesh,
@@ -38,16 +39,15 @@ if TYPE_CHECKING:
         verify,
         weave,
     )
-    from fabweave.app.settings import Settings
-    from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
-    from fabweave.verify import VerifyReport
+    from fabweave.options.settings import Settings
+    from fabweave.verify.report import VerifyReport
 
 __version__ = "0.1.0"
 
 #: Where public names are found that are not in the front door; they are imported when first used.
 _HOMES = {
     **dict.fromkeys(("CannotMakeError", "FabweaveError", "InputError"), "fabweave.core.errors"),
-    "Settings": "fabweave.app.settings",
+    "Settings": "fabweave.options.settings",
     "VerifyReport": "fabweave.verify",
 }
 
@@ -70,7 +70,7 @@ class _FrontDoor(ModuleType):
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module 'fabweave' has no attribute {name!r}")
-    public = getattr(import_module(_HOMES.get(name, "fabweave.app.front_door")), name)
+    public = getattr(import_module(_HOMES.get(name, "fabweave.front_door")), name)
     if f"{__name__}.{name}" in sys.modules:
         # So that `import fabweave.weave.threads as threads` finds its way past the function.
         public.__name__ = f"{__name__}.{name}"

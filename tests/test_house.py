@@ -5,6 +5,7 @@ from textwrap import dedent
 
 import pytest
 from house import (
+    ALONE,
     against_the_flow,
     circles,
     crowded_folders,
@@ -13,6 +14,7 @@ from house import (
     loose_modules,
     read_modules,
     room_of,
+    shadowed_names,
     unlike_rooms,
 )
 
@@ -36,6 +38,13 @@ def test_every_module_stands_in_a_room():
     assert loose_modules(HOUSE) == []
 
 
+def test_no_name_of_a_module_is_taken_twice():
+    assert shadowed_names(HOUSE) == []
+    assert shadowed_names({"fabweave.mesh.faces": "A, B = 1, 2\ndef f(): ...\nB = 3"}) == [
+        "fabweave.mesh.faces: B"
+    ]
+
+
 def test_folders_hold_no_more_modules_than_one_takes_in():
     assert {line.split()[0] for line in crowded_folders(HOUSE)} == CROWDED
 
@@ -48,12 +57,12 @@ def test_tests_mirror_the_rooms():
 
 def test_the_table_counts_modules_by_the_rooms_that_they_import():
     table = import_table(SOUND).splitlines()
-    assert table[0].split() == ["modules", "core", "mesh", "app", "cli", "verify", "__main__",
+    assert table[0].split() == ["modules", "core", "mesh", "show", "cli", "verify", "__main__",
                                 "__init__"]  # fmt: skip
     assert table[1:4] == [
         "core            2        .        .        .        .        .        .        .",
         "mesh            2        1        1        .        .        .        .        .",
-        "app             1        1        1        .        .        1        .        1",
+        "show            1        1        1        .        .        1        .        1",
     ]
     assert len(table) == 8
 
@@ -61,7 +70,7 @@ def test_the_table_counts_modules_by_the_rooms_that_they_import():
 #: A house in good order.
 SOUND = {
     "fabweave.__init__": """
-        LAZY = {"make_job": "fabweave.app.pipeline"}
+        LAZY = {"make_job": "fabweave.show.pipeline"}
         def read(path):
             from fabweave.mesh.files import read_file
             return read_file(path)
@@ -71,14 +80,14 @@ SOUND = {
     "fabweave.core.arrays": "import numpy.linalg",
     "fabweave.mesh.faces": "from fabweave.core.arrays import frozen",
     "fabweave.mesh.files": "from fabweave.mesh import faces",
-    "fabweave.app.pipeline": """
+    "fabweave.show.pipeline": """
         from fabweave import __version__
         from ..mesh.files import read_file
         def run():
             import fabweave.core.arrays
             from fabweave.verify import verify_job
         """,
-    "fabweave.cli.main": 'CHECK = "fabweave.app.pipeline.run"',
+    "fabweave.cli.main": 'CHECK = "fabweave.show.pipeline.run"',
     "fabweave.verify.__init__": "from fabweave.verify.proof import verify_job",
     "fabweave.verify.proof": 'PACKAGE = "fabweave"',
 }
@@ -88,16 +97,16 @@ SOUND = {name: dedent(source) for name, source in SOUND.items()}
 def test_a_house_in_good_order_is_found_to_be():
     found = {(one.source, one.target, one.at_once) for one in imports_of(SOUND)}
     assert found == {
-        ("fabweave.__init__", "fabweave.app.pipeline", False),
+        ("fabweave.__init__", "fabweave.show.pipeline", False),
         ("fabweave.__init__", "fabweave.mesh.files", False),
         ("fabweave.__main__", "fabweave.cli.main", True),
         ("fabweave.mesh.faces", "fabweave.core.arrays", True),
         ("fabweave.mesh.files", "fabweave.mesh.faces", True),
-        ("fabweave.app.pipeline", "fabweave.__init__", True),
-        ("fabweave.app.pipeline", "fabweave.mesh.files", True),
-        ("fabweave.app.pipeline", "fabweave.core.arrays", False),
-        ("fabweave.app.pipeline", "fabweave.verify.__init__", False),
-        ("fabweave.cli.main", "fabweave.app.pipeline", False),
+        ("fabweave.show.pipeline", "fabweave.__init__", True),
+        ("fabweave.show.pipeline", "fabweave.mesh.files", True),
+        ("fabweave.show.pipeline", "fabweave.core.arrays", False),
+        ("fabweave.show.pipeline", "fabweave.verify.__init__", False),
+        ("fabweave.cli.main", "fabweave.show.pipeline", False),
         ("fabweave.verify.__init__", "fabweave.verify.proof", True),
     }
     for rule in (against_the_flow, circles, loose_modules, crowded_folders):
@@ -107,7 +116,7 @@ def test_a_house_in_good_order_is_found_to_be():
 TYPES_ONLY = """
 from typing import TYPE_CHECKING
 if TYPE_CHECKING:
-    from fabweave.app.pipeline import Job
+    from fabweave.show.pipeline import Job
 """
 
 
@@ -115,11 +124,11 @@ if TYPE_CHECKING:
     ("module", "source", "complaint"),
     [
         ("core.arrays", "from fabweave.mesh import faces", "imports fabweave.mesh.faces"),
-        ("mesh.faces", "import fabweave.app.pipeline as p", "imports fabweave.app.pipeline"),
-        ("mesh.faces", "from ..app import pipeline", "imports fabweave.app.pipeline"),
+        ("mesh.faces", "import fabweave.show.pipeline as p", "imports fabweave.show.pipeline"),
+        ("mesh.faces", "from ..show import pipeline", "imports fabweave.show.pipeline"),
         ("mesh.faces", "def f():\n from fabweave.cli import main", "imports fabweave.cli"),
-        ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.app.pipeline"),
-        ("mesh.faces", 'import_module("fabweave.app.pipeline")', "imports fabweave.app.pipeline"),
+        ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.show.pipeline"),
+        ("mesh.faces", 'import_module("fabweave.show.pipeline")', "imports fabweave.show.pipeline"),
         ("mesh.faces", "from fabweave.verify import verify_job", "imports fabweave.verify"),
         ("verify.proof", "from fabweave.core.arrays import frozen", "imports fabweave.core.arrays"),
         ("verify.proof", "from fabweave import __version__", "imports fabweave.__init__"),
@@ -151,9 +160,9 @@ def test_circles_of_modules_are_found(module, source, members):
 
 def test_circles_of_rooms_are_found():
     # No module imports itself by way of others, but a room does.
-    late = {"fabweave.app.late": "", "fabweave.core.units": "from fabweave.app import late"}
+    late = {"fabweave.show.late": "", "fabweave.core.units": "from fabweave.show import late"}
     (found,) = circles(SOUND | late)
-    assert {"core", "app"} <= set(found.removeprefix("circle: ").split(" → "))
+    assert {"core", "show"} <= set(found.removeprefix("circle: ").split(" → "))
 
 
 def test_modules_beside_the_rooms_are_found():
@@ -176,7 +185,7 @@ def test_folders_and_modules_that_are_too_large_are_found():
 
 
 def test_tests_that_mirror_no_room_are_found():
-    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__"}
+    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__", *ALONE} | {"job"}
     assert unlike_rooms({*rooms, "support"}, {"support"}) == []
     assert unlike_rooms(rooms - {"mesh"} | {"meshes"}, set()) == [
         "tests/meshes is no room's",

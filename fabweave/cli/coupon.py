@@ -34,8 +34,8 @@ def coupon(
     coupon.txt says what to measure, and which option to set by it.
     """
     with held_back():
-        from fabweave.app.coupon_job import check_coupon_folder, coupon_for, write_coupon
-        from fabweave.app.options.user_files import user_entries
+        from fabweave.options.user_files import user_entries
+        from fabweave.plan.coupon_job import check_coupon_folder, coupon_for, write_coupon
 
     check_coupon_folder(output)
     own = () if material is None else user_entries("materials", materials)

@@ -19,8 +19,8 @@ from fabweave.cli.terminal import VERDICT_STYLES, progress_bar
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.app.design.candidate import Candidate
-    from fabweave.app.design.rounds import Search
+    from fabweave.design.candidate import Candidate
+    from fabweave.design.rounds import Search
 
 
 @click.command(cls=SectionedCommand)
@@ -59,10 +59,10 @@ def design(
       fabweave design scan.stl --size 50cm --material birch-veneer --tries 100 -o designs
     """
     with held_back():
-        from fabweave.app.design.job import run_design
-        from fabweave.app.design.page import best_of, design_json, told_design
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
+        from fabweave.design.job import run_design
+        from fabweave.design.page import best_of, design_json, told_design
         from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
@@ -76,7 +76,9 @@ def design(
 
         found = run_design(settings, output, progress, count=tries, executors=executors, told=tell)
     if as_json:
-        click.echo(design_json(object_title(settings.mesh, settings.title), found), nl=False)
+        click.echo(
+            design_json(object_title(settings.mesh.source, settings.mesh.title), found), nl=False
+        )
     elif not quiet:
         _tell(found, best_of(found.candidates), output)
 
@@ -85,7 +87,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     """Print the designs that no other is better than, and where all are shown."""
     from rich.console import Console
 
-    from fabweave.app.design.page import lying_note, words
+    from fabweave.design.page import lying_note, words
 
     console = Console(highlight=False, soft_wrap=True)
     if any(best):

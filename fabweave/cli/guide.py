@@ -1,11 +1,65 @@
 """The command that shows the guide."""
 
+import re
 from collections.abc import Callable
 from functools import partial
+from importlib import resources
 
 import click
 
 from fabweave.core.parallel.interrupt import held_back
+
+#: In the order in which a reader needs them. The page of a topic is the file of its name.
+TOPICS = (
+    "design",
+    "weaves",
+    "joints",
+    "stock",
+    "machines",
+    "assembling",
+    "files",
+    "python",
+    "troubleshooting",
+)
+#: Notes to whoever tests the pages, and pictures; a terminal shows neither.
+_HIDDEN = re.compile(r"(?:<!--.*?-->|!\[[^\]]*\]\([^)]*\))\n*", re.DOTALL)
+#: Links to other pages and to files of the repository lead nowhere from a terminal.
+_LINK = re.compile(r"\[([^\]]+)\]\((?!https?:)[^)]*\)")
+
+
+def page(topic: str) -> str:
+    """Return the page of one of the ``TOPICS``, as Markdown.
+
+    Examples
+    --------
+    >>> page("weaves").splitlines()[0]
+    '# Weaves'
+    """
+    return (resources.files("fabweave") / "guide" / f"{topic}.md").read_text("utf-8")
+
+
+def summary(markdown: str) -> str:
+    r"""Return what a page is about: the first sentence under its title.
+
+    Examples
+    --------
+    >>> summary("# Joints\n\nHow pieces\nare joined. More.\n\nAnd more.")
+    'How pieces are joined.'
+    """
+    sentence, stop, _ = " ".join(markdown.split("\n\n")[1].split()).partition(". ")
+    return sentence + stop.strip()
+
+
+def for_terminal(markdown: str) -> str:
+    r"""Return a page without what only a web page can show.
+
+    Examples
+    --------
+    >>> for_terminal("See [joints](joints.md).\n\n<!-- not run: slow -->\n```sh\n")
+    'See joints.\n\n```sh\n'
+    """
+    return _LINK.sub(r"\1", _HIDDEN.sub("", markdown))
+
 
 #: Longer lines are hard to read, however wide the terminal is.
 _WIDEST = 100
@@ -20,8 +74,8 @@ def guide(topic: str | None) -> None:
         from rich.markdown import Markdown
         from rich.table import Table
 
+        from fabweave.cli.guide import for_terminal, summary
         from fabweave.core.messages import one_named
-        from fabweave.guide.pages import for_terminal, summary
 
     console = Console(highlight=False)
     console.width = min(console.width, _WIDEST)
@@ -42,7 +96,7 @@ def guide(topic: str | None) -> None:
 
 def _pages() -> dict[str, Callable[[], str]]:
     """Return what gives the page of each topic; the reference of options is made when asked for."""
-    from fabweave.app.options.page import options_page
-    from fabweave.guide.pages import TOPICS, page
+    from fabweave.cli.guide import TOPICS, page
+    from fabweave.options.page import options_page
 
     return {**{topic: partial(page, topic) for topic in TOPICS}, "options": options_page}

@@ -23,7 +23,7 @@ from fabweave.core.files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.app.design.candidate import Candidate
+    from fabweave.design.candidate import Candidate
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
@@ -102,22 +102,27 @@ def inspect(
       fabweave inspect shape:tetrahedron --pd rings.txt
     """
     with held_back():
-        from fabweave.app.design.page import told_design
-        from fabweave.app.inspection.facts import inspect_mesh, tries_designs
-        from fabweave.app.inspection.files import (
+        from fabweave.core.parallel.executors import processes
+        from fabweave.design.inspection.facts import inspect_mesh, tries_designs
+        from fabweave.design.inspection.files import (
             inspection_edges,
             inspection_gauss,
             inspection_link,
             inspection_picture,
         )
-        from fabweave.app.inspection.text import answer_rows, design_rows, first_rows, further_rows
-        from fabweave.core.parallel.executors import processes
+        from fabweave.design.inspection.text import (
+            answer_rows,
+            design_rows,
+            first_rows,
+            further_rows,
+        )
+        from fabweave.design.page import told_design
         from fabweave.picture.object_picture import png_bytes
 
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (pd, ""), (gauss, ""), (edges, "")):
         if path is not None:
-            check_file(path, suffix, source=settings.mesh)
+            check_file(path, suffix, source=settings.mesh.source)
     named = [path.resolve() for path in (png, pd, gauss, edges) if path is not None]
     if len(set(named)) < len(named):
         raise InputError(

@@ -17,7 +17,7 @@ def machine(ctx: click.Context) -> None:
     if ctx.invoked_subcommand is not None:
         return
     with held_back():
-        from fabweave.app.options.machines import machine_profile, own_profiles, shipped_profiles
+        from fabweave.options.machines import machine_profile, own_profiles, shipped_profiles
 
     own = own_profiles()
     for name in [*own, *(name for name in shipped_profiles() if name not in own)]:
@@ -50,8 +50,8 @@ def new(name: str, told: tuple[str, ...], force: bool) -> None:
       fabweave make cow.obj --size 400mm --machine cellar -o cow
     """
     with held_back():
-        from fabweave.app.options.machines import machine_options, write_profile
         from fabweave.core.errors import InputError
+        from fabweave.options.machines import machine_options, write_profile
 
     table: dict[str, Any] = {}
     for one in told:

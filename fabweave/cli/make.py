@@ -24,7 +24,7 @@ from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.app.pipeline import FinishedJob
+    from fabweave.job import FinishedJob
 
 
 #: How notes begin that are for those who ask for them: figures, what the verdict and the totals say
@@ -74,9 +74,9 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     """
     from rich.console import Console
 
-    from fabweave.cut.preflight.violations import flaw_lines
-    from fabweave.report.costs.texts import costs_text
-    from fabweave.report.verdict import verdict_text
+    from fabweave.estimate.texts import costs_text
+    from fabweave.plan.preflight.rules import flaw_lines
+    from fabweave.plan.verdict import verdict_text
 
     job, proof, found, missing = made
     console = Console(highlight=False, soft_wrap=True)
@@ -91,7 +91,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )
-    if job.settings.effort == "quick" and len(job.drawings) > 1:
+    if job.settings.search.effort == "quick" and len(job.drawings) > 1:
         console.print("Leave out --effort quick for fewer or fuller sheets.", markup=False)
     console.print(costs_text(job.costs), markup=False)
     # Widths and bends are among the verdict's reasons already.
@@ -168,11 +168,11 @@ def make(
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
-        from fabweave.app.design.making import make_or_advise, meet_wishes
-        from fabweave.app.design.wishes import parse_wishes
-        from fabweave.app.job_folder import check_destination, clear_abandoned
+        from fabweave.core.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
+        from fabweave.design.making import make_or_advise, meet_wishes
+        from fabweave.design.wishes import parse_wishes
 
     wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
@@ -184,7 +184,7 @@ def make(
     why = ""
     with progress_bar(quiet or as_json) as progress:
         if wishes:
-            check_destination(output, replaced, mesh=settings.mesh)
+            check_destination(output, replaced, mesh=settings.mesh.source)
             settings, why = meet_wishes(
                 settings, wishes, progress, executors=executors or processes(workers)
             )
@@ -211,7 +211,7 @@ def make(
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
     """Return what was made, as JSON takes it."""
     from fabweave.core.records import to_json
-    from fabweave.report.verdict import verdict_json
+    from fabweave.plan.verdict import verdict_json
 
     job = made.job
     return {

@@ -43,8 +43,8 @@ def targets(targets: tuple[str, ...]) -> None:
     targets.toml in the configuration folder.
     """
     with held_back():
-        from fabweave.app.options.user_files import OURS, all_entries, user_file
-        from fabweave.cut.preflight.targets import targets as our_targets
+        from fabweave.options.user_files import OURS, all_entries, user_file
+        from fabweave.sheet.targets import targets as our_targets
 
     for target, source in all_entries("targets", our_targets(), targets):
         click.echo(target.name + ("" if source == OURS else f"  (from {source})"))
@@ -67,7 +67,7 @@ def materials(materials: tuple[str, ...]) -> None:
         from rich.table import Column, Table
         from rich.text import Text
 
-        from fabweave.app.options.user_files import OURS, all_entries, user_file
+        from fabweave.options.user_files import OURS, all_entries, user_file
         from fabweave.stock.material import material_library
 
     name = Column("name", no_wrap=True)

@@ -9,11 +9,11 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from fabweave.app.options.option import SECTIONS, Option
-from fabweave.app.options.table import OPTIONS, option_named
-from fabweave.app.settings import Settings, settings_from_job, settings_from_options
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
+from fabweave.options.option import SECTIONS, Option
+from fabweave.options.settings import Settings, settings_from_job, settings_from_options
+from fabweave.options.table import OPTIONS, option_named
 
 Decorator: TypeAlias = Callable[[Any], Any]
 

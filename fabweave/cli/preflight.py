@@ -37,10 +37,10 @@ def preflight(
     would help.
     """
     with held_back():
-        from fabweave.app.job_folder import folder_is_readable
-        from fabweave.app.options.user_files import user_entries
-        from fabweave.app.preflight_job import preflight_job
-        from fabweave.cut.preflight.violations import flaw_lines
+        from fabweave.core.job_folder import folder_is_readable
+        from fabweave.options.user_files import user_entries
+        from fabweave.plan.preflight.preflight_job import preflight_job
+        from fabweave.plan.preflight.rules import flaw_lines
 
     folder_is_readable(directory)
     own = () if target is None else user_entries("targets", targets)

@@ -15,7 +15,7 @@ from fabweave.core.messages import few_of
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.app.remake import Remake
+    from fabweave.remake import Remake
     from fabweave.verify.report import Check, VerifyReport
 
 #: How names of what is measured end, and the signs of these units.
@@ -29,27 +29,35 @@ _UNITS = {"_mm": " mm", "_mm2": " mm²", "_deg": "°"}
     is_flag=True,
     help="Make the job again from its job.toml, too, and compare every file byte for byte.",
 )
+@click.option(
+    "--papers",
+    is_flag=True,
+    help="The same without nesting: pieces lie as the crossing map says. It is much quicker.",
+)
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells.")
-def verify(directory: Path, remake: bool, as_json: bool, quiet: bool) -> None:
+def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bool) -> None:
     """Read the files of a finished job back and prove that they rebuild the weave.
 
     Exit code 0: every check holds. 1: some do not, and each says what it found.
-    With --remake, the mesh that the job names has to be where it was.
+    With --remake or --papers, the mesh that the job names has to be where it was.
     """
     with held_back():
         from rich.console import Console
         from rich.table import Table
 
-        from fabweave.app.job_folder import folder_is_readable
-        from fabweave.app.remake import remake_job
-        from fabweave.verify import verify_job
+        from fabweave.core.job_folder import folder_is_readable
+        from fabweave.remake import remake_job
+        from fabweave.verify.proof import verify_job
 
     folder_is_readable(directory)
     with progress_bar(quiet or as_json) as progress:
         progress("verify", 0, 1)
         proof = verify_job(directory)
-        again = remake_job(directory, progress, workers=os.cpu_count() or 1) if remake else None
+        again = None
+        if remake or papers:
+            workers = os.cpu_count() or 1
+            again = remake_job(directory, progress, nest=remake, workers=workers)
     if as_json:
         told = proof.to_json()
         if again is not None:

@@ -10,9 +10,15 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
-from fabweave.mesh.polymesh import PolyMesh, face_of_corner
-from fabweave.mesh.topology import group_edges, keep_faces, label_links
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner, without_loose
+from fabweave.mesh.topology import (
+    face_patches,
+    group_edges,
+    keep_faces,
+    label_links,
+    orient_faces,
+    turn_faces,
+)
 from fabweave.mesh.triangulate import surface_area, triangulate
 
 #: A body is taken for debris if its diagonal is less than this share of the largest one's.
@@ -341,7 +347,7 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     height = np.where(inside.ravel(), -1.0, 1.0)
     near = np.flatnonzero(_beside(inside))
     surface = Surface(triangles.vertices, triangles.indices.reshape(-1, 3))
-    apart = surface.closest(lattice[near])[2]
+    apart = surface.feet(lattice[near]).distances
     height[near] *= np.clip(apart, _NEAREST, 1.0)
     solid, count = _wrapped_solid(_border(height, lattice, counts))
     wrapped = solid.with_vertices(solid.vertices * step + low)
@@ -369,9 +375,7 @@ def _sound(mesh: PolyMesh) -> PolyMesh | None:
 
 def _of_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
     """Return a mesh of some faces and their vertices only."""
-    kept = keep_faces(mesh, keep)
-    used, numbers = np.unique(kept.indices, return_inverse=True)
-    return PolyMesh(kept.vertices[used], kept.offsets, numbers)
+    return without_loose(keep_faces(mesh, keep))
 
 
 def _outward(mesh: PolyMesh) -> PolyMesh:

@@ -5,7 +5,7 @@ from scipy import sparse
 
 from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.core.errors import InputError
-from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner, previous_corner
 
 
 @frozen_value
@@ -136,13 +136,11 @@ def build_halfedges(mesh: PolyMesh) -> Halfedges:
     edge[leading] = np.arange(len(leading))
     inner = leading[twin[leading] >= 0]
     edge[twin[inner]] = edge[inner]
-    preceding = np.empty_like(following)
-    preceding[following] = np.arange(mesh.n_corners)
     return Halfedges(
         tail=tail,
         face=face_of_corner(mesh),
         next=following,
-        prev=preceding,
+        prev=previous_corner(mesh),
         twin=twin,
         edge=edge,
         edge_halfedge=leading,

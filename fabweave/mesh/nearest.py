@@ -3,27 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
-from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import sum_at
-from fabweave.mesh.polymesh import PolyMesh, face_centres
-
-
-def face_fans(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:
-    """Cut every face into triangles around its centre: the surface that ribbons are laid on.
-
-    Unlike cuts along diagonals, this favours no corner, so symmetry is kept.
-
-    Returns
-    -------
-    points : (V + F, 3) float array
-        The vertices, and the centres of the faces.
-    triangles : (H, 3) int array
-        One triangle for each half-edge: its face's centre, its tail and its head.
-    """
-    points = np.concatenate([mesh.vertices, face_centres(mesh)])
-    return points, np.column_stack(
-        [mesh.n_vertices + halfedges.face, halfedges.tail, halfedges.head]
-    )
 
 
 @frozen_value
@@ -109,18 +89,11 @@ class Surface:
             Unit vectors that turn continuously across edges.
         distances : (N,) float array
         """
-        if not len(places):
-            return places, places, np.zeros(0)
-        if not np.isfinite(places).all():
-            raise ValueError("the places must be finite")
-        square, nearest, points = self._nearest((places - self._origin) * self._scale)
-        corners = self._triangles[nearest]
-        share = _barycentric(points, self._points[corners])
-        normals = unit(np.einsum("nk,nkd->nd", share, self._smooth[corners]))
+        feet = self.feet(places)
+        normals = unit(np.einsum("nk,nkd->nd", feet.shares, self._smooth[feet.corners]))
         flat = ~np.any(normals, axis=1)
-        normals[flat] = self._normals[nearest[flat]]
-        distances = np.sqrt(np.maximum(square, 0.0)) / self._scale
-        return points / self._scale + self._origin, normals, distances
+        normals[flat] = feet.normals[flat]
+        return feet.points, normals, feet.distances
 
     def feet(self, places: FloatArray) -> Feet:
         """Return the closest points of the surface, and where on which triangle they are.
@@ -155,8 +128,6 @@ class Surface:
         along : (N, 3) float array
             Unit vectors.
         """
-        if not len(places):
-            return places
         asked = (places - self._origin) * self._scale
         _, nearest, points = self._nearest(asked)
         normals = self._normals[nearest]
@@ -168,6 +139,8 @@ class Surface:
 
     def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
         """Return squared distances, triangles and closest points, all in the tree's scale."""
+        if not len(asked):
+            return np.zeros(0), np.zeros(0, dtype=np.int64), asked
         square, nearest, closest = self._tree.squared_distance(
             self._points, self._triangles, np.ascontiguousarray(asked)
         )

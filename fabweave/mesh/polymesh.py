@@ -6,7 +6,15 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen, frozen_value, offsets_of
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    frozen,
+    frozen_value,
+    offsets_of,
+    unit,
+)
 
 
 @frozen_value
@@ -109,6 +117,26 @@ def next_corner(mesh: PolyMesh) -> IntArray:
     return following
 
 
+def previous_corner(mesh: PolyMesh) -> IntArray:
+    """Return the corner before each corner around its face, (H,)."""
+    before = np.empty(mesh.n_corners, dtype=np.int64)
+    before[next_corner(mesh)] = np.arange(mesh.n_corners)
+    return before
+
+
+def used_vertices(mesh: PolyMesh) -> BoolArray:
+    """Return whether each vertex belongs to a face, (V,)."""
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[mesh.indices] = True
+    return used
+
+
+def without_loose(mesh: PolyMesh) -> PolyMesh:
+    """Return a mesh without the vertices that belong to no face, the others in their order."""
+    used = used_vertices(mesh)
+    return PolyMesh(mesh.vertices[used], mesh.offsets, (np.cumsum(used) - 1)[mesh.indices])
+
+
 def triangle_normals(mesh: PolyMesh) -> FloatArray:
     """Return a normal of each face of a mesh of triangles, as long as twice its area, (T, 3)."""
     a, b, c = (mesh.vertices[mesh.indices[k::3]] for k in range(3))
@@ -119,3 +147,11 @@ def face_centres(mesh: PolyMesh) -> FloatArray:
     """Return the mean of the corners of each face, (F, 3)."""
     positions = mesh.vertices[mesh.indices]
     return np.add.reduceat(positions, mesh.offsets[:-1], axis=0) / mesh.face_sizes[:, None]
+
+
+def face_normals(mesh: PolyMesh) -> FloatArray:
+    """Return the unit normal of each face, by its vector area, (F, 3)."""
+    centre = face_centres(mesh)[face_of_corner(mesh)]
+    here = mesh.vertices[mesh.indices] - centre
+    spans = np.cross(here, here[next_corner(mesh)])
+    return unit(np.add.reduceat(spans, mesh.offsets[:-1], axis=0))

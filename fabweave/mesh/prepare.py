@@ -5,11 +5,16 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.check import check_mesh
-from fabweave.mesh.orient import face_patches, orient_faces, turn_faces
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.report import MeshReport
-from fabweave.mesh.topology import EdgeGroups, group_edges, split_fans
+from fabweave.mesh.check import MeshReport, check_mesh
+from fabweave.mesh.polymesh import PolyMesh, used_vertices, without_loose
+from fabweave.mesh.topology import (
+    EdgeGroups,
+    face_patches,
+    group_edges,
+    orient_faces,
+    split_fans,
+    turn_faces,
+)
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
@@ -59,11 +64,10 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
         )
     notes = []
     prepared = mesh
-    used = np.zeros(mesh.n_vertices, dtype=bool)
-    used[mesh.indices] = True
+    used = used_vertices(mesh)
     if not used.all():
         loose = np.flatnonzero(~used)
-        prepared = PolyMesh(mesh.vertices[used], mesh.offsets, (np.cumsum(used) - 1)[mesh.indices])
+        prepared = without_loose(mesh)
         notes.append(
             agree(
                 len(loose),

@@ -10,9 +10,6 @@ from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import pair_corners
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
 
-#: Steps of the walk around a vertex before the general way takes over.
-_WALKED = 64
-
 
 @frozen_value
 class EdgeGroups:
@@ -115,13 +112,7 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
     """
     if not count:
         return 0, np.zeros(0, dtype=np.int64)
-    weights = np.ones(len(first), dtype=np.float64)
-    graph: csr_array[np.float64, tuple[int, int]]
-    if np.all(first[1:] >= first[:-1]):
-        starts = offsets_of(np.bincount(first, minlength=count))
-        graph = csr_array((weights, second, starts), shape=(count, count))
-    else:
-        graph = csr_array((weights, (first, second)), shape=(count, count))
+    graph = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))
     number, labels = connected_components(graph, directed=False)
     return int(number), labels.astype(np.int64)
 
@@ -149,11 +140,6 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
     >>> vertex_fans(group_edges(bow_tie), 5).tolist()
     [2, 1, 1, 1, 1]
     """
-    if not len(edges.same_way) and not np.any(edges.sizes > 2):
-        # A vertex with one fan is by far the most common, and a walk around it is cheap.
-        valence = np.bincount(edges.tail, minlength=n_vertices)
-        if np.array_equal(_walk_around(edges, n_vertices), valence):
-            return (valence > 0).astype(np.int64)
     number, label = _label_fans(edges)
     vertex = np.empty(number, dtype=np.int64)
     vertex[label] = edges.tail
@@ -209,32 +195,6 @@ def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
     links_from = np.concatenate([one, one_head])
     links_to = np.concatenate([np.where(same, two, two_head), np.where(same, two_head, two)])
     return label_links(links_from, links_to, len(edges.order))
-
-
-def _walk_around(edges: EdgeGroups, n_vertices: int) -> IntArray:
-    """Count the corners met by walking once around each vertex of an oriented mesh."""
-    first, second = edges.pairs
-    twin = np.full(len(edges.tail), -1, dtype=np.int64)
-    twin[first] = second
-    twin[second] = first
-    before = np.empty_like(edges.next)
-    before[edges.next] = np.arange(len(edges.next))
-    start = np.full(n_vertices, -1, dtype=np.int64)
-    start[edges.tail] = np.arange(len(edges.tail))
-    rim = np.flatnonzero(twin < 0)
-    start[edges.tail[rim]] = rim  # an open fan is walked from its end
-    met = np.zeros(n_vertices, dtype=np.int64)
-    vertex = np.flatnonzero(start >= 0)
-    here = start[vertex]
-    # Vertices of higher valence are left to the general way.
-    for _ in range(_WALKED):
-        met[vertex] += 1
-        here = twin[before[here]]
-        goes_on = (here >= 0) & (here != start[vertex])
-        vertex, here = vertex[goes_on], here[goes_on]
-        if not len(vertex):
-            break
-    return met
 
 
 def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
@@ -293,16 +253,9 @@ def sound_faces(mesh: PolyMesh) -> tuple[BoolArray, BoolArray, BoolArray]:
 def sorted_faces(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
     """Return the face of each corner, and the vertices of each face in rising order."""
     face = face_of_corner(mesh)
-    sizes = np.unique(mesh.face_sizes)
-    if len(sizes) > 32:
-        order = np.lexsort((mesh.indices, face))
-        return face, mesh.indices[order]
-    members = np.empty_like(mesh.indices)
-    for size in sizes.tolist():  # one array operation for each size of face
-        if size:
-            corners = mesh.offsets[:-1][mesh.face_sizes == size, None] + np.arange(size)
-            members[corners] = np.sort(mesh.indices[corners], axis=1)
-    return face, members
+    # Numbers of vertices that do not exist are all alike here.
+    vertex = np.clip(mesh.indices, -1, mesh.n_vertices) + 1
+    return face, np.sort(face * (mesh.n_vertices + 2) + vertex) % (mesh.n_vertices + 2) - 1
 
 
 def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
@@ -319,3 +272,79 @@ def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
         return mesh
     corners = np.repeat(keep, mesh.face_sizes)
     return PolyMesh(mesh.vertices, offsets_of(mesh.face_sizes[keep]), mesh.indices[corners])
+
+
+def face_patches(edges: EdgeGroups, n_faces: int) -> IntArray:
+    """Return the component, by shared edges, of each face, (F,).
+
+    Examples
+    --------
+    >>> from fabweave.mesh.topology import group_edges
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 6, [[0, 1, 2], [3, 4, 5], [1, 0, 3]])
+    >>> face_patches(group_edges(mesh), 3).tolist()
+    [0, 1, 0]
+    """
+    first, second = edges.pairs
+    return label_links(edges.face[first], edges.face[second], n_faces)[1]
+
+
+def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]:
+    """Find which faces to turn so that neighbours run along a common edge in opposite directions.
+
+    The double cover holds every face twice, as it is and turned; neighbours that agree are
+    linked on each sheet, neighbours that disagree across the sheets. A component of the mesh is
+    orientable exactly if its cover falls into two components; on a Möbius strip it is one.
+    Edges with more than two faces link nothing.
+
+    Parameters
+    ----------
+    edges : EdgeGroups
+        The edges.
+    n_faces : int
+        Number of faces.
+
+    Returns
+    -------
+    turned : (F,) bool array
+        Faces to turn; in each component the majority stays, and in a tie its first face.
+    one_sided : (F,) bool array
+        Faces of components that cannot be oriented.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.topology import group_edges
+    >>> flipped = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 1, 3], [1, 4, 3]])
+    >>> [values.tolist() for values in orient_faces(group_edges(flipped), 3)]
+    [[True, False, False], [False, False, False]]
+    """
+    first, second = edges.pairs
+    one, two = edges.face[first], edges.face[second]
+    patch = face_patches(edges, n_faces)
+    across = np.where(edges.tail[first] == edges.tail[second], n_faces, 0)
+    links_from = np.concatenate([one, one + n_faces])
+    links_to = np.concatenate([two + across, two + n_faces - across])
+    label = label_links(links_from, links_to, 2 * n_faces)[1]
+    one_sided = label[:n_faces] == label[n_faces:]
+    # Labels grow with the first node, so the first face of each patch is never turned here.
+    turned = label[:n_faces] > label[n_faces:]
+    minority_stays = 2 * np.bincount(patch, weights=turned) > np.bincount(patch)
+    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided
+
+
+def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:
+    """Reverse some faces; each keeps its first corner.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quad = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
+    >>> turn_faces(quad, np.array([True])).faces()
+    [[0, 3, 2, 1]]
+    """
+    face = face_of_corner(mesh)
+    start = mesh.offsets[:-1][face]
+    size = mesh.face_sizes[face]
+    place = np.arange(mesh.n_corners) - start
+    mirrored = start + (size - place) % np.maximum(size, 1)
+    source = np.where(turned[face], mirrored, np.arange(mesh.n_corners))
+    return PolyMesh(mesh.vertices, mesh.offsets, mesh.indices[source])

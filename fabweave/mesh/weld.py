@@ -7,9 +7,8 @@ from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.messages import agree
-from fabweave.mesh.orient import orient_faces
-from fabweave.mesh.polymesh import PolyMesh, face_of_corner
-from fabweave.mesh.topology import group_edges
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner, previous_corner
+from fabweave.mesh.topology import group_edges, orient_faces
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.
 WELD_TOLERANCE = 1e-8
@@ -50,9 +49,7 @@ def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh,
     leader, label = _first_of_each(coincident_groups(mesh.vertices, among))
     indices = label[mesh.indices]
     face = face_of_corner(mesh)
-    previous = np.arange(mesh.n_corners) - 1
-    filled = mesh.face_sizes > 0
-    previous[mesh.offsets[:-1][filled]] = mesh.offsets[1:][filled] - 1
+    previous = previous_corner(mesh)
     # What was repeated in the input is the checker's affair: only drop what welding repeats.
     keep = (indices != indices[previous]) | (mesh.indices == mesh.indices[previous])
     sizes = np.bincount(face[keep], minlength=mesh.n_faces)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import shapely
 from shapely.affinity import translate
 
-from fabweave.nest.place.rectangle import largest_rectangle
+from fabweave.nest.place.raster import largest_rectangle
 from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize, usable_size
 

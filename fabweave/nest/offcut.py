@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray, frozen, frozen_value
 from fabweave.nest.layout import Layout
-from fabweave.nest.place.rectangle import largest_rectangle
+from fabweave.nest.place.raster import largest_rectangle
 from fabweave.stock.sheet_size import SheetSize
 
 #: Narrower arms of an offcut, millimetres, are of no use.

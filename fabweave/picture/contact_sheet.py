@@ -1,32 +1,25 @@
 """Put pictures together on a contact sheet, each with its caption."""
 
+import re
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.errors import InputError
 
-_Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
+#: A line of a caption, and the size of its letters.
+_Line: TypeAlias = tuple[str, int]
 
 #: Space between tiles, and around.
 _GAP_PX = 12
 _INK, _PALE_INK = (38, 43, 51), (98, 106, 118)
-#: Where captions may be broken besides at spaces: before these.
-_BREAKS = "&?/"
+#: Where captions may be broken: after spaces, and before signs that join parameters.
+_BREAKS = re.compile(r"(?<= )(?! )|(?=[&?/])")
 #: Signs that Pillow's own font lacks.
 _PLAINER = str.maketrans(
     {"×": "x", "²": "^2", "³": "^3", "–": "-", "—": "-", "…": "...", "√": "sqrt "}
 )
-
-
-class _Line(NamedTuple):
-    """A line of a caption."""
-
-    text: str
-    height: int
-    font: _Font
-    ink: tuple[int, int, int]
 
 
 def contact_sheet(
@@ -65,7 +58,7 @@ def contact_sheet(
     wide, high = max(tile.width for tile in tiles), max(tile.height for tile in tiles)
     size = max(wide // 24, 11)
     written = [_broken(caption, wide, size) for caption in captions]
-    room = max(sum(line.height for line in lines) for lines in written) + _GAP_PX
+    room = max(sum(_high(points) for _, points in lines) for lines in written) + _GAP_PX
     rows = -(-len(tiles) // columns)
     sheet = Image.new(
         "RGB",
@@ -78,10 +71,11 @@ def contact_sheet(
         y = _GAP_PX + index // columns * (high + room + _GAP_PX)
         sheet.paste(tile, (left + (wide - tile.width) // 2, y + (high - tile.height) // 2))
         y += high
-        for line in lines:
-            middle = (left + wide / 2, y + line.height / 2)
-            draw.text(middle, line.text, fill=line.ink, font=line.font, anchor="mm")
-            y += line.height
+        for text, points in lines:
+            ink, font = _INK if points == size else _PALE_INK, ImageFont.load_default(size=points)
+            middle = (left + wide / 2, y + _high(points) / 2)
+            draw.text(middle, text, fill=ink, font=font, anchor="mm")
+            y += _high(points)
     return sheet
 
 
@@ -107,28 +101,22 @@ def side_by_side(*pictures: Image.Image) -> Image.Image:
     return whole
 
 
+def _high(points: int) -> int:
+    """Return the height of a line."""
+    return round(1.35 * points)
+
+
 def _broken(caption: str, wide: float, size: int) -> list[_Line]:
     """Break a caption to lines that fit."""
     lines: list[_Line] = []
     for number, line in enumerate(caption.translate(_PLAINER).split("\n")):
         points = size if number == 0 else max(round(0.8 * size), 10)
         font = ImageFont.load_default(size=points)
-        ink = _PALE_INK if number else _INK
         text = ""
-        for word in _words(line):
+        for word in _BREAKS.split(line):
             if text and font.getlength(text + word) > wide:
-                lines.append(_Line(text.strip(), round(1.35 * points), font, ink))
+                lines.append((text.strip(), points))
                 text = ""
             text += word
-        lines.append(_Line(text.strip(), round(1.35 * points), font, ink))
+        lines.append((text.strip(), points))
     return lines
-
-
-def _words(line: str) -> list[str]:
-    """Cut a line where it may be broken: after spaces, and before signs that join parameters."""
-    words = [""]
-    for sign in line:
-        if sign in _BREAKS or words[-1].endswith(" "):
-            words.append("")
-        words[-1] += sign
-    return words

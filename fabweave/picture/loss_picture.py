@@ -8,12 +8,10 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours, bytes_of, light_of
-from fabweave.mesh.likeness import Likeness
-from fabweave.mesh.loss import LossMap
+from fabweave.mesh.likeness import Likeness, LossMap
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import side_by_side, stacked
-from fabweave.picture.object_picture import png_bytes
-from fabweave.picture.portrait import SIDE_PX, opposite_view
+from fabweave.picture.object_picture import SIDE_PX, opposite_view, png_bytes
 from fabweave.picture.render import render_scene
 
 #: Colours of distances, from none on in equal steps, and dark at the end: each is darker than the
@@ -53,7 +51,7 @@ def _ramp(share: FloatArray) -> Colours:
 
 
 def loss_tiles(
-    loss: LossMap, views: Sequence[View], sizes_px: Sequence[tuple[int, int]], *, samples: int = 2
+    loss: LossMap, views: Sequence[View], sizes_px: Sequence[tuple[int, int]]
 ) -> Image.Image:
     """Make a picture of a model from some sides, one beside the other, coloured by what is lost.
 
@@ -63,15 +61,11 @@ def loss_tiles(
     views : sequence of View
     sizes_px : sequence of (int, int)
         Width and height of each; all are as high as the first.
-    samples : int
-        Samples of a pixel along each side.
     """
     colours = loss_colours(loss)
     return side_by_side(
         *(
-            render_scene(
-                loss.points, loss.triangles, colours, size_px=size_px, view=view, samples=samples
-            )
+            render_scene(loss.points, loss.triangles, colours, size_px=size_px, view=view)
             for view, size_px in zip(views, sizes_px, strict=True)
         )
     )
@@ -112,7 +106,7 @@ def loss_legend(loss: LossMap, wide: int, text: str = "") -> Image.Image:
     return picture
 
 
-def loss_picture(loss: LossMap, text: str = "", *, samples: int = 2) -> Image.Image:
+def loss_picture(loss: LossMap, text: str = "") -> Image.Image:
     """Make the picture of what a remeshed model lost: from the front, from behind, and a legend.
 
     Parameters
@@ -120,8 +114,6 @@ def loss_picture(loss: LossMap, text: str = "", *, samples: int = 2) -> Image.Im
     loss : LossMap
     text : str
         What is said below, such as the names of lost features.
-    samples : int
-        Samples of a pixel along each side.
 
     Returns
     -------
@@ -130,7 +122,7 @@ def loss_picture(loss: LossMap, text: str = "", *, samples: int = 2) -> Image.Im
     """
     front = choose_view(loss.points, loss.triangles)
     views = (front, opposite_view(front))
-    tiles = loss_tiles(loss, views, (SIDE_PX, SIDE_PX), samples=samples)
+    tiles = loss_tiles(loss, views, (SIDE_PX, SIDE_PX))
     return stacked(tiles, loss_legend(loss, tiles.width, text))
 
 

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from PIL import Image
@@ -13,15 +14,22 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
-from fabweave.model.rung_colours import rung_colours
+from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.camera import View, choose_view
-from fabweave.picture.contact_sheet import contact_sheet
+from fabweave.picture.contact_sheet import contact_sheet, side_by_side
 from fabweave.picture.render import Marks, object_frame, render_scene
 from fabweave.picture.shading import smooth_normals
-from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
+from fabweave.picture.surfaces import (
+    face_normals,
+    polygon_triangles,
+    ribbon_triangles,
+    rung_colours,
+)
 from fabweave.ribbon.project import Ribbons
 
 _STONE = (205, 214, 224)
+#: The picture of a shape on the sheet of all.
+_TILE_PX = (380, 300)
 #: Vertices with fewer and with more edges than regular ones, and with a multiple of four.
 _FEWER, _MORE, _FOURFOLD = (0, 114, 178), (213, 94, 0), (0, 158, 115)
 
@@ -176,27 +184,10 @@ def png_bytes(picture: Image.Image) -> bytes:
     return content.getvalue()
 
 
-def render_shapes(
-    shapes: Sequence[Shape] = SHAPES,
-    *,
-    columns: int = 4,
-    tile_px: tuple[int, int] = (380, 300),
-) -> Image.Image:
+def render_shapes(shapes: Sequence[Shape] = SHAPES) -> Image.Image:
     """Make a contact sheet of built-in shapes with their names, sizes and descriptions.
 
-    Parameters
-    ----------
-    shapes : sequence of Shape
-        Each is made with its default parameters.
-    columns : int
-        How many stand in a row.
-    tile_px : (int, int)
-        Size of each picture.
-
-    Returns
-    -------
-    Image
-        RGB.
+    Each is made with its default parameters.
     """
     tiles, captions = [], []
     for shape in shapes:
@@ -204,9 +195,9 @@ def render_shapes(
         marks = irregular_marks(mesh, radius_px=3.0)
         # Where every other vertex is irregular, marks say nothing.
         few = 4 * len(marks.points) <= mesh.n_vertices
-        tiles.append(mesh_picture(mesh, size_px=tile_px, marks=marks if few else None))
+        tiles.append(mesh_picture(mesh, size_px=_TILE_PX, marks=marks if few else None))
         captions.append(f"{shape.name}: {shape.text}\n{shape.example}")
-    return contact_sheet(tiles, captions, columns=columns)
+    return contact_sheet(tiles, captions, columns=4)
 
 
 def _line_width(
@@ -225,3 +216,115 @@ def _line_width(
     ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
     length = float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
     return float(np.clip(share * length, 0.3, 1.3))
+
+
+def bodies_picture(
+    bodies: Sequence[Body],
+    view: View | None = None,
+    *,
+    size_px: tuple[int, int] = (1000, 800),
+    samples: int = 2,
+) -> Image.Image:
+    """Make a picture of bodies, in their colours, on a floor.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Those with normals look round; others are smoothed by area.
+    view : View or None
+        From where; None chooses.
+    size_px : (int, int)
+        Width and height.
+    samples : int
+        Samples of a pixel along each side.
+
+    Returns
+    -------
+    Image
+        RGB.
+
+    Raises
+    ------
+    InputError
+        If there are no bodies.
+    """
+    if not bodies:
+        raise InputError("there is no body to show: nothing crosses anything on this mesh")
+    colours = np.concatenate([body.triangle_colours for body in bodies])
+    normals = [
+        smooth_normals(body.vertices, body.all_triangles)
+        if body.normals is None
+        else body.normals[body.all_triangles]
+        for body in bodies
+    ]
+    return render_scene(
+        *joined_bodies(bodies),
+        colours,
+        size_px=size_px,
+        view=view,
+        normals=np.concatenate(normals),
+        floor=True,
+        samples=samples,
+    )
+
+
+#: Both views are equally large, and of one scale.
+SIDE_PX = (720, 720)
+
+
+def opposite_view(view: View) -> View:
+    """Return the view that shows what another one hides: from behind, as high.
+
+    Examples
+    --------
+    >>> opposite_view(View(-60.0, 30.0))
+    View(azimuth_deg=120.0, elevation_deg=30.0, width_mm=None)
+    """
+    return replace(view, azimuth_deg=view.azimuth_deg % 360.0 - 180.0)
+
+
+def object_portrait(ribbons: Ribbons, colours: Colours) -> Image.Image:
+    """Make a picture of a woven object from the front, and beside it from behind.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        The ribbons in space.
+    colours : (P, 2, 3) or (T, 3) uint8 array
+        The colours of all passes, or of the threads.
+
+    Returns
+    -------
+    Image
+        RGB; the same for the same input.
+
+    Raises
+    ------
+    InputError
+        If there is no ribbon, or the colours are not as many as passes or threads.
+    """
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    if len(triangles) == 0:
+        raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
+    front = choose_view(vertices, triangles)
+    views = (front, opposite_view(front))
+    scale = min(
+        object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm for view in views
+    )
+    width_mm = SIDE_PX[0] / scale
+    return side_by_side(
+        *(
+            weave_picture(
+                ribbons,
+                colours,
+                size_px=SIDE_PX,
+                view=replace(view, width_mm=width_mm),
+            )
+            for view in views
+        )
+    )
+
+
+def portrait_png(ribbons: Ribbons, colours: Colours) -> bytes:
+    """Return the picture of ``object_portrait`` as a PNG file."""
+    return png_bytes(object_portrait(ribbons, colours))

@@ -1,7 +1,5 @@
 """Render triangles to a picture, from Python alone: no GPU, no display."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageFilter
@@ -152,118 +150,6 @@ def _blurred(
     return whole[: frame.height_px, : frame.width_px]
 
 
-@dataclass(frozen=True)
-class Lattice:
-    """Samples of a picture: ``samples`` squared and one for each pixel.
-
-    A square lattice is turned so that a step of a pixel to the right is so many steps of the
-    lattice to the right and one down. No two samples of a pixel then lie in one row or one column:
-    an edge that is nearly upright or level has as many shades as a pixel has samples, where a
-    lattice that is not turned gives it only the square root of that, and looks like a saw.
-
-    Parameters
-    ----------
-    width_px, height_px : int
-        Size of the picture.
-    samples : int
-        With 1, a pixel has one sample, in its middle.
-
-    Examples
-    --------
-    >>> lattice = Lattice(20, 10, 2)
-    >>> lattice.count, lattice.width, lattice.height
-    (5, 50, 40)
-    >>> lattice.pixels(lattice.of_pixels(np.array([[3.0, 4.0, 1.0]]))).round(9).tolist()
-    [[3.0, 4.0, 1.0]]
-    """
-
-    width_px: int
-    height_px: int
-    samples: int
-
-    @property
-    def _lean(self) -> int:
-        return 0 if self.samples == 1 else 1
-
-    @property
-    def count(self) -> int:
-        """Samples of a pixel."""
-        return self.samples**2 + self._lean
-
-    @property
-    def scale(self) -> float:
-        """Steps of the lattice to a pixel."""
-        return float(np.sqrt(self.count))
-
-    @property
-    def width(self) -> int:
-        """Columns of the lattice that reach over the whole picture."""
-        return self.samples * self.width_px + self._lean * self.height_px
-
-    @property
-    def height(self) -> int:
-        """Rows of it."""
-        return self.samples * self.height_px + self._lean * self.width_px
-
-    @property
-    def _start(self) -> tuple[float, float]:
-        """Where the picture's corner lies; an even number of samples stands in the middle, too."""
-        aside = 0.5 if self.count % 2 == 0 else 0.0
-        return float(self._lean * self.height_px), -aside
-
-    def of_pixels(self, points: FloatArray) -> FloatArray:
-        """Return places of the picture in steps of the lattice, nearness included, (N, 3)."""
-        x, y, near = points.T
-        across, down = self._start
-        return np.column_stack(
-            (
-                self.samples * x - self._lean * y + across,
-                self._lean * x + self.samples * y + down,
-                near * self.scale,
-            )
-        )
-
-    def pixels(self, places: FloatArray) -> FloatArray:
-        """Return places of the lattice in pixels, nearness included, (N, 3)."""
-        across, down = self._start
-        u, v = places[:, 0] - across, places[:, 1] - down
-        x = (self.samples * u + self._lean * v) / self.count
-        y = (self.samples * v - self._lean * u) / self.count
-        return np.column_stack((x, y, places[:, 2] / self.scale))
-
-    def upright(self, places: FloatArray) -> FloatArray:
-        """Return places turned back, so that they lie as seen, in steps of the lattice, (N, 3)."""
-        return self.pixels(places) * self.scale
-
-    def averaged(self, picture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Return the mean of the samples of each pixel, (height_px, width_px, ...).
-
-        Parameters
-        ----------
-        picture : (height, width, ...) float array
-            What the samples show.
-        """
-        if self.samples == 1:
-            return picture
-        rows, columns = np.ogrid[0 : self.height_px, 0 : self.width_px]
-        across = self.samples * columns - rows + self.height_px
-        down = columns + self.samples * rows
-        total = np.zeros((self.height_px, self.width_px, *picture.shape[2:]), dtype=np.float32)
-        for aside, below in self._own():
-            total += picture[down + below, across + aside]
-        total /= np.float32(self.count)
-        return total
-
-    def _own(self) -> list[tuple[int, int]]:
-        """Return the steps from the first pixel's corner to its samples, to the right and down."""
-        reach = range(-self.samples - 1, self.samples + 2)
-        steps = np.array([(right, down) for right in reach for down in reach], dtype=np.float64)
-        middle = np.column_stack((steps + 0.5, np.zeros(len(steps))))
-        middle[:, 0] += self.height_px
-        inside = np.floor(self.pixels(middle)[:, :2] + 1e-9) == 0.0
-        return [(int(x), int(y)) for x, y in steps[inside.all(axis=1)]]
-
-
 #: A picture has no more samples: each takes about 80 bytes of memory.
 _MOST_SAMPLES = 50_000_000
 #: Steps of light from black to white, for which bytes are looked up.
@@ -313,8 +199,8 @@ def render_scene(
     """Render triangles that are seen from both sides.
 
     Nearness is resolved for every sample of every pixel, light and shadow are computed there,
-    and the samples are averaged as light. They lie on a lattice that is turned against the pixels,
-    see ``Lattice``, so that edges are smooth. Lines lie on the surface and are hidden with it.
+    and the samples are averaged as light, a few of the neighbours' with them, so that edges are
+    smooth. Lines lie on the surface and are hidden with it.
 
     Parameters
     ----------
@@ -345,7 +231,7 @@ def render_scene(
     lit : bool
         False leaves out light and shadow: every triangle has exactly its colour.
     samples : int
-        A pixel has this number's square and one more of them; with 1 it has one.
+        A pixel has this number's square of them.
 
     Returns
     -------
@@ -361,38 +247,39 @@ def render_scene(
     --------
     >>> square = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]])
     >>> picture = render_scene(square, np.array([[0, 1, 2], [0, 2, 3]]), (200, 30, 0),
-    ...                        size_px=(20, 20), view=View(-90.0, 0.0), lit=False)
-    >>> picture.getpixel((10, 10)), picture.getpixel((0, 10))
+    ...                        size_px=(40, 40), view=View(-90.0, 0.0), lit=False)
+    >>> picture.getpixel((20, 20)), picture.getpixel((0, 20))
     ((200, 30, 0), (255, 255, 255))
     """
     if len(triangles) == 0:
         raise InputError("there is no triangle to render; the mesh has no face with an area")
     if samples < 1:
         raise InputError(f"a pixel has {samples} samples; it needs at least one")
-    lattice = Lattice(*size_px, samples)
-    if size_px[0] * size_px[1] * lattice.count > _MOST_SAMPLES:
+    width, height = samples * size_px[0], samples * size_px[1]
+    if width * height > _MOST_SAMPLES:
         raise InputError(
-            f"a picture of {size_px[0]} x {size_px[1]} pixels of {lattice.count} samples "
+            f"a picture of {size_px[0]} x {size_px[1]} pixels of {samples**2} samples "
             f"cannot be made; take at most {_MOST_SAMPLES // 1_000_000} million samples in all"
         )
     view = choose_view(vertices, triangles) if view is None else view
     floor = floor and has_floor(view)
     small = object_frame(vertices, triangles, view, size_px, floor=floor)
-    points = lattice.of_pixels(small.pixels(vertices))
-    seen, nearness = nearest_triangles(
-        points, triangles, width=lattice.width, height=lattice.height
-    )
+    points = samples * small.pixels(vertices)
+    seen, nearness = nearest_triangles(points, triangles, width=width, height=height)
     covered, triangle, places = covered_places(seen, nearness)
     shown = np.broadcast_to(np.asarray(colours, dtype=np.uint8), (len(triangles), 3))
     light = np.ones(len(triangle))
     if lit:
         normals = facet_normals(vertices, triangles) if normals is None else normals
-        light = _light(small, lattice, points, triangles, normals, triangle, places)
+        even, key = corner_light(points[triangles], normals @ small.axes.T, small.axes[:, 2])
+        shadow = key_shadow(points, triangles, triangle, places, width=width, height=height)
+        x, y = places[:, 0], places[:, 1]
+        light = np.clip(even.at(triangle, x, y) + key.at(triangle, x, y) * shadow, 0.0, 1.25)
         reach = _REACH * min(size_px) if reach_px is None else reach_px
-        light *= narrow_places(nearness, reach * lattice.scale)[covered]
+        light *= narrow_places(nearness, reach * samples)[covered]
     body = _linear(shown)[triangle]
     if edges is not None:
-        inks = _inks(points[triangles], edges, triangle, places, line_px * lattice.scale)
+        inks = _inks(points[triangles], edges, triangle, places, line_px * samples)
         if edge_colours is None:
             light *= 1.0 - (1.0 - _LINE_SHADE) * inks.max(axis=1)
         else:
@@ -400,13 +287,13 @@ def render_scene(
                 ink = inks[:, side, None].astype(np.float32)
                 body += ink * (_linear(edge_colours[:, side])[triangle] - body)
     # The last channel is the share of the ground that is seen.
-    picture = np.zeros((lattice.height, lattice.width, 4), dtype=np.float32)
+    picture = np.zeros((height, width, 4), dtype=np.float32)
     picture[:, :, 3] = 1.0
     picture[covered, :3] = body * light[:, None].astype(np.float32)
     picture[covered, 3] = 0.0
     if marks is not None:
-        _mark(picture, nearness, lattice.of_pixels(small.pixels(marks.points)), marks, lattice)
-    mean = lattice.averaged(picture)
+        _mark(picture, nearness, samples * small.pixels(marks.points), marks, samples)
+    mean = np.stack([_smaller(picture[:, :, channel], size_px) for channel in range(4)], axis=2)
     below = floor_light(vertices, triangles, view, small) if floor else np.float32(1.0)
     ground = mean[:, :, 3] * below
     return _encoded(mean[:, :, :3] + ground[:, :, None])
@@ -426,31 +313,6 @@ def object_frame(
         return frame_object(points, view, size_px)
     points = np.concatenate((points, floor_points(points, view)))
     return frame_object(points, view, size_px, FLOOR_MARGIN)
-
-
-def _light(
-    frame: Frame,
-    lattice: Lattice,
-    points: FloatArray,
-    triangles: IntArray,
-    normals: FloatArray,
-    triangle: IntArray,
-    places: FloatArray,
-) -> FloatArray:
-    """Return the light at every covered sample."""
-    light = corner_light(points[triangles], normals @ frame.axes.T, frame.axes[:, 2])
-    x, y = places[:, 0], places[:, 1]
-    # The shadow falls as seen upright, in pixels as small as samples.
-    shadow = key_shadow(
-        lattice.upright(points),
-        triangles,
-        triangle,
-        lattice.upright(places),
-        width=round(frame.width_px * lattice.scale),
-        height=round(frame.height_px * lattice.scale),
-    )
-    total = light.even.at(triangle, x, y) + light.key.at(triangle, x, y) * shadow
-    return np.clip(total, 0.0, 1.25)
 
 
 def _inks(
@@ -487,10 +349,10 @@ def _mark(
     nearness: FloatArray,
     places: FloatArray,
     marks: Marks,
-    lattice: Lattice,
+    samples: int,
 ) -> None:
     """Paint the marks that are not hidden, those farther away first."""
-    radius, near_by = marks.radius_px * lattice.scale, round(lattice.scale)
+    radius, near_by = marks.radius_px * samples, samples
     for index in np.argsort(places[:, 2], kind="stable"):
         x, y, near = places[index]
         left, top = max(int(x - radius), 0), max(int(y - radius), 0)
@@ -506,7 +368,12 @@ def _mark(
         rows, columns = np.ogrid[top : top + area.shape[0], left : left + area.shape[1]]
         away = np.hypot(columns + 0.5 - x, rows + 0.5 - y)
         area[away <= radius] = 0.0
-        area[away <= radius - 1.2 * lattice.scale, :3] = _linear(marks.colours[index])
+        area[away <= radius - 1.2 * samples, :3] = _linear(marks.colours[index])
+
+
+def _smaller(shares: npt.NDArray[np.float32], size_px: tuple[int, int]) -> npt.NDArray[np.float32]:
+    """Return the samples of a channel averaged to pixels."""
+    return np.asarray(Image.fromarray(shares).resize(size_px, Image.Resampling.HAMMING))
 
 
 def _linear(colours: Colours) -> npt.NDArray[np.float32]:

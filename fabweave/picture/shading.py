@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
 from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
@@ -30,27 +30,15 @@ _FAR_SHARE = 0.25
 _NOWHERE = 1e6
 
 
-@frozen_value
-class Light:
-    """Light on each triangle as it would be without shadow, affine over the picture.
-
-    Parameters
-    ----------
-    even, key : Planes
-        Light from all around, and light from the key light.
-    """
-
-    even: Planes
-    key: Planes
-
-
 def key_direction() -> FloatArray:
     """Return the unit vector towards the key light as (right, up, towards the eye)."""
     return np.array(_KEY) / np.linalg.norm(_KEY)
 
 
-def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Light:
-    """Return the light that falls on triangles, which are lit on both sides.
+def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> tuple[Planes, Planes]:
+    """Return the light on triangles without shadow: from all around, and from the key light.
+
+    They are lit on both sides.
 
     Parameters
     ----------
@@ -68,7 +56,7 @@ def corner_light(corners: FloatArray, normals: FloatArray, up: FloatArray) -> Li
     key = np.clip((facing @ key_direction() + _WRAP) / (1.0 + _WRAP), 0.0, 1.0)
     sky, eye = 0.5 + 0.5 * (facing @ up), np.clip(facing[:, :, 2], 0.0, 1.0)
     side = np.where(behind, _BEHIND, 1.0)[:, None]
-    return Light(
+    return (
         planes_through(corners, side * (_EVEN + _SKY * sky + _EYE * eye)),
         planes_through(corners, side * _KEY_SHARE * key),
     )

@@ -16,7 +16,12 @@ from fabweave.picture.render import Marks, object_frame, render_scene
 from fabweave.picture.surfaces import face_normals, polygon_triangles
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import broken_pairs, broken_windows, twill_conditions
+from fabweave.weave.twill.conditions import (
+    broken_pairs,
+    broken_windows,
+    count_broken,
+    twill_conditions,
+)
 
 #: What a picture of a weave on its mesh may show.
 ViewOf: TypeAlias = Literal["twists", "faults", "seams"]
@@ -39,11 +44,8 @@ def weave_on_mesh(
     mesh: PolyMesh,
     halfedges: Halfedges,
     weave: Weave,
-    *,
-    size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
-    samples: int = 3,
-    caption: bool = True,
+    size_px: tuple[int, int] = (1000, 800),
 ) -> Image.Image:
     """Make a picture of a mesh that shows the weave on it.
 
@@ -58,14 +60,10 @@ def weave_on_mesh(
         One of these three.
     mesh, halfedges, weave
         The mesh, its connectivity, and the weave on it.
-    size_px : (int, int)
-        Width and height.
     view : View or None
         From where; None chooses.
-    samples : int
-        As for ``render_scene``.
-    caption : bool
-        Whether a line below says what is shown and how often.
+    size_px : (int, int)
+        Width and height; a line below says what is shown and how often.
 
     Returns
     -------
@@ -94,9 +92,8 @@ def weave_on_mesh(
     lines = _colours_of_sides(ends, colours, triangles)
     pixels = _middle_edge(mesh, halfedges, vertices, triangles, view, size_px)
     if what == "faults":
-        faults = broken_places(mesh, halfedges, weave)
         size = float(np.clip(_MARK_SHARE * pixels, _SMALLEST_PX, _LARGEST_PX))
-        marks = Marks(faults.points, faults.colours, size)
+        marks = Marks(*broken_places(mesh, halfedges, weave), size)
     picture = render_scene(
         vertices,
         triangles,
@@ -108,31 +105,21 @@ def weave_on_mesh(
         edge_colours=lines,
         line_px=float(np.clip(_LINE_SHARE * pixels, _THINNEST_PX, _THICKEST_PX)),
         marks=marks,
-        samples=samples,
+        samples=3,
     )
-    return (
-        contact_sheet([picture], [_caption(what, weave, halfedges, seams)]) if caption else picture
-    )
+    return contact_sheet([picture], [_caption(what, weave, halfedges, seams)])
 
 
-@frozen_value
-class Faults:
-    """Where conditions of a 2/2 twill are broken.
+def broken_places(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> tuple[FloatArray, Colours]:
+    """Find where the conditions of a 2/2 twill are broken, one place for each.
 
-    Parameters
-    ----------
+    Returns
+    -------
     points : (N, 3) float array
         The middle of an edge, of a face, or a vertex.
     colours : (N, 3) uint8 array
         By which of these three it is.
     """
-
-    points: FloatArray
-    colours: Colours
-
-
-def broken_places(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Faults:
-    """Find where the conditions of a 2/2 twill are broken, one place for each."""
     threads = weave.threads
     conditions = twill_conditions(halfedges, threads)
     first = threads.crossing_halfedge
@@ -151,7 +138,7 @@ def broken_places(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> Faults:
         [len(of_edge), len(of_face), len(of_vertex)],
         axis=0,
     )
-    return Faults(np.concatenate((of_edge, of_face, of_vertex)), kinds)
+    return np.concatenate((of_edge, of_face, of_vertex)), kinds
 
 
 @frozen_value
@@ -312,12 +299,11 @@ def _caption(what: ViewOf, weave: Weave, halfedges: Halfedges, seams: Seams | No
         ) + agree(none, "; {n} [face|faces] (orange) without a diagonal")
     if what == "faults":
         conditions = twill_conditions(halfedges, weave.threads)
-        edge = np.count_nonzero(broken_pairs(conditions.edge, weave.twist))
-        face = np.count_nonzero(broken_windows(conditions.face, weave.twist))
-        vertex = np.count_nonzero(broken_windows(conditions.vertex, weave.twist))
+        broken = count_broken(conditions, weave.twist)
         return (
-            f"{edge + face + vertex} of {conditions.count} conditions of a 2/2 twill are broken\n"
-            f"{edge} edge (orange), {face} face (green), {vertex} vertex (violet)"
+            f"{broken.total} of {conditions.count} conditions of a 2/2 twill are broken\n"
+            f"{broken.edge} edge (orange), {broken.face} face (green), "
+            f"{broken.vertex} vertex (violet)"
         )
     blue = int(np.count_nonzero(weave.twist))
     return f"{blue} edges twist counter-clockwise (blue), {len(weave.twist) - blue} clockwise (red)"

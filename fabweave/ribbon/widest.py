@@ -12,17 +12,20 @@ from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import Ribbons, following_rung, project_ribbons
 from fabweave.ribbon.rules.bends import Bends, measure_bends
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.clearance_update import measure_changed, measure_pairs
 from fabweave.ribbon.rules.remedy import is_too_stiff
-from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, pass_of_rungs
+from fabweave.ribbon.rules.rules import (
+    Measured,
+    measure_along,
+    measure_clearance,
+    pass_of_rungs,
+)
 from fabweave.ribbon.stretches import ends_of_stretches
-from fabweave.ribbon.subweave import Part, take_part
 from fabweave.ribbon.width import WidthRule, tapered
 from fabweave.stock.ribbon_limits import Limits, by_thread
 from fabweave.weave.pattern import Weave
 
-#: Lays ribbons with a factor on the width at each pass, (P,); only a part of them, if one is given.
-LayNarrowed: TypeAlias = Callable[[FloatArray, Part | None], Ribbons]
+#: Lays ribbons with a factor on the width at each pass, (P,).
+LayNarrowed: TypeAlias = Callable[[FloatArray], Ribbons]
 
 #: So much narrower is the next width tried where ribbons are too near.
 _STEP = 0.9
@@ -76,7 +79,7 @@ def narrow_ribbons(
     Parameters
     ----------
     lay : callable
-        Lays ribbons, or a part of them, with a factor on the width at each pass.
+        Lays ribbons with a factor on the width at each pass.
     weave : Weave
     limits : Limits
     most : (P,) float array, optional
@@ -92,25 +95,21 @@ def narrow_ribbons(
     >>> mesh = tetrahedron()
     >>> halfedges = build_halfedges(mesh)
     >>> weave = plain_weave(trace_threads(halfedges))
-    >>> def lay(factor, part):
-    ...     if part is None:
-    ...         return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
-    ...     factor = factor[part.passes]
-    ...     return project_ribbons(
-    ...         mesh, halfedges, part.weave, height_mm=0.005, narrowing=factor)
+    >>> def lay(factor):
+    ...     return project_ribbons(mesh, halfedges, weave, height_mm=0.005, narrowing=factor)
     >>> limits = Limits(thickness_mm=0.01, bend_mm=0.1, width_mm=0.01, twist_deg=30.0)
     >>> narrowing = narrow_ribbons(lay, weave, limits)
     >>> sorted(set(narrowing.factor.round(2).tolist())), len(narrowing.stuck)
     ([0.9], 0)
     """
     factor = top = np.ones(len(weave.threads.crossing))
-    ribbons = lay(factor, None)
+    ribbons = lay(factor)
     bends = measure_bends(ribbons)
     least = _least_factors(ribbons, limits, bends)
     if most is not None:
         following = following_rung(weave.threads.offsets, weave.threads.closed)
         factor = top = tapered(most, following)
-        ribbons = lay(factor, None)
+        ribbons = lay(factor)
         bends = measure_bends(ribbons)
     if is_too_stiff(measure_along(ribbons, limits, bends)["bend"]):
         return Narrowing(ribbons, factor, least, None)
@@ -126,9 +125,8 @@ def narrow_ribbons(
                 return Narrowing(ribbons, factor, least, (clearance, near))
             floor[weak] = np.minimum(factor[weak] / _STEP, top[weak])
             narrower = np.maximum(factor, floor)
-        changed = np.flatnonzero(narrower != factor)
-        factor, ribbons = narrower, lay(narrower, None)
-        clearance, near = measure_changed(ribbons, weave, limits, near, changed)
+        factor, ribbons = narrower, lay(narrower)
+        clearance, near = measure_clearance(ribbons, weave, limits)
 
 
 def _cleared(
@@ -143,7 +141,6 @@ def _cleared(
 
     The same array if none may be narrower now.
     """
-    part: Part | None = None
     rows = weave.threads.offsets, weave.threads.closed
     following = following_rung(*rows)
     while True:
@@ -155,9 +152,7 @@ def _cleared(
         narrower = factor.copy()
         narrower[np.unique(passes)] *= _STEP
         factor = np.maximum(tapered(narrower, following), floor)
-        if part is None:
-            part = take_part(weave, passes.ravel())
-        pairs = measure_pairs(lay(factor, part), part, limits, pairs)[1].pairs
+        pairs = measure_clearance(lay(factor), weave, limits, pairs)[1].pairs
 
 
 def _least_factors(ribbons: Ribbons, limits: Limits, bends: Bends) -> FloatArray:
@@ -230,14 +225,9 @@ def even_widths(
     length, portals
         As for :func:`widest_width`.
     """
+    share = min(rule.relative, length)
     laid = project_ribbons(
-        mesh,
-        halfedges,
-        weave,
-        height_mm=0.0,
-        length=length,
-        width=min(rule.relative, length),
-        portals=portals,
+        mesh, halfedges, weave, height_mm=0.0, length=length, width=share, portals=portals
     )
     width = ribbon_widths(laid)
     room = np.minimum(width[laid.entry], width[laid.entry + 1])

@@ -66,10 +66,27 @@ class Supplies:
         One for all threads, or several in the order of their bunches.
     sheets : tuple of SheetSize
         The stock of all, as settings hold it: sheets that are for one bunch only name it.
+    margin_mm : float
+        Least distance from the edge of a sheet.
+    rotations : str
+        How pieces may lie, as ``--rotations`` says it.
+    mirrored : bool
+        Whether whole sheets are drawn mirrored, as the inside of pieces is engraved.
     """
 
     each: tuple[Supply, ...]
     sheets: tuple[SheetSize, ...]
+    margin_mm: float = 0.0
+    rotations: str = "auto"
+    mirrored: bool = False
+
+    def as_nested(self, sheets: tuple[SheetSize, ...]) -> tuple[SheetSize, ...]:
+        """Return sheets as pieces are nested on them.
+
+        Where sheets are drawn mirrored, their outlines are mirrored before, and so lie on the bed
+        as they are.
+        """
+        return tuple(sheet.mirrored() for sheet in sheets) if self.mirrored else sheets
 
     @property
     def several(self) -> bool:

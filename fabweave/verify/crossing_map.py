@@ -1,7 +1,6 @@
 """Read the crossing map as plain values, found by id; what breaks its schema is named."""
 
 import math
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -17,8 +16,7 @@ Polygon: TypeAlias = Floats
 Ring: TypeAlias = Floats
 
 
-@dataclass(frozen=True, slots=True)
-class Strand:
+class Strand(msgspec.Struct, frozen=True):
     """One side of a crossing."""
 
     thread: int
@@ -26,8 +24,7 @@ class Strand:
     station: int
 
 
-@dataclass(frozen=True, slots=True)
-class Crossing:
+class Crossing(msgspec.Struct, frozen=True):
     """Where two strands meet."""
 
     id: int
@@ -41,8 +38,7 @@ class Crossing:
     hang: bool | None = None
 
 
-@dataclass(frozen=True)
-class Thread:
+class Thread(msgspec.Struct, frozen=True, dict=True):
     """A thread with its crossings and pieces in walking order."""
 
     id: int
@@ -62,8 +58,7 @@ class Thread:
         return places
 
 
-@dataclass(frozen=True, slots=True)
-class Hole:
+class Hole(msgspec.Struct, frozen=True):
     """A hole of a piece; the diameter is None where no station states it."""
 
     x: float
@@ -71,48 +66,32 @@ class Hole:
     diameter: float | None
 
 
-@dataclass(frozen=True, eq=False)
-class Cutout:
-    """What is stated to be cut out of a piece at a station: a round hole, or a slot by its path."""
+class Cutout(msgspec.Struct, frozen=True):
+    """What is stated to be cut out of a piece at a station: a slot by its path, or a round hole."""
 
     station: int
-    kind: Literal["hole", "slot"]
-    x: float | None = None
-    y: float | None = None
-    diameter_mm: float | None = None
+    x: float = math.nan
+    y: float = math.nan
+    diameter_mm: float = math.nan
     path: Ring | None = None
 
     def __post_init__(self) -> None:
         """Require what its kind needs."""
         if self.path is not None:
             _require_shape(self.path, 3, "the path of a slot")
-        if self.path is None if self.kind == "slot" else None in (self.x, self.y, self.diameter_mm):
-            raise ValueError(f"a {self.kind} lacks its place or size")
-
-    @property
-    def circle(self) -> tuple[float, float, float] | None:
-        """A hole's place and diameter."""
-        return (
-            None if self.kind == "slot" else (self.x or 0.0, self.y or 0.0, self.diameter_mm or 0.0)
-        )
-
-    @property
-    def ring(self) -> Ring | None:
-        """A slot's path."""
-        return self.path if self.kind == "slot" else None
+        elif not math.isfinite(self.x + self.y + self.diameter_mm):
+            raise ValueError("a hole lacks its place or size")
 
     @property
     def centre(self) -> tuple[float, float]:
         """Its middle."""
-        if self.circle is not None:
-            return self.circle[0], self.circle[1]
-        ring = np.zeros((1, 2)) if self.path is None else self.path[:, :2]
-        x, y = ((ring.min(axis=0) + ring.max(axis=0)) / 2.0).tolist()
+        if self.path is None:
+            return self.x, self.y
+        x, y = ((self.path.min(axis=0) + self.path.max(axis=0)) / 2.0)[:2].tolist()
         return x, y
 
 
-@dataclass(frozen=True, slots=True)
-class Station:
+class Station(msgspec.Struct, frozen=True):
     """A crossing as seen from one piece."""
 
     crossing: int
@@ -124,8 +103,7 @@ class Station:
     joint: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(msgspec.Struct, frozen=True):
     """A text engraved on a piece, and the box around (x, y) that it fills."""
 
     kind: str
@@ -141,17 +119,7 @@ class Label:
     hidden: bool | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Dropped:
-    """Something that is engraved nowhere for want of room."""
-
-    kind: str
-    text: str
-    station: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
+class Placement(msgspec.Struct, frozen=True):
     """Where a piece stands on its sheet."""
 
     rotation_deg: float
@@ -159,8 +127,7 @@ class Placement:
     y_mm: float
 
 
-@dataclass(frozen=True, eq=False)
-class Piece:
+class Piece(msgspec.Struct, frozen=True):
     """What is cut, in its own coordinates, and where it stands."""
 
     id: str
@@ -173,9 +140,10 @@ class Piece:
     outline: Polygon
     stations: tuple[Station, ...]
     labels: tuple[Label, ...]
-    dropped: tuple[Dropped, ...]
+    #: What is engraved nowhere for want of room.
+    dropped: tuple[dict[str, Any], ...]
     #: What is cut; without it, the outline is.
-    path: Ring = field(default_factory=lambda: np.zeros((0, 3)))
+    path: Ring = msgspec.field(default_factory=lambda: np.zeros((0, 3)))
     #: Everything that is cut out; None where the map leaves it to stations and joints.
     cutouts: tuple[Cutout, ...] | None = None
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
@@ -191,7 +159,7 @@ class Piece:
         # What is stated to be empty has another shape.
         if self.path.shape == (0, 3):
             path = np.column_stack([self.outline, np.zeros(len(self.outline))])
-            object.__setattr__(self, "path", path)
+            msgspec.structs.force_setattr(self, "path", path)
         _require_shape(self.path, 3, "the path", least=2)
 
     @property
@@ -202,7 +170,7 @@ class Piece:
     @property
     def slots(self) -> list[Floats]:
         """The cut-outs that are no circles."""
-        return [cutout.ring for cutout in self.cutouts or () if cutout.ring is not None]
+        return [cutout.path for cutout in self.cutouts or () if cutout.path is not None]
 
     def placed(self, points: Floats) -> Floats:
         """Return points of the piece where they stand on its sheet."""
@@ -219,8 +187,7 @@ class Piece:
         return np.column_stack([self.placed(ring[:, :2]), sense * ring[:, 2]])
 
 
-@dataclass(frozen=True, slots=True)
-class Spare:
+class Spare(msgspec.Struct, frozen=True):
     """What is cut besides: a copy of a piece, with its own name, place and labels."""
 
     id: str
@@ -228,11 +195,11 @@ class Spare:
     sheet: int
     placement: Placement
     labels: tuple[Label, ...]
-    dropped: tuple[Dropped, ...]
+    #: What is engraved nowhere for want of room.
+    dropped: tuple[dict[str, Any], ...]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Joint:
+class Joint(msgspec.Struct, frozen=True):
     """Where two pieces meet; ``holes`` is (n, 2, 2), for each hole its place in both pieces.
 
     What the map does not state is None; a lap is then as long as its crossing panel.
@@ -252,11 +219,10 @@ class Joint:
         if self.holes.size and self.holes.shape[1:] != (2, 2):
             raise ValueError("holes are not pairs of points")
         if not self.holes.size:
-            object.__setattr__(self, "holes", np.zeros((0, 2, 2)))
+            msgspec.structs.force_setattr(self, "holes", np.zeros((0, 2, 2)))
 
 
-@dataclass(frozen=True, eq=False)
-class Rest:
+class Rest(msgspec.Struct, frozen=True):
     """What is kept of a sheet."""
 
     name: str
@@ -267,11 +233,10 @@ class Rest:
         _require_shape(self.outline, 2, "the outline")
 
 
-@dataclass(frozen=True, eq=False)
-class Sheet:
+class Sheet(msgspec.Struct, frozen=True):
     """A sheet that is cut."""
 
-    sheet: int
+    number: int = msgspec.field(name="sheet")
     name: str
     width_mm: float
     height_mm: float
@@ -279,7 +244,6 @@ class Sheet:
     #: What it is called in the stock; empty if it is of a size alone.
     stock: str
     offcut: bool
-    price: float | None
     grain_deg: float | None
     outline: Polygon
     defects: tuple[Polygon, ...]
@@ -293,42 +257,16 @@ class Sheet:
         for ring in (self.outline, *self.defects):
             _require_shape(ring, 2, "an outline or a defect")
 
-    @property
-    def number(self) -> int:
-        """Its number, from 1."""
-        return self.sheet
 
-
-@dataclass(frozen=True, slots=True)
-class LayerColour:
-    """What lines on a layer look like: their exact colour, and its AutoCAD index."""
-
-    layer: str
-    colour: str
-    aci: int
-
-
-@dataclass(frozen=True)
-class Cut:
+class Cut(msgspec.Struct, frozen=True):
     """What the map says of the drawings."""
 
     profile: str
-    preset: str
-    dxf: str
-    svg_units: str
-    hairline_mm: float
-    layers: tuple[LayerColour, ...]
     #: What was to be engraved; empty in maps that do not say.
     labels: str = ""
 
-    @cached_property
-    def colours(self) -> dict[str, tuple[str, int]]:
-        """The colours of each layer, with their AutoCAD indices."""
-        return {one.layer: (one.colour, one.aci) for one in self.layers}
 
-
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(msgspec.Struct, frozen=True):
     """A step of the assembly; crossings and joints are ids."""
 
     step: int
@@ -343,8 +281,7 @@ class Step:
     ring: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Weave:
+class Weave(msgspec.Struct, frozen=True):
     """What the map claims of the weave."""
 
     pattern: str
@@ -357,8 +294,7 @@ class Weave:
     rotations: int | None = None
 
 
-@dataclass(frozen=True)
-class Rotations:
+class Rotations(msgspec.Struct, frozen=True):
     """The angles that pieces may have: multiples of the step from the grain on; None for any."""
 
     step_deg: float | None
@@ -367,8 +303,7 @@ class Rotations:
     from_grain_deg: float = 0.0
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(msgspec.Struct, frozen=True):
     """How pieces may lie on sheets."""
 
     margin_mm: float
@@ -376,8 +311,7 @@ class Layout:
     rotations: Rotations
 
 
-@dataclass(frozen=True)
-class CrossingMap:
+class CrossingMap(msgspec.Struct, frozen=True, dict=True):
     """The whole plan; lists keep the file's order, and lookups find by id."""
 
     schema: Literal["fabweave.crossing-map/1"]
@@ -396,8 +330,10 @@ class CrossingMap:
     def __post_init__(self) -> None:
         """Tell the pieces of mirrored sheets that they are drawn from the other side."""
         mirrors = {sheet.number: sheet.width_mm for sheet in self.sheets if sheet.mirrored}
-        pieces = tuple(replace(one, mirror_mm=mirrors.get(one.sheet)) for one in self.pieces)
-        object.__setattr__(self, "pieces", pieces if mirrors else self.pieces)
+        pieces = tuple(
+            msgspec.structs.replace(one, mirror_mm=mirrors.get(one.sheet)) for one in self.pieces
+        )
+        msgspec.structs.force_setattr(self, "pieces", pieces if mirrors else self.pieces)
         for spare in self.spares:
             if spare.of not in self.piece:
                 raise ValueError(f"{spare.id} is a spare of {spare.of!r}, which is no piece")
@@ -437,7 +373,7 @@ class CrossingMap:
         """All that is cut: the pieces, then the spares."""
         mirrors = {sheet.number: sheet.width_mm for sheet in self.sheets if sheet.mirrored}
         spares = (
-            replace(
+            msgspec.structs.replace(
                 self.piece[spare.of],
                 id=spare.id,
                 sheet=spare.sheet,
@@ -480,7 +416,7 @@ class CrossingMap:
     def _holes(self, piece: Piece) -> list[Hole]:
         """Return the holes of one piece."""
         if piece.cutouts is not None:
-            return [Hole(*cutout.circle) for cutout in piece.cutouts if cutout.circle is not None]
+            return [Hole(c.x, c.y, c.diameter_mm) for c in piece.cutouts if c.path is None]
         holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
         for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
             joint = self.joint.get(joint_id) if joint_id is not None else None

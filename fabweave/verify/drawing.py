@@ -1,18 +1,100 @@
 """Hold what is read from a sheet's drawing, the same for DXF and SVG."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.verify.measure import arcs
-from fabweave.verify.measure.arcs import along, arc_lengths
+Floats: TypeAlias = npt.NDArray[np.float64]
+Ints: TypeAlias = npt.NDArray[np.int64]
 
-Floats: TypeAlias = arcs.Floats
-Ints: TypeAlias = arcs.Ints
+#: Where arcs are looked at as runs of chords, those stand off by this.
+CHORDS_MM = 5e-4
+#: A side of a lesser bulge is straight, to all digits that floats have.
+_STRAIGHT = 1e-9
+#: An arc that needs more chords is wider than any sheet.
+_MOST_CHORDS = 20_000.0
+
+
+def chords_of(points: Floats) -> Floats:
+    """Return the vector from each point to the next, from the last to the first."""
+    return np.concatenate([points[1:], points[:1]]) - points
+
+
+def ring_area(ring: Floats) -> float:
+    """Return the area in a closed run of points and bulges, positive if counter-clockwise.
+
+    Examples
+    --------
+    >>> round(ring_area(np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0]])), 6)
+    3.141593
+    """
+    points, bulges = ring[:, :2], ring[:, 2]
+    x, y = (points - points[0]).T
+    straight = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0
+    chords = np.hypot(*chords_of(points).T)
+    bent = np.abs(bulges) > _STRAIGHT
+    turn = 4.0 * np.arctan(np.abs(bulges[bent]))
+    radius = chords[bent] / (2.0 * np.sin(turn / 2.0))
+    # A thin segment's area is two thirds of chord and height; the exact formula loses digits.
+    height = np.abs(bulges[bent]) * chords[bent] / 2.0
+    caps = np.where(
+        turn < 1e-2,
+        2.0 / 3.0 * chords[bent] * height * (1.0 + turn**2 / 80.0),
+        radius**2 / 2.0 * (turn - np.sin(turn)),
+    )
+    return float(straight + np.sum(np.sign(bulges[bent]) * caps))
+
+
+def along(points: Floats, bulges: Floats) -> tuple[Floats, Ints]:
+    """Return points along sides from each point to the next, and the point each comes after.
+
+    The last point ends the run, whatever its bulge. Arcs become chords within ``CHORDS_MM``.
+
+    Examples
+    --------
+    >>> dense, _ = along(np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([1.0, 0.0]))
+    >>> dense[:, 1].min().round(3), dense[-1].tolist()
+    (np.float64(-1.0), [2.0, 0.0])
+    """
+    place = points[:, 0] + 1j * points[:, 1]
+    goal = np.append(place[1:], place[-1:])
+    # What leaves its chord by less than that is straight.
+    bent = np.abs(bulges) * np.abs(goal - place) > CHORDS_MM / 100.0
+    bent[-1:] = False
+    bulge = np.where(bent, bulges, 1.0)
+    turn = 4.0 * np.arctan(bulge)
+    centre = (place + goal) / 2.0 + 1j * (goal - place) * (1.0 - bulge**2) / (4.0 * bulge)
+    radius = np.maximum(np.abs(place - centre), 1e-9)
+    widest = 2.0 * np.arccos(np.maximum(1.0 - CHORDS_MM / radius, 0.0))
+    steps = np.minimum(np.ceil(np.abs(turn) / widest), _MOST_CHORDS)
+    counts = np.where(bent, steps, 1.0).astype(np.int64)
+    after = np.repeat(np.arange(len(points)), counts)
+    share = (np.arange(len(after)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[after]
+    result = place[after]
+    curved = bent[after] & (share > 0.0)
+    side = after[curved]
+    result[curved] = centre[side] + (place[side] - centre[side]) * np.exp(
+        1j * share[curved] * turn[side]
+    )
+    return np.column_stack([result.real, result.imag]), after
+
+
+def ring_points(ring: Floats) -> Floats:
+    """Return points along a closed run of points and bulges; the first is there again at its end.
+
+    Examples
+    --------
+    >>> ring_points(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]]))[-1].tolist()
+    [0.0, 0.0]
+    """
+    closed = np.concatenate([ring, ring[:1]])
+    return along(closed[:, :2], closed[:, 2])[0]
+
+
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 ENGRAVE_LAYERS = ("ENGRAVE_LABEL", "ENGRAVE_MARK")
@@ -24,14 +106,6 @@ LAYERS = (*ENGRAVE_LAYERS, HOLES, OUTLINES, NOTES)
 
 class ReadError(ValueError):
     """Say what is wrong with a file."""
-
-
-class Look(NamedTuple):
-    """How lines look: exact colour (``"#FF0000"``), AutoCAD colour index, width in millimetres."""
-
-    colour: str | None = None
-    aci: int | None = None
-    width_mm: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +141,7 @@ class Drawing:
 
     Shapes are held as columns, since a sheet has many thousands. Points and bulges of shape ``k``
     are those from ``start[k]`` to ``start[k + 1]``; there is at least one point. The radius of
-    what is no circle is NaN. ``looks`` are those that occur on each layer, ``version`` is that of
-    a DXF file, and ``unit_mm`` what a coordinate of an SVG file counts.
+    what is no circle is NaN.
     """
 
     layer: Sequence[str]
@@ -79,13 +152,10 @@ class Drawing:
     start: Ints
     closed: Flags
     radius: Floats
-    layers: tuple[str, ...]
-    width_mm: float | None
-    height_mm: float | None
     problems: tuple[str, ...]
-    looks: Mapping[str, frozenset[Look]] = field(default_factory=dict)
-    version: str | None = None
-    unit_mm: float | None = None
+    layers: tuple[str, ...] = ()
+    width_mm: float | None = None
+    height_mm: float | None = None
 
     @cached_property
     def groups(self) -> dict[tuple[str, str | None], Ints]:
@@ -103,18 +173,6 @@ class Drawing:
     def sizes(self) -> Ints:
         """The number of points of each shape."""
         return np.diff(self.start)
-
-    @cached_property
-    def lengths(self) -> Floats:
-        """The length of each shape."""
-        owner = np.repeat(np.arange(len(self.sizes)), self.sizes)
-        following = np.arange(1, len(owner) + 1)
-        last = self.start[1:] - 1
-        # The last point of an open run leads nowhere.
-        following[last] = np.where(self.closed, self.start[:-1], last)
-        chords = np.hypot(*(self.points[following] - self.points).T)
-        sums = np.bincount(owner, arc_lengths(chords, self.bulges), len(self.sizes))
-        return np.where(np.isnan(self.radius), sums, 2.0 * np.pi * self.radius)
 
     @property
     def shapes(self) -> tuple[Shape, ...]:

@@ -9,34 +9,31 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.checks.model.bends import check_bends
-from fabweave.verify.checks.model.clearance import check_clearance
-from fabweave.verify.checks.model.grain import check_grain
-from fabweave.verify.checks.model.space import check_space
-from fabweave.verify.checks.model.unfolding import check_unfolding
-from fabweave.verify.checks.plan.fastening import check_fastening
-from fabweave.verify.checks.plan.joints import check_joints
-from fabweave.verify.checks.plan.kinds import check_kinds
-from fabweave.verify.checks.plan.materials import check_materials
-from fabweave.verify.checks.plan.pieces import check_crossing_holes, check_piece_order, check_simple
-from fabweave.verify.checks.plan.references import check_references
-from fabweave.verify.checks.plan.source import check_source
-from fabweave.verify.checks.plan.steps import check_steps
-from fabweave.verify.checks.plan.weave import check_over_under, check_pattern, check_walks
-from fabweave.verify.checks.sheets.cut_order import check_order
-from fabweave.verify.checks.sheets.drawings import check_dxf, check_lines, check_svg
-from fabweave.verify.checks.sheets.kerfed_sheets import check_ready
-from fabweave.verify.checks.sheets.labels import check_labels
-from fabweave.verify.checks.sheets.looks import check_looks
-from fabweave.verify.checks.sheets.rim import check_rim
-from fabweave.verify.checks.sheets.service import check_service
-from fabweave.verify.checks.sheets.spacing import check_sheets
-from fabweave.verify.checks.sheets.stock import check_offcuts, check_stock
+from fabweave.verify.check.drawings import check_dxf, check_lines, check_order, check_svg
+from fabweave.verify.check.fastening import check_fastening
+from fabweave.verify.check.joints import check_joints
+from fabweave.verify.check.kerf import check_ready
+from fabweave.verify.check.labels import check_labels
+from fabweave.verify.check.pieces import (
+    check_crossing_holes,
+    check_kinds,
+    check_piece_order,
+    check_simple,
+)
+from fabweave.verify.check.references import check_references
+from fabweave.verify.check.ribbons import check_bends, check_clearance, check_grain
+from fabweave.verify.check.rim import check_rim
+from fabweave.verify.check.service import check_service
+from fabweave.verify.check.sheets import check_materials, check_offcuts, check_sheets, check_stock
+from fabweave.verify.check.source import check_source
+from fabweave.verify.check.space import check_space
+from fabweave.verify.check.steps import check_steps
+from fabweave.verify.check.unfolding import check_unfolding
+from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.content import read_text
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.report import VerifyReport
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally, VerifyReport
 
 #: The list of a job's files; it does not list itself, nor what the proof itself writes last.
 SEAL, PROOF = "contents.json", "verify.json"
@@ -79,7 +76,6 @@ _TASKS = (
     _Task("outlines-dxf", ("map",), check_dxf),
     _Task("outlines-svg", ("map",), check_svg),
     _Task("lines", ("map",), check_lines),
-    _Task("looks", ("map",), check_looks),
     _Task("cut", ("map",), check_ready),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
@@ -114,21 +110,29 @@ def verify_job(directory: Path) -> VerifyReport:
     >>> report.ok, report.checks[0].name, report.checks[0].findings[0]
     (False, 'seal', 'contents.json is missing')
     """
-    directory = Path(directory)
+    return sealed(prove_plan(Path(directory)), Path(directory))
+
+
+def prove_plan(directory: Path) -> VerifyReport:
+    """Prove what is cut, the model and the plan, whatever other files there are yet."""
     results, tally = [], Tally("files")
     try:
         job = load_job(directory, tally)
     except Exception as error:  # whatever the folder holds, this is a finding
         tally.unfinished("the folder cannot be read to its end", error)
         job = Job()
-    seal = Tally("seal")
-    check_seal(directory, seal)
-    results.append(seal.result())
     for task in _TASKS:
         tally = tally if task is _TASKS[0] else Tally(task.name)
         _run(task, job, tally)
         results.append(tally.result())
     return VerifyReport(tuple(results))
+
+
+def sealed(proof: VerifyReport, directory: Path) -> VerifyReport:
+    """Return a proof together with the seal on all files of the folder."""
+    seal = Tally("seal")
+    check_seal(directory, seal)
+    return VerifyReport((seal.result(), *proof.checks))
 
 
 def _run(task: _Task, job: Job, tally: Tally) -> None:

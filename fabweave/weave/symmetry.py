@@ -5,9 +5,9 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.symmetry.group import Symmetry, orbits
-from fabweave.mesh.symmetry.search import EXACT, find_symmetry
+from fabweave.mesh.symmetry import EXACT, Symmetry, find_symmetry, orbits
 from fabweave.weave.pattern import Weave
+from fabweave.weave.threads import crossing_of_halfedges
 
 #: Where a mesh has no exact symmetry, one to within this share of its size is looked for: 0.03 mm
 #: of 300 mm, about as near as pieces of one kind are.
@@ -80,10 +80,6 @@ class WeaveSymmetry:
         first = self.weave.threads.crossing_halfedge
         return orbits(self.crossing[generators[:, first]], len(first))
 
-    def stabiliser(self, thread: int) -> IntArray:
-        """Return the motions that map a thread onto itself, the identity among them."""
-        return np.flatnonzero(self.thread_images(np.array([thread]))[:, 0] == thread)
-
 
 def nearest_symmetry(mesh: PolyMesh, halfedges: Halfedges) -> Symmetry:
     """Find the motions that map a mesh onto itself: exactly, or else nearly.
@@ -139,9 +135,7 @@ def find_weave_symmetry(
     (24, 0, [0, 0, 0, 0])
     """
     threads = weave.threads
-    of_edge = np.full(halfedges.n_edges, -1, dtype=np.int64)
-    of_edge[halfedges.edge[threads.crossing_halfedge]] = np.arange(threads.n_crossings)
-    crossing = of_edge[halfedges.edge]
+    crossing = crossing_of_halfedges(halfedges, threads.crossing_halfedge)
     handed = np.where(crossing >= 0, np.append(np.where(weave.twist, 1, -1), 0)[crossing], 0)
     group = find_symmetry(
         mesh, halfedges, handed=handed, tolerance=tolerance, reflections=reflections

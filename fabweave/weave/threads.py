@@ -1,12 +1,101 @@
 """Trace the threads of a mesh: the straight-ahead walks of its medial graph."""
 
 from dataclasses import field
+from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.weave.cycles import order_states
+
+
+def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, BoolArray]:
+    """Return one direction of every walk of a permutation that holds each walk in both.
+
+    State ``s`` and state ``s + count`` (modulo ``2 count``) are the same place passed the two
+    ways, so the reverse of a walk visits the partners of its states in reverse order. Of the two,
+    the walk that holds the smallest state is kept.
+
+    Parameters
+    ----------
+    successor : (2 N,) int array
+        The state that follows each state; -1 where the walk ends. Injective apart from the -1.
+    count : int
+        The number of places, N.
+
+    Returns
+    -------
+    states : (K,) int array
+        The states of the kept walks, walk after walk, in walking order.
+    walk : (K,) int array
+        The walk of each of them, 0 upwards in the order of the first states.
+    closed : (W,) bool array
+        Whether each walk is a cycle; one that is not begins at the state that nothing precedes.
+
+    Examples
+    --------
+    Two places, joined in a ring:
+
+    >>> import numpy as np
+    >>> states, walk, closed = order_states(np.array([1, 0, 3, 2]), 2)
+    >>> states.tolist(), walk.tolist(), closed.tolist()
+    ([0, 1], [0, 0], [True])
+    """
+    n_states = len(successor)
+    states = np.arange(n_states, dtype=np.int32)
+    goes_on = successor >= 0
+    links = sparse.csr_array(
+        (
+            np.ones(np.count_nonzero(goes_on), dtype=np.int8),
+            successor[goes_on].astype(np.int32),
+            np.concatenate(([0], np.cumsum(goes_on))).astype(np.int32),
+        ),
+        shape=(n_states, n_states),
+    )
+    n_walks, walk = csgraph.connected_components(links, directed=True, connection="weak")
+    smallest = np.empty(n_walks, dtype=np.int64)
+    smallest[walk[::-1]] = states[::-1]  # the last write wins, which is the smallest state
+    # The same corner passed the other way lies in the reverse of the walk.
+    reverse_walk = walk[(smallest + count) % n_states]
+    kept = smallest < smallest[reverse_walk]
+    has_predecessor = np.zeros(n_states, dtype=bool)
+    has_predecessor[successor[goes_on]] = True
+    starts = np.flatnonzero(~has_predecessor)
+    first = smallest.copy()
+    first[walk[starts]] = starts
+    closed = np.ones(n_walks, dtype=bool)
+    closed[walk[starts]] = False
+
+    first, closed = first[kept], closed[kept]
+    by_first = np.argsort(first, kind="stable")
+    first, closed = first[by_first], closed[by_first]
+    new_number = np.full(n_walks, -1, dtype=np.int32)
+    new_number[walk[first]] = np.arange(len(first))
+    ordered = _breadth_first(links, first)
+    number = new_number[walk[ordered]]
+    by_thread = np.argsort(number, kind="stable")
+    return ordered[by_thread].astype(np.int64), number[by_thread].astype(np.int64), closed
+
+
+def _breadth_first(links: sparse.csr_array, first: IntArray) -> IntArray:
+    """Return the states reached from ``first``, all walks side by side, step after step.
+
+    One breadth-first search from an extra root linked to every first state visits each walk in
+    its own order; a stable sort by walk then puts every walk together.
+    """
+    n_states = links.shape[0]
+    indptr = np.concatenate((links.indptr, [links.indptr[-1] + len(first)])).astype(np.int32)
+    indices = np.concatenate((links.indices, first)).astype(np.int32)
+    rooted = sparse.csr_array(
+        (np.ones(len(indices), dtype=np.int8), indices, indptr),
+        shape=(n_states + 1, n_states + 1),
+    )
+    reached = csgraph.breadth_first_order(
+        rooted, n_states, directed=True, return_predecessors=False
+    )
+    return np.asarray(reached[1:])
 
 
 class PassesByThread:
@@ -83,17 +172,28 @@ class Threads(PassesByThread):
         return ~self.forward[self.turn_pass]
 
 
-def corner_successor(halfedges: Halfedges, *, turn: bool = False) -> IntArray:
+def corner_successor(
+    halfedges: Halfedges, *, turn: bool = False, swaps: BoolArray | None = None
+) -> IntArray:
     """Return the straight-ahead successor of every directed corner.
 
     State ``h`` passes the corner between ``edge(h)`` and ``edge(next(h))`` forward, state
-    ``H + h`` passes it backward. A forward pass goes on across ``edge(next(h))``, a backward pass
-    across ``edge(h)``; both swap direction, as every edge is twisted.
+    ``H + h`` passes it backward. A forward pass goes on along ``edge(next(h))``, a backward pass
+    along ``edge(h)``. An edge that is twisted swaps its strands: the thread goes on in the other
+    face and in the other direction. One that is not keeps side and direction.
 
-    A boundary edge has no other side. There the thread ends or, with ``turn``, goes on into the
-    other corner at that edge in the same face, without swapping: in the medial graph the node of
-    a boundary edge joins its two corner arcs. The successor is then a permutation, so every
-    thread is closed.
+    A boundary edge has no other side. There the thread ends or, with ``turn``, runs along it into
+    the other corner at that edge in the same face: in the medial graph the node of a boundary edge
+    joins its two corner arcs. The successor is then a permutation, so every thread is closed.
+
+    Parameters
+    ----------
+    halfedges : Halfedges
+        Connectivity of an oriented manifold mesh.
+    turn : bool
+        Whether threads turn back at boundary edges; otherwise they end there.
+    swaps : (H,) bool array, optional
+        Whether the edge of each half-edge swaps its strands; by default each interior one does.
 
     Returns
     -------
@@ -106,16 +206,38 @@ def corner_successor(halfedges: Halfedges, *, turn: bool = False) -> IntArray:
     rotation systems", ACM TOG 28(3), 2009: face tracing of an extended rotation system.
     """
     count = halfedges.n_halfedges
-    across_next = halfedges.twin[halfedges.next]
-    forward = np.where(
-        across_next >= 0,
-        halfedges.prev[across_next] + count,
-        halfedges.next if turn else -1,
-    )
-    backward = halfedges.twin
-    if turn:
-        backward = np.where(backward >= 0, backward, halfedges.prev + count)
-    return np.concatenate((forward, backward))
+    inner = halfedges.twin >= 0
+    swaps = inner if swaps is None else swaps
+    # Along each half-edge from its tail on the left, and from its head on the right.
+    onwards = np.where(swaps, halfedges.prev[halfedges.twin] + count, np.arange(count))
+    back = np.where(swaps, halfedges.twin, halfedges.prev + count)
+    if not turn:
+        onwards, back = np.where(inner, onwards, -1), np.where(inner, back, -1)
+    return np.concatenate((onwards[halfedges.next], back))
+
+
+class Walks(NamedTuple):
+    """What threads pass: edges with their direction, one after the other, and whose they are.
+
+    ``halfedge`` is the half-edge of each edge in the face that the thread comes from, ``backward``
+    whether it comes from the half-edge's head, ``thread`` the thread, all (K,); ``closed`` (T,)
+    says which threads are rings.
+    """
+
+    halfedge: IntArray
+    backward: BoolArray
+    thread: IntArray
+    closed: BoolArray
+
+
+def walk_corners(halfedges: Halfedges, successor: IntArray) -> Walks:
+    """Return the walks of a successor of directed corners, each in one direction."""
+    count = halfedges.n_halfedges
+    states, thread, closed = order_states(successor, count)
+    backward = states >= count
+    corner = np.where(backward, states - count, states)
+    # A forward pass of a corner arrives at edge(next) from its tail, a backward one at edge(h).
+    return Walks(np.where(backward, corner, halfedges.next[corner]), backward, thread, closed)
 
 
 def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
@@ -156,18 +278,12 @@ def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
     >>> mat.lengths.tolist(), mat.closed.tolist(), len(mat.turn_pass)
     ([14], [True], 10)
     """
-    count = halfedges.n_halfedges
-    states, thread, closed = order_states(corner_successor(halfedges, turn=turn), count)
-
-    backward = states >= count
-    corner = np.where(backward, states - count, states)
-    # A forward pass of a corner arrives at edge(next) from its tail, a backward one at edge(h).
-    arrival = np.where(backward, corner, halfedges.next[corner])
+    arrival, backward, thread, closed = walk_corners(
+        halfedges, corner_successor(halfedges, turn=turn)
+    )
     crosses = halfedges.twin[arrival] >= 0
     lengths = np.bincount(thread[crosses], minlength=len(closed))
     interior = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
-    crossing_of_edge = np.full(halfedges.n_edges, -1, dtype=np.int64)
-    crossing_of_edge[halfedges.edge[interior]] = np.arange(len(interior))
     offsets = offsets_of(lengths)
     none = np.zeros(0, dtype=np.int64)
     turn_pass, turn_state = _place_turns(offsets, thread, crosses) if turn else (none, none)
@@ -175,7 +291,7 @@ def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
     arrival = arrival[crosses]
     return Threads(
         offsets=offsets,
-        crossing=crossing_of_edge[halfedges.edge[arrival]],
+        crossing=crossing_of_halfedges(halfedges, interior)[arrival],
         halfedge=arrival,
         forward=~backward[crosses],
         closed=closed,
@@ -183,6 +299,13 @@ def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
         turn_pass=turn_pass,
         turn_halfedge=turn_halfedge,
     )
+
+
+def crossing_of_halfedges(halfedges: Halfedges, crossing_halfedge: IntArray) -> IntArray:
+    """Return the crossing of each half-edge's edge, (H,); -1 on the boundary."""
+    crossing = np.full(halfedges.n_edges, -1, dtype=np.int64)
+    crossing[halfedges.edge[crossing_halfedge]] = np.arange(len(crossing_halfedge))
+    return crossing[halfedges.edge]
 
 
 def _place_turns(
@@ -199,3 +322,25 @@ def _place_turns(
     before = np.where(wraps, offsets[ring + 1] - 1, before)
     order = np.lexsort((wraps, before))
     return before[order], state[order]
+
+
+#: No I, O or Q: engraved, they pass for 1 and 0.
+ALPHABET = "ABCDEFGHJKLMNPRSTUVWXYZ"
+
+
+def thread_labels(count: int) -> tuple[str, ...]:
+    """Return distinct labels A … Z, AA, AB … for the given number of threads.
+
+    Examples
+    --------
+    >>> thread_labels(25)[-3:]
+    ('Z', 'AA', 'AB')
+    """
+    labels = []
+    for number in range(count):
+        text, rest = "", number + 1
+        while rest:
+            rest, digit = divmod(rest - 1, len(ALPHABET))
+            text = ALPHABET[digit] + text
+        labels.append(text)
+    return tuple(labels)

@@ -10,56 +10,112 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
-from fabweave.mesh.subdivide.loop import mid_edge_twist
-from fabweave.weave.fabric.fabrics import weave_fabric
-from fabweave.weave.fabric.repeat import parse_fabric
+from fabweave.mesh.subdivide.primal import mid_edge_twist
+from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import count_broken, twill_conditions
-from fabweave.weave.twill.tied import Tie
-from fabweave.weave.twill.weaving import Kept, Twill, weave_twill
-from fabweave.weave.twill.weights import EQUAL, parse_weights
+from fabweave.weave.twill.conditions import EQUAL, count_broken, parse_weights, twill_conditions
+from fabweave.weave.twill.weaving import Kept, Tie, Twill, weave_twill
 
-_TRIANGLE, _HEXAGON = 3, 6
-_SIDES = {4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+#: The first line of a list of twists.
+HEAD = "v0,v1,half_twists"
 
 
-@frozen_value
-class Kagome:
-    """The openings of a kagome basket: small ones of three sides, and large ones between them.
+def twists_text(halfedges: Halfedges, weave: Weave) -> str:
+    """Return the twist of each crossing's edge as a list, in the order of crossings.
+
+    A line names an edge by its vertices, counted from 0 as in ``woven_mesh.obj``, and how many half
+    turns it is twisted by: 1 counter-clockwise, which takes the strand from lower left to upper
+    right over the other one, and -1 clockwise.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.solids import tetrahedron
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(tetrahedron())
+    >>> twists_text(halfedges, plain_weave(trace_threads(halfedges))).split()[:3]
+    ['v0,v1,half_twists', '0,1,1', '1,2,1']
+    """
+    first = weave.threads.crossing_halfedge
+    turns = np.where(weave.twist, 1, -1)
+    rows = np.column_stack([halfedges.tail[first], halfedges.head[first], turns]).tolist()
+    return "\n".join([HEAD, *(f"{a},{b},{turn}" for a, b, turn in rows)]) + "\n"
+
+
+def read_twists(content: bytes, halfedges: Halfedges, threads: Threads) -> BoolArray:
+    """Read which way the edge of each crossing is twisted, (X,): true is counter-clockwise.
+
+    Edges that the list does not name are twisted counter-clockwise, as in plain weave.
 
     Parameters
     ----------
-    small : int
-        How many have three sides.
-    large : dict from int to int
-        How many of the others have so many sides, by sides. Where it has six, the basket is flat;
-        with fewer it bulges, with more it is a saddle.
+    content : bytes
+        As :func:`twists_text` writes it; the order and the first line do not matter.
+    halfedges, threads
+        The mesh that is woven, and its threads.
+
+    Raises
+    ------
+    InputError
+        If a line is no edge, names none of the mesh, or one for the second time.
+    CannotMakeError
+        If an edge is not twisted by one half turn either way.
     """
-
-    small: int
-    large: dict[int, int]
-
-    @property
-    def text(self) -> str:
-        """The openings in words."""
-        several = sum(self.large.values())
-        kinds = ", ".join(
-            f"{count} of {_SIDES.get(sides, sides)} sides"
-            for sides, count in sorted(self.large.items(), key=lambda item: -item[1])
+    first = threads.crossing_halfedge
+    ends = np.sort(np.column_stack([halfedges.tail[first], halfedges.head[first]]), axis=1)
+    number = {(a, b): at for at, (a, b) in enumerate(ends.tolist())}
+    found: dict[int, int] = {}
+    for line, text in enumerate(content.decode("utf-8", errors="replace").splitlines(), start=1):
+        if not text.strip() or (line == 1 and text.replace(" ", "") == HEAD):
+            continue
+        try:
+            a, b, turns = (int(word) for word in text.split(","))
+        except ValueError:
+            raise InputError(
+                f"line {line} of the list of twists is {text[:40]!r}, but should name two vertices "
+                "and a number of half turns, such as 0,1,-1"
+            ) from None
+        at = number.get((min(a, b), max(a, b)))
+        if at is None or at in found:
+            why = "which is no crossing of the mesh" if at is None else "which it has named before"
+            raise InputError(
+                f"line {line} of the list of twists names the edge {a}-{b}, {why}; vertices are "
+                "counted from 0 as in woven_mesh.obj, after all that is done to the mesh"
+            )
+        found[at] = turns
+    other = [at for at, turns in found.items() if abs(turns) != 1]
+    if other:
+        a, b = ends[other[0]].tolist()
+        raise CannotMakeError(
+            agree(len(other), "{n} edge[ is|s are]")
+            + f" not twisted by one half turn (edge {a}-{b}: {found[other[0]]}). Strands that turn "
+            "around one another more than once, or not at all, have no crossing that could be cut "
+            "and laid flat; write 1 or -1"
         )
-        large = f", and {agree(several, '{n} large one[|s]')} ({kinds})" if several else ""
-        return (
-            f"kagome: plain weave on triangles; {agree(self.small, '{n} small opening[|s]')}{large}"
-        )
+    twist = np.ones(threads.n_crossings, dtype=bool)
+    twist[list(found)] = np.array(list(found.values()), dtype=np.int64) > 0
+    return twist
 
 
-def kagome_of(halfedges: Halfedges) -> Kagome | None:
-    """Return the openings of plain weave on a mesh that makes it a kagome basket; else None.
+def twisted_weave(halfedges: Halfedges, threads: Threads, twist: BoolArray) -> Weave:
+    """Weave a mesh as its edges are twisted; the conditions of a 2/2 twill that it breaks count."""
+    broken = count_broken(twill_conditions(halfedges, threads), twist)
+    return Weave(threads, "twists", twist, over_of_passes(threads, twist), broken)
+
+
+_TRIANGLE = 3
+_SIDES = {4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
+
+
+def kagome_note(halfedges: Halfedges) -> str | None:
+    """Say which openings plain weave has on a mesh that makes it a kagome basket; else None.
 
     Plain weave has an opening at each vertex and in each face, with as many sides as strands go by.
     It is the basket where all faces are triangles, or where three edges meet at all vertices: then
-    every crossing lies between two openings of three sides and two others.
+    every crossing lies between two openings of three sides and two others. Where these have six,
+    the basket is flat; with fewer it bulges, with more it is a saddle.
 
     Parameters
     ----------
@@ -69,17 +125,22 @@ def kagome_of(halfedges: Halfedges) -> Kagome | None:
     --------
     >>> from fabweave.mesh.halfedge import build_halfedges
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
-    >>> for shape in ("icosahedron", "dodecahedron", "cube"):
-    ...     print(kagome_of(build_halfedges(parse_shape(f"shape:{shape}"))))
-    Kagome(small=20, large={5: 12})
-    Kagome(small=20, large={5: 12})
-    Kagome(small=8, large={4: 6})
+    >>> for shape in ("icosahedron", "cube"):
+    ...     print(kagome_note(build_halfedges(parse_shape(f"shape:{shape}"))))
+    kagome: plain weave on triangles; 20 small openings, and 12 large ones (12 of five sides)
+    kagome: plain weave on triangles; 8 small openings, and 6 large ones (6 of four sides)
     """
     faces = np.bincount(halfedges.face)
     _, vertices = interior_valences(halfedges)
     for small, large in ((faces, vertices), (vertices, faces)):
         if len(small) and (small == _TRIANGLE).all():
-            return Kagome(len(small), dict(sorted(Counter(large.tolist()).items())))
+            kinds = ", ".join(
+                f"{count} of {_SIDES.get(sides, sides)} sides"
+                for sides, count in sorted(Counter(large.tolist()).items(), reverse=True)
+            )
+            several = agree(len(large), f", and {{n}} large one[|s] ({kinds})") if kinds else ""
+            text = agree(len(small), "{n} small opening[|s]")
+            return f"kagome: plain weave on triangles; {text}{several}"
     return None
 
 
@@ -190,13 +251,13 @@ def weave_pattern(
         what obstructs it.
     """
     if pattern in ("plain", "kagome"):
-        basket = kagome_of(halfedges)
+        basket = kagome_note(halfedges)
         if pattern == "kagome" and basket is None:
             raise CannotMakeError(
                 "kagome is woven on triangles, or where three edges meet at every vertex, and this "
                 "mesh is neither; --remesh triangles:400 makes one that is"
             )
-        return WeaveResult(plain_weave(threads), () if basket is None else (basket.text,))
+        return WeaveResult(plain_weave(threads), () if basket is None else (basket,))
     if pattern == "twill":
         twill = weave_twill(
             halfedges,

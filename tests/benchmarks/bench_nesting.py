@@ -26,12 +26,12 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from fabweave.app.pipeline import make_job
-from fabweave.app.settings import Settings
 from fabweave.core.arrays import FloatArray
+from fabweave.job import make_job
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
-from fabweave.nest.recorded_layout import check_layout
+from fabweave.options.settings import Settings
+from fabweave.plan.recorded_layout import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)
@@ -39,11 +39,11 @@ MESHES = HERE.resolve().parents[3] / "shared" / "meshes" / "quad"
 KEPT = Path(tempfile.gettempdir()) / "fabweave_bench_pieces"
 MARGIN = 10.0
 JOBS = {
-    "torus 24x12": Settings("shape:torus?m=24&n=12", size_mm=400.0),
-    "cube, 3 steps": Settings("shape:cube", size_mm=300.0, refine="catmull-clark:3"),
-    "slit genus 3": Settings("shape:slit?genus=3", size_mm=400.0),
-    "spot 400 mm": Settings(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
-    "bob 600 mm": Settings(str(MESHES / "bob_quad.obj"), size_mm=600.0),
+    "torus 24x12": Settings.of("shape:torus?m=24&n=12", size_mm=400.0),
+    "cube, 3 steps": Settings.of("shape:cube", size_mm=300.0, refine="catmull-clark:3"),
+    "slit genus 3": Settings.of("shape:slit?genus=3", size_mm=400.0),
+    "spot 400 mm": Settings.of(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
+    "bob 600 mm": Settings.of(str(MESHES / "bob_quad.obj"), size_mm=600.0),
 }
 #: Sheets that three hundred strips may take at each effort, and seconds at quick.
 WANTED, WANTED_SECONDS = {"quick": 16, "normal": 15, "best": 14}, 20.0
@@ -139,7 +139,7 @@ def pieces_of(job: str) -> list[FloatArray] | None:
     settings, kept = JOBS[job], KEPT / f"{job}.pickle"
     if kept.exists():
         return pickle.loads(kept.read_bytes())  # noqa: S301 -- our own file
-    if not settings.mesh.startswith("shape:") and not Path(settings.mesh).exists():
+    if not settings.mesh.startswith("shape:") and not Path(settings.mesh.source).exists():
         return None
     pieces = [np.asarray(piece.outline) for piece in make_job(settings).made.pieces]
     KEPT.mkdir(exist_ok=True)

@@ -15,10 +15,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from fabweave.app.job_files import write_job
-from fabweave.app.pipeline import make_job
-from fabweave.app.settings import Settings
-from fabweave.verify import verify_job
+from fabweave.job import make_job
+from fabweave.options.settings import Settings
+from fabweave.show.files import write_plan
+from fabweave.verify.proof import verify_job
 
 #: Quads around the ring and around the tube; each quad has two crossings.
 SIZES = ((32, 16), (100, 50), (400, 125))
@@ -29,10 +29,10 @@ def measured(m: int, n: int) -> tuple[int, int, float, float]:
     """Make and prove a job; return its crossings and sheets, its seconds, and its peak in MB."""
     empty = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     start = time.process_time()
-    settings = Settings(f"shape:torus?m={m}&n={n}", size_mm=_QUAD_MM * m, effort="quick")
+    settings = Settings.of(f"shape:torus?m={m}&n={n}", size_mm=_QUAD_MM * m, effort="quick")
     with tempfile.TemporaryDirectory() as folder:
         job = make_job(settings)
-        write_job(job, Path(folder))
+        write_plan(job, Path(folder))
         if not verify_job(Path(folder)).ok:
             raise AssertionError("the job was not proved")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 - empty

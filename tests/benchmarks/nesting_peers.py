@@ -10,9 +10,10 @@ import rectpack
 import shapely
 
 from fabweave.core.arrays import FloatArray
+from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.emptying import shortfall_mm
-from fabweave.nest.separate.item_field import ItemField, item_field
+from fabweave.nest.separate.overlap import ItemField, item_field
 
 #: By how much outlines are inflated, and simplified, for spyrrow.
 OUTLINE_MM = 0.1
@@ -74,7 +75,7 @@ def sheets_by_spyrrow(
             number = max(1, int(np.searchsorted(total, share)))
             chosen = left[:number]
             poses = _spyrrow_poses(chosen, usable, gap, each)
-            if poses is not None and shortfall_mm(chosen, poses, usable, gap) < 1.0:
+            if poses is not None and shortfall_mm(chosen, poses, Container(usable), gap) < 1.0:
                 placed = max(placed, number)
                 if number == len(left):
                     end = _end(chosen, poses) / usable[0]

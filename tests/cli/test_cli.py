@@ -11,10 +11,10 @@ import trimesh
 from jobs import OCTAHEDRON, run
 from meshes_shared import mesh_params
 
-from fabweave.app.pipeline import run_job
-from fabweave.app.settings import Settings
+from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.settings import Settings
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -77,7 +77,7 @@ def test_shapes_are_made_and_proved(shape, finished):
 @pytest.mark.usefixtures("shipped")
 def test_any_number_of_workers_gives_the_same_bytes(finished, tmp_path):
     sheets = (SheetSize(230.0, 225.0),)
-    settings = Settings(mesh="shape:octahedron", size_mm=90.0, effort="quick", sheets=sheets)
+    settings = Settings.of("shape:octahedron", size_mm=90.0, effort="quick", sheets=sheets)
     for workers in (0, 2):
         run_job(settings, tmp_path / str(workers), workers=workers)
     alone, beside = digest(tmp_path / "0"), digest(tmp_path / "2")

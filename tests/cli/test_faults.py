@@ -14,10 +14,11 @@ import pytest
 from dying import die
 from jobs import run as run_here
 
-from fabweave.app import pipeline, split_job
+from fabweave import job as pipeline
 from fabweave.cli.terminal import speak_plainly
 from fabweave.nest import nesting as batches
-from fabweave.verify import verify_job
+from fabweave.piece.split import split_strands as split_job
+from fabweave.verify.proof import verify_job
 
 
 def run(*arguments, limit=None, **environment):
@@ -57,7 +58,7 @@ def test_too_little_memory_is_told(monkeypatch, capsys):
     def exhausted(*_arguments, **_options):
         np.zeros(2**50)
 
-    monkeypatch.setattr("fabweave.app.inspection.facts.inspect_mesh", exhausted)
+    monkeypatch.setattr("fabweave.design.inspection.facts.inspect_mesh", exhausted)
     assert run_here("inspect", "shape:cube") == 1
     assert capsys.readouterr().err.startswith("fabweave: ")
 
@@ -91,7 +92,7 @@ def test_a_folder_that_is_for_reading_only(below, tmp_path, capsys):
 
 @pytest.mark.parametrize("below", ["out", "new/out"])
 def test_a_file_where_a_folder_is_wanted(below, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(pipeline, "load_mesh", None)  # nothing is made in vain
+    monkeypatch.setattr(pipeline, "load_asked", None)  # nothing is made in vain
     (tmp_path / "shelf").write_text("mine")
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "shelf" / below) == 2
     said = capsys.readouterr().err
@@ -174,7 +175,7 @@ def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatc
         monkeypatch.setattr(split_job, "rough_nesting", lambda *_: None)
         monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
     else:
-        monkeypatch.setattr(pipeline, what, die)
+        monkeypatch.setattr(f"fabweave.show.job.{what}", die)
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 1
     said = capfd.readouterr().err
     assert said.startswith("fabweave: part of the work was lost (3 processes ended before")

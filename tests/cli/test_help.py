@@ -9,8 +9,8 @@ import click
 import pytest
 from jobs import run
 
-from fabweave.app.options.table import OPTIONS
 from fabweave.cli.main import cli
+from fabweave.options.table import OPTIONS
 
 
 def help_of(command: str, wide: int = 10_000) -> str:
@@ -53,7 +53,7 @@ def test_help_does_not_load_what_jobs_are_made_with() -> None:
     script = "import sys, fabweave.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
     loaded = set(done.stdout.decode().split())
-    assert "fabweave.app.options.table" in loaded
+    assert "fabweave.options.table" in loaded
     assert not loaded & {"numpy", "scipy", "shapely", "trimesh", "ezdxf", "rich", "platformdirs"}
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from jobs import run
 
-from fabweave.app.options.user_files import FOLDER_VARIABLE, user_file
-from fabweave.app.remake import remake_job
-from fabweave.app.settings import settings_from_job, settings_from_options
-from fabweave.verify import verify_job
+from fabweave.options.settings import settings_from_job, settings_from_options
+from fabweave.options.user_files import FOLDER_VARIABLE, user_file
+from fabweave.remake import remake_job
+from fabweave.verify.proof import verify_job
 
 #: One material is new; the other stands in for one of ours, and bends by a table.
 MATERIALS = """
@@ -134,41 +134,44 @@ def test_what_is_proved_needs_no_file_of_the_users(made, tmp_path, capsys) -> No
 
 def test_the_configuration_folder_is_honoured(configured) -> None:
     settings = settings_from_options("shape:cube", material="felt", target="school")
-    assert [one.name for one in (*settings.materials, *settings.targets)] == ["felt", "school"]
+    assert [one.name for one in (*settings.stock.materials, *settings.machine.targets)] == [
+        "felt",
+        "school",
+    ]
     assert user_file("materials") == configured / "materials.toml"
     # What is asked for without a word is the user's, too.
-    assert settings_from_options("shape:cube").materials[0].title == "Card from the attic"
-    assert settings_from_options("shape:cube", material="birch-veneer").materials == ()
+    assert settings_from_options("shape:cube").stock.materials[0].title == "Card from the attic"
+    assert settings_from_options("shape:cube", material="birch-veneer").stock.materials == ()
 
 
 def test_a_named_file_wins_over_the_folder(configured, tmp_path) -> None:
     later = tmp_path / "later.toml"
     later.write_text(MATERIALS.replace("Card from the attic", "Card from the cellar"), "utf-8")
     settings = settings_from_options("shape:cube", materials=[configured / "materials.toml", later])
-    assert settings.materials[0].title == "Card from the cellar"
+    assert settings.stock.materials[0].title == "Card from the cellar"
 
 
 @pytest.mark.usefixtures("configured")
 def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) -> None:
     job = tmp_path / "job.toml"
     job.write_text('[job]\nmesh = "shape:cube"\nmaterial = "card"\ntarget = "default"\n')
-    assert settings_from_job(job).materials == ()
+    assert settings_from_job(job).stock.materials == ()
     # What is asked for anew is looked for there.
-    assert settings_from_job(job, material="felt").materials[0].name == "felt"
-    assert settings_from_job(job, target="school").targets[0].name == "school"
+    assert settings_from_job(job, material="felt").stock.materials[0].name == "felt"
+    assert settings_from_job(job, target="school").machine.targets[0].name == "school"
 
 
 def test_no_folder_is_as_good_as_an_empty_one(monkeypatch, tmp_path) -> None:
     for folder in (tmp_path, tmp_path / "none", Path("/dev/null")):
         monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
-        assert settings_from_options("shape:cube").materials == ()
+        assert settings_from_options("shape:cube").stock.materials == ()
     monkeypatch.delenv(FOLDER_VARIABLE)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
     assert user_file("targets").name == "targets.toml"
     assert tmp_path in user_file("targets").parents
     assert user_file("targets").parent.name == "fabweave"
-    assert settings_from_options("shape:cube").materials == ()
+    assert settings_from_options("shape:cube").stock.materials == ()
 
 
 @pytest.mark.parametrize(

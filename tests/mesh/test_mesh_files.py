@@ -10,21 +10,20 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jobs import run
-from mesh_writers import binary_off, binary_ply
+from mesh_writers import binary_ply, off_bytes, ply_bytes
 from strategies import any_meshes
 
-from fabweave.app.mesh_source import load_mesh
-from fabweave.app.settings import Settings
 from fabweave.core.errors import InputError
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.io.files import READABLE, WRITABLE, read_mesh, write_mesh
-from fabweave.mesh.io.obj import obj_bytes, read_obj
-from fabweave.mesh.io.off import off_bytes, read_off
-from fabweave.mesh.io.ply import ply_bytes, read_ply
+from fabweave.mesh.io.files import READABLE, read_mesh, write_mesh
+from fabweave.mesh.io.ply import read_ply
+from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.weld import weld_mesh
+from fabweave.options.settings import Settings
+from fabweave.plan.ask import load_asked
 
 READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
 HOUSE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]]
@@ -48,8 +47,6 @@ def same(mesh, other):
 
 
 OBJ_TRAPS = {
-    "plain": V + F,
-    "negative": V + "f -5 -2 -3 -4\nf -5 -4 -1\nf -4 -3 -1\nf -3 -2 -1\nf -2 -5 -1\n",
     "negative, mixed with positive": V + "f 1 -2 3 -4\nf 1 2 -1\nf -4 3 5\nf 3 4 5\nf 4 1 5\n",
     "texture and normals": V
     + "vt 0 0\nvt 1 0\nvn 0 0 1\nf 1/1/1 4/2/1 3/1/1 2/2/1\nf 1/1 2/2 5/1\nf 2//1 3//1 5//1\n"
@@ -59,8 +56,6 @@ OBJ_TRAPS = {
     "comment with a backslash before a face": V + "# C:\\tmp\\\n" + F.rstrip(),
     "CRLF": (V + F).replace("\n", "\r\n"),
     "CR only": (V + F).replace("\n", "\r"),
-    "CRLF continuation": V.replace("\n", "\r\n")
-    + "f 1 4 \\\r\n3 2\r\nf 1 2 5\r\nf 2 3 5\r\nf 3 4 5\r\nf 4 1 5\r\n",
     "weights and colours on some": "v 0 0 0 1\nv 1 0 0\nv 1 1 0 0.1 0.2 0.3\nv 0 1 0\n"
     "v 0.5 0.5 1 1.0\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
     "faces before their vertices": "f 1 4 3 2\nf 1 2 5\n" + V + "f 2 3 5\nf 3 4 5\nf 4 1 5\n",
@@ -102,7 +97,6 @@ def test_obj_values_that_are_no_numbers():
 OFF_V = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n"
 OFF_F = "4 0 3 2 1\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n"
 OFF_TRAPS = {
-    "plain": "OFF\n5 5 0\n" + OFF_V + OFF_F,
     "counts on the line of the keyword": "OFF 5 5 8\n" + OFF_V + OFF_F,
     "no edge count": "OFF\n5 5\n" + OFF_V + OFF_F,
     "no keyword": "5 5 0\n" + OFF_V + OFF_F,
@@ -113,15 +107,10 @@ OFF_TRAPS = {
     "CRLF, no end": ("OFF\n5 5 0\n" + OFF_V + OFF_F).replace("\n", "\r\n").rstrip(),
     "COFF": "COFF\n5 5 0\n" + OFF_V.replace("\n", " 255 0 0 255\n") + OFF_F,
     "COFF of three": "COFF\n5 5 0\n" + OFF_V.replace("\n", " 0.5 0 1\n") + OFF_F,
-    "NOFF": "NOFF\n5 5 0\n" + OFF_V.replace("\n", " 0 0 1\n") + OFF_F,
-    "CNOFF": "CNOFF\n5 5 0\n" + OFF_V.replace("\n", " 0 0 1 1 0 0 1\n") + OFF_F,
-    "STOFF": "STOFF\n5 5 0\n" + OFF_V.replace("\n", " 0.25 0.75\n") + OFF_F,
     "STCNOFF": "STCNOFF 5 5 0\n" + OFF_V.replace("\n", " 0 0 1 1 0 0 1 0 0\n") + OFF_F,
     "face colours": "OFF\n5 5 0\n"
     + OFF_V
     + "4 0 3 2 1 255 0 0\n3 0 1 4 0.1 0.2 0.3 1.0\n3 1 2 4 7\n3 2 3 4\n3 3 0 4 0.5 0.5 0.5\n",
-    "whole face colours": "OFF\n5 5 0\n" + OFF_V + OFF_F.replace("\n", " 200 100 0\n"),
-    "all on one line": ("OFF\n5 5 0\n" + OFF_V.replace("\n", " ") + "\n" + OFF_F),
     "faces on one line": ("OFF\n5 5 0\n" + OFF_V + OFF_F.replace("\n", " ")),
     "normals on one line": "NOFF 5 5 0\n" + OFF_V.replace("\n", " 0 0 1 ") + "\n" + OFF_F,
 }
@@ -132,27 +121,6 @@ def test_off_traps(text):
     mesh = read("off", text)
     assert mesh.vertices.tolist() == HOUSE
     assert mesh.faces() == HOUSE_FACES
-
-
-def house_off(order, keyword, extra, colours):
-    data = f"{keyword}OFF BINARY\n".encode() + struct.pack(f"{order}3i", 5, 5, 0)
-    for vertex in HOUSE:
-        data += struct.pack(f"{order}{3 + extra}f", *vertex, *[0.5] * extra)
-    for number, face in enumerate(HOUSE_FACES):
-        colour = colours[number % len(colours)] if colours else 0
-        data += struct.pack(f"{order}{len(face) + 1}i", len(face), *face)
-        data += struct.pack(f"{order}i{colour}f", colour, *[0.25] * colour)
-    return data
-
-
-@pytest.mark.parametrize("order", [">", "<"])
-@pytest.mark.parametrize(("keyword", "extra"), [("", 0), ("C", 4), ("N", 3), ("STCN", 9)])
-@pytest.mark.parametrize("colours", [(), (3,), (0, 4, 1, 3, 0)])
-def test_off_binary(order, keyword, extra, colours):
-    mesh, notes = read_off(house_off(order, keyword, extra, colours), "a.off")
-    assert mesh.vertices.tolist() == HOUSE
-    assert mesh.faces() == HOUSE_FACES
-    assert len(notes) == (order == "<")
 
 
 #: Two strips: a band of four triangles, and one of a triangle, a detour and two more.
@@ -261,13 +229,9 @@ def test_text_gives_back_every_bit(kind, mesh):
     data = make(mesh)
     assert data == make(mesh)
     assert data.isascii()
-    again = read(kind, data)
     # Text has no sign for "not a number".
-    expected = mesh.with_vertices(np.where(np.isnan(mesh.vertices), np.nan, mesh.vertices))
-    assert np.array_equal(again.vertices, expected.vertices, equal_nan=True)
-    number = ~np.isnan(mesh.vertices)
-    assert np.array_equal(np.signbit(again.vertices[number]), np.signbit(mesh.vertices[number]))
-    assert again.faces() == mesh.faces()
+    unsigned = np.where(np.isnan(mesh.vertices), np.nan, mesh.vertices)
+    assert same(read(kind, data), mesh.with_vertices(unsigned))
 
 
 @pytest.mark.parametrize("big", [False, True])
@@ -275,15 +239,6 @@ def test_text_gives_back_every_bit(kind, mesh):
 def test_binary_ply_gives_back_every_bit(big, mesh):
     again = read("ply", binary_ply(mesh, big_endian=big))
     assert again.vertices.tobytes() == mesh.vertices.tobytes()
-    assert again.faces() == mesh.faces()
-
-
-@given(mesh=any_meshes())
-def test_binary_off_gives_back_faces_and_rounded_positions(mesh):
-    again = read("off", binary_off(mesh))
-    with np.errstate(over="ignore"):
-        rounded = mesh.vertices.astype(np.float32).astype(np.float64)
-    assert np.array_equal(again.vertices, rounded, equal_nan=True)
     assert again.faces() == mesh.faces()
 
 
@@ -299,14 +254,13 @@ def test_face_of_300_corners():
         assert same(read(kind, data), mesh)
 
 
-@pytest.mark.parametrize("extension", WRITABLE)
-def test_files_on_disk(tmp_path, extension):
-    path = tmp_path / f"solid.{extension.upper()}"
+def test_files_on_disk(tmp_path):
+    path = tmp_path / "solid.OBJ"
     mesh = solids.cube()
     write_mesh(path, mesh)
     found = read_mesh(str(path))
     assert same(found.mesh, mesh)
-    assert (found.format, found.unit, found.unit_mm, found.notes) == (extension, None, None, ())
+    assert (found.format, found.unit, found.unit_mm, found.notes) == ("obj", None, None, ())
 
 
 HEAD = "ply\nformat ascii 1.0\n"
@@ -318,17 +272,15 @@ BROKEN = (
     ("obj", V + "f 1 2 three\n", "line 6"),
     ("obj", V + "f 1 2 3.5\n", "line 6"),
     ("obj", "v 1-2 3 0\nv 0 0 zero\n", "line 1"),
-    ("obj", "v 0 0\n" + V, "line 1"),
     ("obj", V + "\n\nv 0 zero 0\n", "line 8"),
     ("obj", V + "f 1 2 3\nf 1 2 6\n", "line 7"),
     ("obj", V + "f 0 1 2\n", "line 6"),
     ("obj", V + "f -1 -2 -6\n", "line 6"),
     ("obj", V + "f 1 2 99999999999999999999\n", "line 6"),
-    ("obj", V + "f\n", "line 6"),
+    ("obj", V + "f /\n", "line 6"),
     ("obj", V + "f 1 \\\n2 \\\n 3\nf 1 2 x\n", "line 9"),
     ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 x 0\n3 0 1 2\n", "line 5"),
     ("off", TRIANGLE + "3 0 1 3\n", "line 6"),
-    ("off", TRIANGLE + "3 0 1 -1\n", "line 6"),
     ("off", TRIANGLE + "4 0 1 2\n", "line 6"),
     ("off", TRIANGLE + "9223372036854775807 0 1 2\n", "line 6"),
     ("off", TRIANGLE + "3 0 1.5 2\n", "line 6"),
@@ -336,13 +288,10 @@ BROKEN = (
     ("off", "OFF\n999999999999 2 0\n0 0 0\n", "end of the file"),
     ("off", "OFF\n-3 2 0\n0 0 0\n", "line 2"),
     ("off", "OFF\n", "line 1"),
-    ("off", "ply\n3 1 0\n", "line 1"),
     ("off", "4OFF\n3 1 0\n", "line 1"),
     ("off", "nOFF\n3\n3 1 0\n", "line 1"),
     ("off", "\n# only\n", "blank"),
-    ("off", b"OFF BINARY\n\0\0\0\1", "byte 11"),
-    ("off", b"OFF BINARY\n\x7f\0\0\0\0\0\0\1\0\0\0\0", "byte 11"),
-    ("off", binary_off(solids.cube())[:-8], "face 5 of 6"),
+    ("off", b"OFF BINARY\n\0\0\0\1", "binary OFF"),
     ("ply", "plx\n", "line 1"),
     ("ply", HEAD, "end_header"),
     ("ply", "ply\nelement vertex 0\nend_header\n", "format"),
@@ -350,17 +299,9 @@ BROKEN = (
     ("ply", HEAD + "element vertex -1\nend_header\n", "line 3"),
     ("ply", HEAD + "element vertex 1\nproperty quad x\nend_header\n", "line 4"),
     ("ply", HEAD + "property int x\nend_header\n", "line 3"),
-    (
-        "ply",
-        HEAD + XYZ + "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
-        "0 0 0\n3 0 1 2\n",
-        "face 0",
-    ),
     ("ply", HEAD + XYZ[:-15] + "end_header\n0 0\n", "x, y"),
     ("ply", HEAD + XYZ + "end_header\n0 x 0\n", "line 8"),
-    ("ply", TEXT_CUBE.replace(b"uchar int", b"uchar float"), "whole numbers"),
     ("ply", ply_house("<")[:-40], "row 3 of 5 of element 'face'"),
-    ("ply", ply_house(">", other=False)[:-180], "of element 'vertex'"),
     ("ply", ply_house(None)[:-60], "of element 'face'"),
     ("ply", binary_ply(solids.cube()).replace(b"face 6", b"face 999999999999999"), "'face'"),
     ("ply", TEXT_CUBE.replace(b"\n4 0 2 3 1", b"\n4 0 2 3 8"), "face 0"),
@@ -377,13 +318,11 @@ def test_broken_file_is_named_with_its_place(kind, data, place):
 
 def test_unreadable_paths(tmp_path):
     (tmp_path / "folder.ply").mkdir()
-    names = ["a.obj", "a.xyz", "a", "folder.ply", "nul\0l.obj", "points.obj", "points.ply"]
-    for extension in READABLE:
-        (tmp_path / f"empty.{extension}").write_bytes(b"")
-        names.append(f"empty.{extension}")
     (tmp_path / "points.obj").write_text("v 0 0 0\n")
-    (tmp_path / "points.ply").write_bytes(ply_bytes(PolyMesh.from_faces([[0, 0, 0]], [])))
-    for name in names:
+    empty = [f"empty.{extension}" for extension in READABLE]
+    for name in empty:
+        (tmp_path / name).write_bytes(b"")
+    for name in ["a.obj", "a.xyz", "a", "folder.ply", "nul\0l.obj", "points.obj", *empty]:
         with pytest.raises(InputError):
             read_mesh(tmp_path / name)
 
@@ -454,8 +393,7 @@ def test_triangle_files_are_placed_and_welded(tmp_path, extension, unit_mm):
 def test_collapsed_triangles_are_dropped_and_counted(tmp_path):
     path = tmp_path / "a.stl"
     facet = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
-    corners = ["vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n", "vertex 0 0 0\nvertex 1 0 0\n" * 2]
-    corners[1] = "vertex 0 0 0\nvertex 1 0 0\nvertex 1 0 0\n"
+    corners = [f"vertex 0 0 0\nvertex 1 0 0\nvertex {last}\n" for last in ("0 1 0", "1 0 0")]
     path.write_text("solid a\n" + "".join(facet.format(c) for c in corners) + "endsolid a\n")
     found = read_mesh(path)
     assert found.mesh.n_faces == 1
@@ -488,7 +426,6 @@ SEEDS = {
     "off": [
         OFF_TRAPS["face colours"].encode(),
         OFF_TRAPS["faces on one line"].encode(),
-        binary_off(solids.cube()),
     ],
     "ply": [ply_house(None), ply_house("<"), ply_house(">", extras=False)],
 }
@@ -533,7 +470,7 @@ def test_gltf_has_y_up_unless_said_otherwise(extension, up, tall, tmp_path):
         else json.dumps(gltf_in_one_file(box)).encode()
     )
     assert read_mesh(path).up == "y"
-    loaded = load_mesh(Settings(str(path), up=up, size_mm=70.0))
+    loaded = load_asked(Settings.of(str(path), up=up, size_mm=70.0))
     size = np.ptp(loaded.mesh.vertices, axis=0)
     # With x up, y becomes x.
     assert size[tall] == pytest.approx(70.0)
@@ -551,6 +488,6 @@ def test_our_own_models_are_read_as_they_were_written(tmp_path):
         assert run("model", *torus, *extra, "-o", tmp_path / "own.glb") == 0
         found = read_mesh(tmp_path / "own.glb")
         assert found.up == "z"
-        loaded = load_mesh(Settings(str(tmp_path / "own.glb")))
+        loaded = load_asked(Settings.of(str(tmp_path / "own.glb")))
         assert np.argmin(np.ptp(loaded.mesh.vertices, axis=0)) == 2  # it lies flat, as the torus
         assert not any("points up" in note for note in loaded.notes)

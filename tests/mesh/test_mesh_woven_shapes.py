@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from regular_maps import dual_map, slit_map
+from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import largest_dimension
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.shapes.knots import closed_frame, reach_of, torus_knot
-from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes, spread
-from fabweave.mesh.symmetry.search import find_symmetry
+from fabweave.mesh.shapes.knots import reach_of, torus_knot
+from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes
+from fabweave.mesh.symmetry import find_symmetry
+from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
@@ -49,12 +49,6 @@ def corner_angles_deg(mesh):
 def edge_lengths(mesh):
     one, two = mesh.vertices[edges_of(mesh)].transpose(1, 0, 2)
     return np.linalg.norm(one - two, axis=1)
-
-
-def volume(mesh):
-    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
-    halves = np.concatenate([points[:, [0, 1, 2]], points[:, [0, 2, 3]]])
-    return np.linalg.det(halves).sum() / 6
 
 
 def assert_sound(mesh, genus, *, size=100.0):
@@ -143,11 +137,6 @@ def test_cyclic_slit_sum_as_theory_says(sheets, slits, slit, gap, n):
     assert twillable(build_halfedges(mesh)) == (m % 2 == 0 or n % 2 == 0)
 
 
-def test_torus_without_slits_has_its_threads():
-    mesh = parse_shape("shape:slit?genus=1&m=20&n=8")
-    assert n_threads(mesh) == 2 * math.gcd(20, 8)
-
-
 # Knots
 
 
@@ -181,32 +170,11 @@ def test_threads_of_a_knot_are_those_of_a_torus(m, n):
     assert steps.max() < 3.2 * steps.min()
 
 
-def test_reach_of_known_curves():
-    turn = np.arange(600) * (2 * math.pi / 600)
-    ellipse = np.column_stack([3 * np.cos(turn), np.sin(turn), 0 * turn])
-    assert reach_of(ellipse) == pytest.approx(1 / 3, rel=1e-3)  # b² / a at the sharp ends
-    # A long loop: straight sides two apart, closed by half circles of radius 1 that bend most.
-    straight = np.linspace(-5, 5, 200, endpoint=False)
-    half = np.arange(63) * (math.pi / 63)
-    loop = np.concatenate(
-        [
-            np.column_stack([straight, -np.ones(200)]),
-            np.column_stack([5 + np.sin(half), -np.cos(half)]),
-            np.column_stack([-straight, np.ones(200)]),
-            np.column_stack([-5 - np.sin(half), np.cos(half)]),
-        ]
-    )
-    assert reach_of(np.column_stack([loop, np.zeros(len(loop))])) == pytest.approx(1, rel=1e-2)
-
-
 def test_reach_is_where_the_knot_begins_to_meet_itself():
-    with pytest.raises(InputError, match="only has room for") as caught:
-        parse_shape("shape:knot?tube=20")
-    assert "runs through itself" in str(caught.value)
     room = next(r for r in np.arange(9, 16, 0.1) if not fits(r)) - 0.15
-    assert len(self_intersections(parse_shape(f"shape:knot?tube={room}&m=160&n=16"))) == 0
-    # The strands that limit it stand apart by two radii and little more.
     mesh = parse_shape(f"shape:knot?tube={room}&m=160&n=16")
+    assert len(self_intersections(mesh)) == 0
+    # The strands that limit it stand apart by two radii and little more.
     grid = mesh.vertices.reshape(160, 16, 3)
     middle = grid.mean(axis=1)
     scale = np.ptp(middle, axis=0).max() / np.ptp(torus_knot(2, 3, 960), axis=0).max()
@@ -219,17 +187,6 @@ def fits(tube):
     except InputError:
         return False
     return True
-
-
-def test_frame_closes_and_stands_across():
-    middle = torus_knot(2, 5, 200)
-    normal, binormal = closed_frame(middle)
-    tangent = np.roll(middle, -1, axis=0) - np.roll(middle, 1, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    assert np.abs((normal * tangent).sum(axis=1)).max() < 1e-9
-    assert np.cross(tangent, binormal) == pytest.approx(normal, abs=1e-9)
-    turns = (normal * np.roll(normal, 1, axis=0)).sum(axis=1)
-    assert turns.min() > 0.9
 
 
 # Bipyramids
@@ -263,36 +220,25 @@ def test_bipyramid_of_any_counts(n, edge, handle):
 
 # Regular meshes
 
-REGULAR = [(8, 4, 2), (8, 4, 3), (8, 4, 9), (12, 4, 3), (12, 4, 5), (12, 4, 7), (16, 4, 4)]
-REGULAR += [(16, 4, 7), (4, 8, 3), (4, 16, 4), (4, 4, 1)]
-BOTH_LARGE = [(8, 3), (8, 5), (8, 7), (8, 13), (12, 5), (12, 9), (12, 13), (16, 7), (16, 13)]
+REGULAR = [(8, 4, 3), (8, 4, 9), (12, 4, 5), (12, 4, 7), (16, 4, 7), (4, 8, 3), (4, 16, 4)]
+REGULAR += [(4, 4, 1), (8, 8, 3), (8, 8, 13), (12, 12, 5), (12, 12, 9), (16, 16, 7), (16, 16, 13)]
 
 
 @pytest.mark.parametrize(("face", "valence", "genus"), REGULAR)
-@pytest.mark.parametrize("refine", [2, 3])
+@pytest.mark.parametrize("refine", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, refine):
     mesh = parse_shape(f"shape:regular?face={face}&valence={valence}&genus={genus}&refine={refine}")
     assert_sound(mesh, genus)
-    assert twillable(build_halfedges(mesh))
-    big = max(face, valence)
-    irregular = {key: found for key, found in valences(mesh).items() if key != 4}
-    slits = (genus - 1) // (big // 4 - 1) if big > 4 else 0
-    assert irregular == ({big: 2 * slits} if slits else {})
-    # Around a vertex with 4 k edges the angles cannot be better than 90° / k.
-    assert corner_angles_deg(mesh).min() > 0.5 * 90 / (big // 4)
-
-
-@pytest.mark.parametrize(("face", "genus"), BOTH_LARGE)
-@pytest.mark.parametrize("refine", [2, pytest.param(4, marks=pytest.mark.slow)])
-def test_faces_and_vertices_may_both_be_large(face, genus, refine):
-    mesh = parse_shape(f"shape:regular?face={face}&valence={face}&genus={genus}&refine={refine}")
-    assert_sound(mesh, genus)
-    half = build_halfedges(mesh)
+    half, big = build_halfedges(mesh), max(face, valence)
     assert twillable(half)
     # F 4k = V 4k = 2 E and V - E + F = 2 - 2g leave one solution.
-    count = (genus - 1) // (face // 4 - 1)
-    assert valences(mesh) == {4: mesh.n_vertices - 2 * count, face: 2 * count}
-    assert corner_angles_deg(mesh).min() > 0.4 * 90 / (face // 4)
+    count = (genus - 1) // (big // 4 - 1) if big > 4 else 0
+    irregular = {key: found for key, found in valences(mesh).items() if key != 4}
+    assert irregular == ({big: 2 * count} if count else {})
+    # Around a vertex with 4 k edges the angles cannot be better than 90° / k.
+    assert corner_angles_deg(mesh).min() > 0.4 * 90 / (big // 4)
+    if face != valence or face == 4:
+        return
     # Straight on from one such vertex lies one of the other sort, vertices and middles of faces.
     links = coarse_links(half, face)
     assert len(links) == 2 * count * face
@@ -328,33 +274,6 @@ def test_a_cage_is_regular_and_exactly_twillable(faces, nodes, m, n):
     assert find_symmetry(mesh, half, reflections=False).order == {4: 24, 6: 24, 12: 60}[faces]
 
 
-@given(sheets=st.integers(1, 6), slits=st.integers(1, 5))
-def test_regular_map_as_theory_says(sheets, slits):
-    half = slit_map(sheets, slits)
-    count = np.arange(half.n_halfedges)
-    assert np.array_equal(half.next[half.prev], count)
-    assert np.array_equal(half.twin[half.twin], count)
-    assert (half.twin != count).all()
-    assert set(np.bincount(half.face).tolist()) == {4 * sheets}
-    assert set(np.bincount(half.tail).tolist()) == {4}
-    n_vertices, n_faces = half.tail.max() + 1, half.face.max() + 1
-    genus = 1 + slits * (sheets - 1)
-    assert n_vertices - half.n_edges + n_faces == 2 - 2 * genus
-    assert np.array_equal(half.tail[half.twin], half.head)
-    assert twillable(half)
-    dual = dual_map(half)
-    assert (dual.tail.max() + 1, dual.face.max() + 1) == (n_faces, n_vertices)
-    assert trace_threads(dual).n_threads == trace_threads(half).n_threads
-    assert twillable(dual)
-
-
-def test_the_maps_of_the_paper():
-    half = slit_map(2, 2)  # (8, 4, 3)
-    assert (half.tail.max() + 1, half.n_edges, half.face.max() + 1) == (8, 16, 4)
-    half = slit_map(4, 1)  # (16, 4, 4)
-    assert (half.tail.max() + 1, half.n_edges, half.face.max() + 1) == (8, 16, 2)
-
-
 # The smooth surface
 
 
@@ -368,19 +287,6 @@ def test_soft_tubes_meet_the_formula_of_a_torus():
     away = np.hypot(np.hypot(*places[:, :2].T) - 20, places[:, 2])
     assert away == pytest.approx(np.full(len(away), 2.0), rel=0.04)
     assert tubes.project(places) == pytest.approx(places, abs=1e-6)
-
-
-def test_spreading_shortens_edges_and_stays_on_the_surface():
-    turn = np.linspace(0, 2 * math.pi, 200, endpoint=False)
-    ring = 35 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    tubes = soft_tubes([ring], radius=10.0, blend=8.0, closed=True)
-    mesh = parse_shape("shape:torus?m=24&n=8&tube=10")
-    rng = np.random.default_rng(1)
-    rough = mesh.with_vertices(mesh.vertices + rng.normal(scale=0.6, size=(192, 3)))
-    before = spread(rough, tubes, steps=0)
-    after = spread(rough, tubes, steps=30)
-    assert (edge_lengths(after) ** 2).sum() < (edge_lengths(before) ** 2).sum()
-    assert tubes.project(after.vertices) == pytest.approx(after.vertices, abs=1e-6)
 
 
 def test_checks_of_this_file_can_fail():
@@ -403,12 +309,8 @@ def test_checks_of_this_file_can_fail():
         "slit?genus=0",
         "slit?m=9&n=5",
         "slit?genus=5&m=12",
-        "slit?genus=2&m=20&slit=1",
-        "slit?m=2",
         "knot?p=4&q=6",
         "knot?tube=60",
-        "knot?m=7",
-        "bipyramid?edge=5&handle=5",
         "bipyramid?height=200",
         "regular?face=6",
         "regular?face=16&genus=3",
@@ -416,10 +318,7 @@ def test_checks_of_this_file_can_fail():
         "regular?face=8&valence=12&genus=5",
         "cage?faces=5",
         "cage?m=5&n=6",
-        "cage?n=5",
         "regular?face=4&genus=2",
-        "regular?genus=1",
-        "regular?refine=1",
     ],
 )
 def test_what_cannot_be_built_says_why(text):

@@ -4,18 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
+from meshes_shared import SPOT, real_mesh
 from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import no_progress
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import Mirror, find_mirror
+from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
 from fabweave.mesh.remesh.engines import QSLIM
-from fabweave.mesh.remesh.halves import half_of, joined_with_image
 from fabweave.mesh.remesh.triangles import symmetric_triangles
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.triangulate import triangulate
 
@@ -70,16 +67,10 @@ def test_a_body_without_a_mirror_is_not_symmetric():
 
 @pytest.mark.parametrize("name", ["quad/spot_quadrangulated.obj", "quad/bob_quad.obj"])
 def test_models_that_are_symmetric(name):
-    mirror = find_mirror(read_mesh(shared_mesh(name)).mesh)
+    mirror = find_mirror(real_mesh(name))
     assert mirror.symmetric
     assert mirror.rms_percent < 0.02
     assert np.abs(mirror.normal).max() > 0.9999
-
-
-def test_same_mesh_same_plane():
-    one, two = find_mirror(skewed()), find_mirror(skewed())
-    assert np.array_equal(one.normal, two.normal)
-    assert one.rms_percent == two.rms_percent
 
 
 # --- halves --------------------------------------------------------------------------------------
@@ -110,9 +101,7 @@ def test_a_half_and_its_image_are_the_whole(way):
 
 @pytest.mark.slow
 def test_triangles_of_a_symmetric_model_are_symmetric():
-    mesh = resize_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh, size_mm=400.0)[
-        0
-    ]
+    mesh = real_mesh(SPOT, 400.0)
     result = symmetric_triangles(triangulate(mesh), 300, QSLIM, no_progress)
     assert result is not None
     assert abs(result.n_faces - 300) <= 4

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
+from meshes_shared import real_mesh
 from strategies import closed_surfaces, merged, open_surfaces, shuffled
 from weaving_meshes import cut_faces
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
-from fabweave.mesh.irregular import find_irregular, irregular_note
+from fabweave.mesh.irregular import find_irregular
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.shapes import grids, solids
@@ -63,39 +62,16 @@ def test_torus_cut_by_random_diagonals_comes_back(m, n, seed, tube):
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        "quad/bob_controlmesh.obj",
-        "quad/bob_quad.obj",
-        "quad/catmark_toroidal_tet.obj",
-        "quad/catmark_torus.obj",
-        "quad/spot_quadrangulated.obj",
-        "open/hypar.obj",
-        "open/tubemesh.off",
-    ],
+    "name", ["quad/bob_quad.obj", "quad/catmark_toroidal_tet.obj", "open/tubemesh.off"]
 )
-@pytest.mark.parametrize("seed", [0, 1])
-def test_real_quad_mesh_comes_back(name, seed):
-    mesh = read_mesh(shared_mesh(name)).mesh
-    assert rings(paired(split_quads(mesh, seed))) == rings(mesh)
-
-
-def test_double_torus_pairs_to_few_irregular_vertices():
-    # It is no file of split quads by name, but right-angled triangles all over: 6,144 of them.
-    mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
-    quads = paired(mesh)
-    report = check_mesh(quads)
-    assert report.face_sizes == ((4, 3072),)
-    assert (report.genus, report.problems) == (2, ())
-    irregular = find_irregular(quads)
-    # Around a closed surface of quads the excesses over four sum to -4 times Euler's number.
-    assert np.sum(irregular.valence - 4) == 8
-    assert len(irregular) <= 6
+def test_real_quad_mesh_comes_back(name):
+    mesh = real_mesh(name)
+    assert rings(paired(split_quads(mesh, 0))) == rings(mesh)
 
 
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "tri/polyhedraexplorer_genus49.stl"])
 def test_repair_pairs_all_triangles_of_odd_meshes(name):
-    mesh = read_mesh(shared_mesh(name)).mesh
+    mesh = real_mesh(name)
     assert not pair_triangles(mesh).split
     report = check_mesh(paired(mesh, repair=True))
     assert report.face_sizes == ((4, mesh.n_faces // 2),)
@@ -110,23 +86,12 @@ def test_equilateral_triangles_do_not_look_like_split_quads(solid):
     assert pairing.clear == 0
 
 
-def test_hemisphere_of_triangles_does_not_look_like_split_quads():
-    assert not pair_triangles(read_mesh(shared_mesh("open/hemisphere.obj")).mesh).split
-
-
 def test_other_faces_stay():
     mesh = merged(solids.dodecahedron(), solids.cube(), split_quads(solids.cube(), 3))
     quads = paired(mesh)
     assert quads.face_sizes.tolist() == [5] * 12 + [4] * 12
     assert np.array_equal(quads.vertices, mesh.vertices)
     assert rings(quads) == rings(merged(solids.dodecahedron(), solids.cube(), solids.cube()))
-
-
-def test_mesh_without_triangles_is_left_alone():
-    cube = solids.cube()
-    pairing = pair_triangles(cube)
-    assert pairing.n_pairs == 0
-    assert merge_pairs(cube, pairing).faces() == cube.faces()
 
 
 @given(st.one_of(closed_surfaces(), open_surfaces()), st.integers(0, 2**32 - 1), st.booleans())
@@ -148,49 +113,20 @@ def test_merging_keeps_the_surface(surface, seed, repair):
     assert after.oriented
 
 
-def test_greed_is_the_greed_of_the_sorted_list():
-    rng = np.random.default_rng(7)
-    mesh = triangulate(grids.hypar(12, 9, 100.0, 10.0))
-    mesh = mesh.with_vertices(mesh.vertices + rng.normal(0, 2.0, mesh.vertices.shape))
-    pairing = pair_triangles(mesh, repair=False)
-    halfedges = build_halfedges(mesh)
-    taken, free = set(), set(range(mesh.n_faces))
-    for half in np.argsort(pairing.cost, kind="stable").tolist():
-        if np.isinf(pairing.cost[half]):
-            break
-        faces = {int(halfedges.face[half]), int(halfedges.face[halfedges.twin[half]])}
-        if faces <= free:
-            free -= faces
-            taken.add(min(half, int(halfedges.twin[half])))
-    inner = np.flatnonzero(pairing.partner > np.arange(mesh.n_corners))
-    assert set(inner.tolist()) == taken
-    assert set(pairing.lonely.tolist()) == free
-
-
 def test_lonely_triangles_far_apart_find_each_other():
     # A strip sheared so far that each triangle fits the neighbour of the next quad better: greed
     # leaves one triangle at each end, and only shifting every pair by one brings them together.
     n = 9
     x = np.arange(n + 1)
-    top = np.column_stack([x + 0.5, np.ones(n + 1), 0 * x])
-    bottom = np.column_stack([x, 0 * x, 0 * x])
+    bottom, top = np.column_stack([x, 0 * x, 0 * x]), np.column_stack([x + 1, 0 * x + 1, 0 * x])
     faces = []
     for k in range(n):
         faces += [[k, k + 1, n + 1 + k], [k + 1, n + 2 + k, n + 1 + k]]
     strip = PolyMesh.from_faces(np.concatenate([bottom, top]), faces)
-    points = strip.vertices.copy()
-    points[:, 0] += np.where(points[:, 1] > 0, 0.5, 0.0)
-    strip = strip.with_vertices(points)
     assert len(pair_triangles(strip, repair=False).lonely) == 2
     complete = pair_triangles(strip, repair=True)
     assert len(complete.lonely) == 0
     assert complete.n_pairs == n
-
-
-def test_large_torus_comes_back_whole():
-    torus = grids.torus(316, 158, 35.0, 15.0)
-    triangles = split_quads(torus, 5)
-    assert pair_triangles(triangles).n_pairs == torus.n_faces
 
 
 @given(st.one_of(closed_surfaces(), open_surfaces()))
@@ -200,11 +136,8 @@ def test_triangulating_keeps_the_surface_and_its_vertices(surface):
     assert set(triangles.face_sizes.tolist()) == {3}
     assert np.array_equal(triangles.vertices[: mesh.n_vertices], mesh.vertices)
     before, after = check_mesh(mesh), check_mesh(triangles)
-    assert (after.euler, after.n_boundary_loops, after.oriented) == (
-        before.euler,
-        before.n_boundary_loops,
-        before.oriented,
-    )
+    assert (after.euler, after.n_boundary_loops) == (before.euler, before.n_boundary_loops)
+    assert after.oriented
 
 
 @given(st.one_of(closed_surfaces(), open_surfaces()))
@@ -220,9 +153,6 @@ def test_irregular_vertices_obey_euler(surface):
         total = int((inside - 4).sum())
         assert total == 2 * halfedges.n_edges - 4 * mesh.n_vertices
         assert len(irregular) == np.count_nonzero(np.bincount(mesh.indices) != 4)
-    assert irregular_note(irregular).startswith(
-        f"{len(irregular)} irregular" if len(irregular) else "no irregular"
-    )
 
 
 def test_grid_with_corners_is_regular_and_valence_eight_does_not_break_twill():
@@ -235,5 +165,4 @@ def test_grid_with_corners_is_regular_and_valence_eight_does_not_break_twill():
     found = find_irregular(star)
     assert (found.vertex.tolist(), found.valence.tolist()) == ([0], [8])
     assert not found.breaks_twill.any()
-    assert "none of them breaks" in irregular_note(found)
-    assert "breaks at 8 of them" in irregular_note(find_irregular(solids.cube()))
+    assert find_irregular(solids.cube()).breaks_twill.sum() == 8

@@ -12,13 +12,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from meshes_shared import shared_mesh
+from meshes_shared import real_mesh
 from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh import engines
@@ -28,13 +26,14 @@ from fabweave.mesh.remesh.engines import (
     Engine,
     LimitReachedError,
     Run,
+    _best,
+    candidate_of,
     run_engine,
 )
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
-from fabweave.mesh.remesh.remesh_check import check_remeshed
+from fabweave.mesh.remesh.remeshed import check_remeshed
 from fabweave.mesh.remesh.request import Remesh, parse_remesh
-from fabweave.mesh.remesh.runs import _best, candidate_of
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -80,26 +79,19 @@ def stub(folder, body, name="stub"):
     return Engine(name, f"The {name}", "", most_runs=1, command=(sys.executable, str(script)))
 
 
-def giving(folder, mesh, name="giver"):
+def giving(folder, mesh, before=""):
     """Return an engine that gives a mesh, brought to the unit box as a remesher sees it."""
-    np.savez(folder / f"{name}.npz", v=mesh.vertices, f=mesh.indices.reshape(mesh.n_faces, -1))
+    np.savez(folder / "mesh.npz", v=mesh.vertices, f=mesh.indices.reshape(mesh.n_faces, -1))
     body = (
-        f"kept = np.load({str(folder / (name + '.npz'))!r})\n"
-        "points = task['vertices']\n"
+        f"{before}\n"
+        f"kept = np.load({str(folder / 'mesh.npz')!r})\n"
         "low, high = kept['v'].min(axis=0), kept['v'].max(axis=0)\n"
         "give((kept['v'] - (low + high) / 2) / (high - low).max(), kept['f'])\n"
     )
-    return stub(folder, body, name)
+    return stub(folder, body, "giver")
 
 
 # --- what is asked for -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "number"), [("quads", None), ("quads:3000", 3000), (" quads:6 ", 6)]
-)
-def test_option_is_read(text, number):
-    assert parse_remesh(text) == Remesh("quads", number)
 
 
 @pytest.mark.parametrize(
@@ -108,14 +100,9 @@ def test_option_is_read(text, number):
      "quads:" + "9" * 400, "quads:1:2", "Quads:10"],
 )  # fmt: skip
 def test_wrong_option_is_refused(text):
+    assert parse_remesh(" quads:6 ") == Remesh("quads", 6)
     with pytest.raises(InputError, match="quads"):
         parse_remesh(text)
-
-
-@pytest.mark.parametrize("number", [0, -1, 5, 100_001])
-def test_impossible_number_is_refused(number):
-    with pytest.raises(InputError, match="from 6 to 100000 quads"):
-        remesh_quads(solids.cube(), number)
 
 
 # --- without a remesher ------------------------------------------------------------------------
@@ -130,7 +117,6 @@ def test_split_quads_need_no_remesher_and_keep_their_vertices():
         map(tuple, torus.vertices.tolist())
     )
     assert len(remeshed.irregular) == 0
-    assert "576 triangles were paired into 288 quads" in remeshed.notes[0]
 
 
 @pytest.mark.parametrize(("number", "taken"), [(288, True), (145, True), (575, True), (120, False)])
@@ -149,8 +135,6 @@ def test_mesh_of_quads_is_left_as_it_is():
     assert remeshed.method == "unchanged"
     assert remeshed.mesh.faces() == ball.faces()
     assert remeshed.irregular.valence.tolist() == [3] * 8
-    assert "8 irregular vertices (8 of valence 3)" in remeshed.notes[-1]
-    assert "breaks at 8 of them" in remeshed.notes[-1]
 
 
 def test_soup_is_joined_and_inside_out_faces_are_turned_first():
@@ -160,15 +144,6 @@ def test_soup_is_joined_and_inside_out_faces_are_turned_first():
     remeshed = remesh_quads(soup, None, engines=())
     report = check_mesh(remeshed.mesh)
     assert (report.n_vertices, report.face_sizes, report.closed) == (8, ((4, 6),), True)
-    assert "28 vertices" in remeshed.notes[0]
-    assert any("inside out" in note for note in remeshed.notes)
-
-
-def test_bodies_that_touch_at_a_point_stay_apart():
-    one = solids.cube()
-    two = one.with_vertices(one.vertices + 2.0)  # they share one corner
-    remeshed = remesh_quads(merged(one, two), None, engines=())
-    assert check_mesh(remeshed.mesh).n_components == 2
 
 
 @pytest.mark.parametrize(
@@ -219,14 +194,7 @@ def pinched(mesh, one, two):
 SPOILED = {
     "a hole": (without_face(GOOD, 5), "boundary loops: 1 instead of 0"),
     "triangles": (triangulate(GOOD), "576 faces have 3 corners"),
-    "one triangle fan": (
-        PolyMesh.from_faces(
-            GOOD.vertices, [*GOOD.faces()[1:], GOOD.faces()[0][:3], [*GOOD.faces()[0][2:], 0]]
-        ),
-        "2 faces have 3 corners",
-    ),
     "another genus": (grids.sphere(8, 50.0), "Euler characteristic: 2 instead of 0"),
-    "cut open": (grids.tube(24, 12, 30.0, 30.0), "boundary loops: 2 instead of 0"),
     "two bodies": (merged(GOOD, GOOD), "bodies: 2 instead of 1"),
     "flipped face": (with_flips(GOOD, [k == 3 for k in range(288)]), "inside out"),
     "inside out": (with_flips(GOOD, [True] * 288), "100% of the faces point the wrong way"),
@@ -236,7 +204,6 @@ SPOILED = {
     ),
     "touching vertex": (pinched(GOOD, 0, 150), "touch only at that point"),
     "vertex away": (moved(GOOD, 7, 30.0), "off the given surface"),
-    "half away": (GOOD.with_vertices(GOOD.vertices * [1, 1, 3]), "off the given surface"),
     "shrunk": (GOOD.with_vertices(GOOD.vertices * 0.5), "off the given surface"),
     "no numbers": (moved(GOOD, 7, np.nan), "not numbers"),
     "edge without length": (moved(GOOD, 1, GOOD.vertices[0] - GOOD.vertices[1]), "no length"),
@@ -263,15 +230,13 @@ def test_check_objects_if_a_horn_is_lost():
     ball = grids.sphere(12, 50.0)
     top = int(np.argmax(ball.vertices[:, 2]))
     assert check_remeshed(moved(ball, top, [0, 0, 20.0]), grids.sphere(6, 50.0)).faults == ()
-    faults = check_remeshed(moved(ball, top, [0, 0, 60.0]), grids.sphere(6, 50.0)).faults
-    assert len(faults) == 1
-    assert "the given vertices are up to" in faults[0]
-    assert "more faces would follow it" in faults[0]
+    (fault,) = check_remeshed(moved(ball, top, [0, 0, 60.0]), grids.sphere(6, 50.0)).faults
+    assert "the given vertices are up to" in fault
 
 
 def test_check_tells_bodies_of_swapped_genus_apart():
     # Ball and double torus against two tori: the same bodies, loops and Euler characteristic.
-    triangles = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
+    triangles = real_mesh("tri/double-torus.obj")
     double = merge_pairs(triangles, pair_triangles(triangles))
     away = double.with_vertices(double.vertices * 100 + 300)
     tori = merged(GIVEN, GIVEN.with_vertices(GIVEN.vertices + 300))
@@ -305,16 +270,13 @@ WELL = grids.sphere(6, 50.0)
 BODIES = {
     "hangs": ("while True: time.sleep(1)", "stopped at its time limit"),
     "exits": ("os._exit(0)", "ended with code 0 and left no result"),
-    "fails": ("sys.exit(3)", "ended with code 3"),
     "crashes": ("os.kill(os.getpid(), 11)", "ended by signal 11"),
     "prints": ("print('x' * 10**6); sys.stderr.write('y' * 10**6); sys.exit(1)", "code 1"),
     "tells": ("np.savez(sys.argv[3], error=np.array('out of luck'))", "out of luck"),
     "lies": ("open(sys.argv[3], 'wb').write(b'PK no zip')", "cannot be read"),
     "is empty": ("give(np.zeros((0, 3)), np.zeros((0, 4), dtype=int))", "without faces"),
-    "is flat": ("give(np.zeros((4, 2)), np.arange(4)[None])", "without faces"),
     "forgets": ("np.savez(sys.argv[3], vertices=np.eye(3))", "not a mesh"),
     "names no vertex": ("give(np.eye(4, 3), np.array([[0, 1, 2, 9]]))", "does not exist"),
-    "names a negative": ("give(np.eye(4, 3), np.array([[0, 1, 2, -1]]))", "does not exist"),
     "is no number": ("give(np.full((4, 3), np.nan), np.arange(4)[None])", "not numbers"),
 }
 
@@ -330,9 +292,8 @@ def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what
     assert np.array_equal(remeshed.mesh.indices, WELL.indices)
     # It was fitted, so it is nearer than what was given.
     assert likeness(BALL, remeshed.mesh).in_rms_mm < likeness(BALL, WELL).in_rms_mm
-    failed = [note for note in remeshed.notes if "The bad" in note]
-    assert len(failed) == 1
-    assert words in failed[0]
+    (failed,) = [note for note in remeshed.notes if "The bad" in note]
+    assert words in failed
 
 
 @needs_proc
@@ -456,10 +417,6 @@ def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp
     remeshed = remesh_quads(icotorus(), 300, seed=20, engines=[engine])
     assert len(remeshed.irregular) == 8
     assert remeshed.mesh.n_faces == 26 * 12 + 4
-    assert any("seed 22" in note for note in remeshed.notes)
-    assert [note for note in remeshed.notes if "attempt failed" in note] == [
-        "another attempt failed: The stub: it ended with code 1 and left no result"
-    ]
 
 
 def test_shape_comes_before_irregular_vertices():
@@ -480,7 +437,6 @@ def test_shape_comes_before_irregular_vertices():
     crossed = replace(found[31], clashes=3)
     assert _best([crossed, found[30]], 300) is found[30]
     assert _best([crossed, replace(found[30], clashes=1)], 300) is crossed
-    assert "3 pairs of them run through one another" in crossed.note
 
 
 def test_scans_are_decimated_for_remeshers_but_measured_as_given(tmp_path):
@@ -507,16 +463,9 @@ def icotorus():
 
 
 def test_result_without_irregular_vertices_ends_the_search(tmp_path):
-    mesh = grids.torus(24, 12, 0.35, 0.15)
-    faces = mesh.indices.reshape(-1, 4)
-    np.savez(tmp_path / "t.npz", v=mesh.vertices, f=faces)
-    body = (
-        "if int(task['seed']) > 0: time.sleep(600)\n"
-        f"kept = np.load({str(tmp_path / 't.npz')!r})\n"
-        "give(kept['v'], kept['f'])\n"
-    )
-    engine = replace(stub(tmp_path, body), most_runs=4)
-    remeshed = remesh_quads(icotorus(), 288, engines=[engine])
+    later = "if int(task['seed']) > 0: time.sleep(600)"
+    engine = giving(tmp_path, grids.torus(24, 12, 35.0, 15.0), later)
+    remeshed = remesh_quads(icotorus(), 288, engines=[replace(engine, most_runs=4)])
     assert len(remeshed.irregular) == 0
     # The runs that sleep were not waited for, or one would have been stopped at its limit.
     assert not any("stopped" in note for note in remeshed.notes)
@@ -529,15 +478,9 @@ def test_far_too_many_quads_are_no_result(tmp_path):
 
 
 def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):
-    bowl = grids.hemisphere(4, 0.5)
-    np.savez(tmp_path / "bowl.npz", v=bowl.vertices - [0, 0, 0.25], f=bowl.indices.reshape(-1, 4))
-    body = (
-        "if bool(task['rim']): sys.exit(7)\n"
-        f"kept = np.load({str(tmp_path / 'bowl.npz')!r})\n"
-        "give(kept['v'], kept['f'])\n"
-    )
+    engine = giving(tmp_path, grids.hemisphere(4, 50.0), "if bool(task['rim']): sys.exit(7)")
     given = triangulate(grids.hemisphere(9, 50.0))
-    remeshed = remesh_quads(given, 190, engines=[stub(tmp_path, body)])
+    remeshed = remesh_quads(given, 190, engines=[engine])
     assert remeshed.mesh.n_faces == 192
     assert any("code 7" in note for note in remeshed.notes)
 
@@ -545,32 +488,37 @@ def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):
 # --- the real remeshers ------------------------------------------------------------------------
 
 
-def assert_fits(remeshed, mesh, number, most_irregular):
-    report = check_mesh(remeshed.mesh)
-    before = check_mesh(mesh)
-    assert report.problems == ()
-    assert [size for size, _ in report.face_sizes] == [4]
-    assert number / 1.5 < remeshed.mesh.n_faces < number * 1.5
-    assert (report.euler, report.n_boundary_loops, report.n_components) == (
-        before.euler,
-        before.n_boundary_loops,
-        before.n_components,
-    )
-    assert check_remeshed(mesh, remeshed.mesh).faults == ()
-    assert len(remeshed.irregular) <= most_irregular
-    assert f"{len(remeshed.irregular)} irregular vertices" in remeshed.notes[-1]
+def shared(name, scale):
+    mesh = real_mesh(name)
+    return mesh.with_vertices(mesh.vertices * scale)
 
 
 @pytest.mark.slow
-@needs_quadriflow
-def test_quadriflow_makes_a_sphere_with_eight_irregular_vertices():
-    ball = icosphere(3)
-    remeshed = remesh_quads(ball, 500)
-    assert remeshed.method == "quadriflow"
-    assert_fits(remeshed, ball, 500, 8)
-    assert remeshed.irregular.valence.tolist() == [3] * 8
-    radius = np.linalg.norm(remeshed.mesh.vertices, axis=1)
-    assert np.all((radius > 48.5) & (radius < 50.5))
+@pytest.mark.parametrize(
+    ("given", "number", "most", "engine"),
+    [
+        pytest.param(lambda: icosphere(3), 500, 8, QUADRIFLOW, marks=needs_quadriflow),
+        pytest.param(lambda: shared("tri/double-torus.obj", 100), 500, 40, QUADRIFLOW,
+                     marks=needs_quadriflow),
+        pytest.param(lambda: shared("open/hemisphere.obj", 50), 300, 12, QUADRIFLOW,
+                     marks=needs_quadriflow),
+        pytest.param(solids.dodecahedron, 300, 40, QUADRIFLOW, marks=needs_quadriflow),
+        pytest.param(lambda: icosphere(3), 500, 60, INSTANT, marks=needs_instant),
+    ],
+)  # fmt: skip
+def test_remesher_keeps_the_surface_with_few_irregular_vertices(given, number, most, engine):
+    mesh = given()
+    remeshed = remesh_quads(mesh, number, engines=[engine])
+    assert remeshed.method == engine.name
+    report, before = check_mesh(remeshed.mesh), check_mesh(mesh)
+    assert report.problems == ()
+    assert number / 1.5 < remeshed.mesh.n_faces < number * 1.5
+    assert check_remeshed(mesh, remeshed.mesh).faults == ()
+    irregular = remeshed.irregular
+    assert len(irregular) <= most
+    if before.closed:  # as Euler's formula has it
+        assert (irregular.valence - 4).sum() == -4 * before.euler
+    assert not irregular.boundary.any()
 
 
 @pytest.mark.slow
@@ -585,66 +533,3 @@ def test_same_seed_same_mesh_wherever_it_stands():
     large = remesh_quads(ball.with_vertices(ball.vertices * 1024), 200, seed=3)
     assert np.array_equal(large.mesh.indices, one.mesh.indices)
     np.testing.assert_allclose(large.mesh.vertices, one.mesh.vertices * 1024, rtol=1e-12)
-
-
-@pytest.mark.slow
-@needs_quadriflow
-def test_double_torus_with_neither_its_pairs_nor_their_cage():
-    mesh = read_mesh(shared_mesh("tri/double-torus.obj")).mesh
-    mesh = mesh.with_vertices(mesh.vertices * 100)
-    remeshed = remesh_quads(mesh, 500)
-    assert remeshed.method == "quadriflow"
-    assert_fits(remeshed, mesh, 500, 40)
-    assert any("3072 quads with 6 irregular vertices" in note for note in remeshed.notes)
-    excess = remeshed.irregular.valence - 4
-    assert excess.sum() == 8
-
-
-@pytest.mark.slow
-@needs_quadriflow
-def test_open_hemisphere_keeps_its_rim():
-    mesh = read_mesh(shared_mesh("open/hemisphere.obj")).mesh
-    mesh = mesh.with_vertices(mesh.vertices * 50)
-    remeshed = remesh_quads(mesh, 300)
-    assert_fits(remeshed, mesh, 300, 12)
-    assert not remeshed.irregular.boundary.any()
-
-
-@pytest.mark.slow
-@needs_quadriflow
-def test_polygons_are_remeshed_too():
-    solid = solids.dodecahedron()
-    solid = solid.with_vertices(solid.vertices * 30)
-    remeshed = remesh_quads(solid, 300)
-    assert_fits(remeshed, solid, 300, 40)
-
-
-@pytest.mark.slow
-@needs_instant
-def test_instant_meshes_gives_about_the_number_asked_for():
-    ball = icosphere(3)
-    remeshed = remesh_quads(ball, 500, engines=[INSTANT])
-    assert remeshed.method == "instant-meshes"
-    assert_fits(remeshed, ball, 500, 60)
-    again = remesh_quads(ball, 500, engines=[INSTANT])
-    assert np.array_equal(again.mesh.vertices, remeshed.mesh.vertices)
-
-
-def test_what_may_help_depends_on_what_is_wrong():
-    ball = icosphere(1)
-    moved = ball.vertices + 0.3 * np.ptp(ball.vertices, axis=0).max()
-
-    def told(mesh):
-        with pytest.raises(CannotMakeError) as caught:
-            remesh_quads(mesh, 1000, engines=())
-        return str(caught.value).split("What may help: ")[1]
-
-    closing, moving = "closing small holes", "moving apart what runs through itself"
-    assert closing not in told(ball)
-    assert moving not in told(ball)
-    faces = ball.faces()[1:]
-    assert closing in told(PolyMesh.from_faces(ball.vertices, faces))
-    crossing = merged(ball, PolyMesh(moved, ball.offsets, ball.indices))
-    pairs = len(self_intersections(crossing))
-    assert pairs > 1
-    assert f"{moving} ({pairs} pairs of faces intersect or touch)" in told(crossing)

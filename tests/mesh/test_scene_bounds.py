@@ -47,12 +47,9 @@ def require_refused(path, data: bytes, match: str | None = None) -> None:
     assert peak < 5 * len(data) + 20e6
 
 
-def test_a_sound_archive_is_read(tmp_path):
+def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(tmp_path):
     (tmp_path / "a.3mf").write_bytes(archive({"3D/3dmodel.model": model(TETRAHEDRON, "1")}))
     assert read_mesh(tmp_path / "a.3mf").mesh.n_faces == 4
-
-
-def test_an_archive_that_unpacks_to_a_thousand_times_its_size_is_refused(tmp_path):
     bomb = archive({"3D/3dmodel.model": model(TETRAHEDRON + " " * 200_000_000, "1")})
     require_refused(tmp_path / "bomb.3mf", bomb, "200,0")
 
@@ -144,9 +141,3 @@ def test_libraries_log_nothing(tmp_path, capfd):
     with pytest.raises(InputError):
         read_mesh(tmp_path / "a.glb")
     assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.parametrize("line", ["property float w\n", "element more 0\n"])
-def test_a_header_of_a_hundred_thousand_lines_is_refused(line, tmp_path):
-    head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n" + line * 100_000
-    require_refused(tmp_path / "a.ply", (head + "end_header\n").encode(), "more than 1000")

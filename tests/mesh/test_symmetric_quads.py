@@ -2,49 +2,37 @@
 
 import numpy as np
 import pytest
-from meshes_shared import shared_mesh
+from meshes_shared import SPOT, real_mesh
 from scipy.spatial import cKDTree
+from strategies import volume
 
 from fabweave.core.arrays import no_progress
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.engines import ENGINES
 from fabweave.mesh.remesh.quads import not_worse, remesh_quads, symmetric_quads, without_doublets
-from fabweave.mesh.remesh.source import cut_surface, ready_source
-from fabweave.mesh.resize import resize_mesh
+from fabweave.mesh.remesh.remeshed import cut_surface, ready_source
 from fabweave.mesh.shapes import grids, solids
 
 quadriflow = pytest.mark.skipif(not ENGINES[0].installed, reason="QuadriFlow is not installed")
 
 
-def images(mesh, mirror):
-    """Return the partner of each vertex, and how far its image is from it."""
-    distance, partner = cKDTree(mesh.vertices).query(mirror.image(mesh.vertices))
-    return partner, distance.max()
-
-
 @quadriflow
 @pytest.mark.slow
 def test_quads_of_spot_are_symmetric_and_as_like_as_others():
-    mesh, _ = resize_mesh(
-        prepare_mesh(read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh)[0], size_mm=400.0
-    )
+    mesh = real_mesh(SPOT, 400.0)
     remeshed = remesh_quads(mesh, 300)
     result = remeshed.mesh
     assert any("mirror-symmetric, and so are they" in note for note in remeshed.notes)
     assert set(result.face_sizes.tolist()) == {4}
     report = check_mesh(result)
-    assert report.closed
-    assert (report.genus, report.n_components, report.fatal) == (0, 1, ())
-    mirror = find_mirror(mesh)
-    partner, off = images(result, mirror)
-    assert off < 0.2
+    assert (report.closed, report.genus, report.n_components, report.fatal) == (True, 0, 1, ())
+    off, partner = cKDTree(result.vertices).query(find_mirror(mesh).image(result.vertices))
+    assert off.max() < 0.2
     assert np.array_equal(np.sort(partner), np.arange(result.n_vertices))
     # Faces go to faces, turned over, and there is a line of edges on the mirror.
     faces = {frozenset(face) for face in result.indices.reshape(-1, 4).tolist()}
@@ -84,11 +72,4 @@ def test_doublets_go_and_nothing_else(times):
     back = without_doublets(doubled)
     assert (back.n_vertices, back.n_faces) == (8, 6)
     assert check_mesh(back).closed
-    volume = [
-        float(np.einsum("nd,nd->", m.vertices[t[:, 0]], np.cross(m.vertices[t[:, 1]],
-                                                                 m.vertices[t[:, 2]])))
-        for m in (cube, back)
-        for t in [np.concatenate([m.indices.reshape(-1, 4)[:, [0, 1, 2]],
-                                  m.indices.reshape(-1, 4)[:, [0, 2, 3]]])]
-    ]  # fmt: skip
-    assert volume[0] == pytest.approx(volume[1])
+    assert volume(back) == pytest.approx(volume(cube))

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
+from meshes_shared import SPOT, real_mesh
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import largest_dimension
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.symmetry.search import find_symmetry
-from fabweave.mesh.symmetry.symmetrise import symmetrise
+from fabweave.mesh.symmetrise import symmetrise
+from fabweave.mesh.symmetry import find_symmetry
+from fabweave.mesh.upright import largest_dimension
 
 SHAPES = ("shape:cube", "shape:torus?m=8&n=5", "shape:dodecahedron", "shape:tube?m=6&n=3")
 
@@ -52,7 +51,7 @@ def test_what_is_not_symmetric_is_refused():
 
 
 def test_an_animal_gets_two_equal_halves():
-    mesh = read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh
+    mesh = real_mesh(SPOT)
     made = symmetrise(mesh)
     found = find_symmetry(made.mesh, build_halfedges(made.mesh))
     assert (found.n_rotations, found.n_reflections) == (1, 1)

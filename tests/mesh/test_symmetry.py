@@ -4,20 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
 from strategies import merged, shuffled
 from symmetry_oracle import all_motions
 from weaving_meshes import meshes
 
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import largest_dimension
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus, tube
-from fabweave.mesh.subdivide.catmull_clark import catmull_clark
-from fabweave.mesh.symmetry.group import Symmetry, orbits
-from fabweave.mesh.symmetry.search import find_symmetry
+from fabweave.mesh.symmetry import Symmetry, find_symmetry, orbits
+from fabweave.mesh.upright import largest_dimension
 
 
 def symmetry_of(mesh: PolyMesh, **options) -> Symmetry:
@@ -69,11 +65,9 @@ def assert_group(mesh: PolyMesh, found: Symmetry) -> None:
     [
         ("tetrahedron", 12),
         ("cube", 24),
-        ("octahedron", 24),
-        ("icosahedron", 60),
         ("dodecahedron", 60),
         ("sphere", 24),
-        ("torus?m=24&n=12", 48),
+        ("torus?m=9&n=7", 18),
     ],
 )
 def test_regular_bodies_have_the_groups_that_geometry_gives_them(shape, rotations):
@@ -85,21 +79,6 @@ def test_regular_bodies_have_the_groups_that_geometry_gives_them(shape, rotation
     assert_group(mesh, found)
     alone = symmetry_of(mesh, reflections=False)
     assert (alone.n_rotations, alone.n_reflections) == (rotations, 0)
-
-
-def counted(angles_deg: np.ndarray) -> dict:
-    values, numbers = np.unique(np.abs(angles_deg), return_counts=True)
-    return dict(zip(values.tolist(), numbers.tolist(), strict=True))
-
-
-def test_axes_and_angles_of_the_cube():
-    found = symmetry_of(parse_shape("shape:cube"))
-    assert counted(found.angle_deg[found.proper]) == {0: 1, 90: 6, 120: 8, 180: 9}
-    # Nine planes, a point, and turns with a reflection: six by 90° and eight by 60°.
-    assert counted(found.angle_deg[~found.proper]) == {0: 9, 60: 8, 90: 6, 180: 1}
-    lengths = np.linalg.norm(found.axis, axis=1)
-    still = found.angle_deg == np.where(found.proper, 0.0, 180.0)
-    assert np.allclose(lengths, np.where(still, 0.0, 1.0))
 
 
 @pytest.mark.parametrize("shape", ["cube", "icosahedron", "torus?m=7&n=4", "hypar?m=4&n=4"])
@@ -125,13 +104,6 @@ def test_a_saddle_swaps_front_and_back_by_half_turns():
     assert (found.n_rotations, found.n_reflections) == (4, 4)
     assert np.count_nonzero(found.reverses & found.proper) == 2
     assert np.count_nonzero(~found.reverses & ~found.proper) == 2
-    assert_group(mesh, found)
-
-
-def test_what_is_flat_is_its_own_image_in_its_plane():
-    mesh = hypar(3, 3, 10.0, 0.0)
-    found = symmetry_of(mesh)
-    assert (found.n_rotations, found.n_reflections) == (8, 8)
     assert_group(mesh, found)
 
 
@@ -190,24 +162,6 @@ def test_noise_takes_the_symmetry_away(m, n, seed):
     near = symmetry_of(rough, tolerance=1e-2)
     assert near.order == symmetry_of(mesh).order
     assert 1e-5 < near.off < 1e-2
-
-
-def test_a_found_animal_is_its_own_mirror_image():
-    mesh = read_mesh(shared_mesh("quad/spot_quadrangulated.obj")).mesh
-    found = symmetry_of(mesh)
-    assert (found.n_rotations, found.n_reflections) == (1, 1)
-    assert found.angle_deg[1] == 0.0
-    assert np.abs(found.axis[1]).max() == pytest.approx(1.0, abs=1e-9)
-    assert_group(mesh, found)
-    rng = np.random.default_rng(0)
-    rough = mesh.with_vertices(mesh.vertices + 1e-4 * rng.normal(size=mesh.vertices.shape))
-    assert symmetry_of(rough).order == 1
-
-
-def test_refinement_keeps_the_group():
-    mesh = catmull_clark(catmull_clark(parse_shape("shape:icosahedron")))
-    found = symmetry_of(mesh)
-    assert (found.n_rotations, found.n_reflections) == (60, 60)
 
 
 def test_a_mesh_without_faces_has_the_identity():

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from fabweave.app.mesh_source import load_mesh
-from fabweave.app.settings import Settings
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import turned_upright
 from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
-from fabweave.mesh.upright import guess_up
+from fabweave.mesh.upright import guess_up, turned_upright
+from fabweave.options.settings import Settings
+from fabweave.plan.ask import load_asked
 
 
 def lying(mesh: PolyMesh) -> PolyMesh:
@@ -59,14 +58,14 @@ def test_what_has_no_surface_is_not_guessed():
 def test_a_guess_is_used_and_said_and_kept(tmp_path):
     bowl = parse_shape("shape:hemisphere")
     write_mesh(tmp_path / "bowl.obj", lying(bowl))
-    settings = Settings(str(tmp_path / "bowl.obj"))
-    loaded = load_mesh(settings)
+    settings = Settings.of(str(tmp_path / "bowl.obj"))
+    loaded = load_asked(settings)
     assert loaded.up == "y"
     assert any(note.startswith("up: y, guessed from its base") for note in loaded.notes)
     assert np.allclose(np.ptp(loaded.mesh.vertices, axis=0), np.ptp(bowl.vertices, axis=0))
-    kept = load_mesh(Settings(settings.mesh, up="z"))
+    kept = load_asked(Settings.of(settings.mesh.source, up="z"))
     assert kept.up == "z"
     assert np.allclose(turned_upright(kept.mesh.vertices, "y"), loaded.mesh.vertices)
     # A mesh from memory, and a shape of ours, stand as they are.
-    assert load_mesh(settings, given_mesh=lying(bowl)).up == "z"
-    assert load_mesh(Settings("shape:hemisphere")).up is None
+    assert load_asked(settings, given_mesh=lying(bowl)).up == "z"
+    assert load_asked(Settings.of("shape:hemisphere")).up is None

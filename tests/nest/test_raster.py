@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from strategies import at_most
 
 from fabweave.nest.item_shape import rotated, shapes_of
-from fabweave.nest.place.raster import closed_sides, filled_pixels, inflated_sides
+from fabweave.nest.place.raster import closed_sides, filled_pixels, region_sides
 
 
 def star(seed, count):
@@ -45,7 +45,7 @@ def test_filled_pixels_are_the_centres_that_shapely_contains(seed, count, pixel)
 def test_inflation_holds_every_point_within_the_radius(seed, radius):
     polygon = shapely.convex_hull(shapely.polygons(star(seed, 12)))
     outline = shapely.get_coordinates(polygon)[:-1]
-    ring = inflated_sides(outline, radius)[:, 0]
+    ring = region_sides(shapely.Polygon(outline), radius)[:, 0]
     border = shapely.LineString(np.vstack([ring, ring[:1]]))
     assert shapely.distance(border, polygon) >= radius - 1e-9
     assert shapely.hausdorff_distance(border, polygon.exterior, 0.05) <= 1.2 * radius + 1e-9

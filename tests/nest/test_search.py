@@ -1,10 +1,10 @@
 """What pixels prove of positions, and that what is found is free and close."""
 
 import numpy as np
-import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from sheet_fit import bar
 from strategies import at_most
 
 from fabweave.nest.container import Container
@@ -70,12 +70,11 @@ def test_whatever_is_placed_keeps_the_gap_and_stays_on_the_sheet(seed, gap):
 
 
 def test_pieces_are_placed_at_the_gap_not_a_pixel_further():
-    bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
     effort = effort_named("quick")
     # Five bars and the gaps between them, and one pixel more for all; pixels alone take one each.
     grid = grid_of(Container((80.2, 5 * 9.3 + 4 * 2.0 + 2.0)), 2.0, effort.pixel_mm, 8.0)
     pixels = SheetPixels(grid, effort, workers=1)
-    shape = shape_of(bar)[0]
+    shape = shape_of(bar(80.0, 9.3))[0]
     kernels = kernels_of(shape, grid, effort.angles)
     size = np.array([80.0, 9.3])
     for _ in range(5):
@@ -83,14 +82,3 @@ def test_pieces_are_placed_at_the_gap_not_a_pixel_further():
         assert spot is not None
         pixels.put(kernels, spot)
     assert pixels.place(kernels, size) is None
-
-
-@pytest.mark.parametrize("effort", ["quick", "normal", "best"])
-def test_a_shape_that_fits_an_empty_sheet_exactly_has_its_place(effort):
-    settings_ = effort_named(effort)
-    bar = np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 9.3], [0.0, 9.3]])
-    grid = grid_of(Container((80.0, 9.3)), 2.0, settings_.pixel_mm, 8.0)
-    shape = shape_of(bar)[0]
-    kernels = kernels_of(shape, grid, settings_.angles)
-    spot = SheetPixels(grid, settings_, workers=1).place(kernels, np.array([80.0, 9.3]))
-    assert np.abs(spot.apply(shape.outline).min(axis=0)).max() < 1e-6

@@ -5,15 +5,23 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from sheet_fit import bar
 from strategies import at_most
 
+from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.emptying import shortfall_mm
-from fabweave.nest.separate.item_field import item_field
-from fabweave.nest.separate.overlap import distances, item_arrays, near_samples, place_items
+from fabweave.nest.separate.overlap import (
+    distances,
+    item_arrays,
+    item_field,
+    near_samples,
+    place_items,
+)
 from fabweave.nest.separate.separation import separate
 
 GAP = 2.0
+BAR = item_field(shape_of(bar(40.0, 8.0))[0], GAP)
 
 
 def random_items(seed, count, size=30.0):
@@ -68,33 +76,31 @@ def test_separated_items_keep_the_gap_and_stay_inside(seed, count):
     rng = np.random.default_rng(seed)
     items = random_items(seed, count)
     poses = np.column_stack([rng.uniform(20, 160, (count, 2)), rng.uniform(0, 7, count)])
-    separated = separate(item_arrays(items), poses, (180.0, 180.0), GAP, steps=200)
+    separated = separate(item_arrays(items), poses, Container((180.0, 180.0)), GAP, steps=200)
     if separated is not None:
         # What the samples cannot see is small.
-        assert shortfall_mm(items, separated, (180.0, 180.0), GAP) < 0.5
+        assert shortfall_mm(items, separated, Container((180.0, 180.0)), GAP) < 0.5
     else:
-        assert shortfall_mm(items, poses, (180.0, 180.0), GAP) > 0.0
+        assert shortfall_mm(items, poses, Container((180.0, 180.0)), GAP) > 0.0
 
 
 def test_what_does_not_move_stays_and_the_others_make_room():
-    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
     poses = np.array([[60.0, 40.0, 0.0], [60.0, 46.0, 0.0], [60.0, 70.0, 0.0]])
-    arrays, usable = item_arrays([bar] * 3), (120.0, 90.0)
+    arrays, usable = item_arrays([BAR] * 3), Container((120.0, 90.0))
     for moving in ([True, False, False], [False, True, True]):
         chosen = np.array(moving)
         separated = separate(arrays, poses, usable, GAP, steps=60, moving=chosen)
         assert separated is not None
         assert separated[~chosen] == pytest.approx(poses[~chosen], abs=0.0)
-        assert shortfall_mm([bar] * 3, separated, usable, GAP) < 0.05
+        assert shortfall_mm([BAR] * 3, separated, usable, GAP) < 0.05
     # All together it is what it was without being asked.
     everyone = separate(arrays, poses, usable, GAP, steps=60, moving=np.ones(3, dtype=bool))
     assert everyone == pytest.approx(separate(arrays, poses, usable, GAP, steps=60), abs=0.0)
 
 
 def test_two_bars_that_overlap_part_by_the_least_motion():
-    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
     poses = np.array([[50.0, 50.0, 0.0], [50.0, 55.0, 0.0]])
-    separated = separate(item_arrays([bar, bar]), poses, (100.0, 100.0), GAP, steps=60)
+    separated = separate(item_arrays([BAR, BAR]), poses, Container((100.0, 100.0)), GAP, steps=60)
     assert separated is not None
     # They are 8 mm high and 5 mm apart: each moves half of the 5 mm that are missing.
     np.testing.assert_allclose(separated[:, 1], [47.5, 57.5], atol=0.1)
@@ -103,10 +109,9 @@ def test_two_bars_that_overlap_part_by_the_least_motion():
 
 
 def test_pull_takes_a_free_item_to_the_border():
-    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
-    start = np.array([[50.0, 50.0, 0.0]])
+    start, room = np.array([[50.0, 50.0, 0.0]]), Container((100.0, 100.0))
     separated = separate(
-        item_arrays([bar]), start, (100.0, 100.0), GAP, steps=40, pull_mm=(0.0, -3.0), pulls=25
+        item_arrays([BAR]), start, room, GAP, steps=40, pull_mm=(0.0, -3.0), pulls=25
     )
     assert separated is not None
     assert separated[0, 1] == pytest.approx(4.0, abs=0.1)
@@ -115,14 +120,13 @@ def test_pull_takes_a_free_item_to_the_border():
 def test_too_many_items_are_given_up():
     items = random_items(1, 9)
     poses = np.tile([30.0, 30.0, 0.0], (9, 1)) + np.arange(9)[:, None]
-    assert separate(item_arrays(items), poses, (60.0, 60.0), GAP, steps=60) is None
+    assert separate(item_arrays(items), poses, Container((60.0, 60.0)), GAP, steps=60) is None
 
 
 def test_missing_tells_overlap_gap_and_border_apart():
-    bar = item_field(shape_of(np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 8.0], [0.0, 8.0]]))[0], GAP)
 
     def missing(*poses):
-        return shortfall_mm([bar] * len(poses), np.array(poses), (100.0, 100.0), GAP)
+        return shortfall_mm([BAR] * len(poses), np.array(poses), Container((100.0, 100.0)), GAP)
 
     assert missing([50.0, 50.0, 0.0]) == pytest.approx(-30.0)
     assert missing([50.0, 3.0, 0.0]) == pytest.approx(1.0)

@@ -1,12 +1,11 @@
 """Slides are exact: they end at the gap, never nearer, and only where pieces may stand."""
 
-import math
-
 import numpy as np
 import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from sheet_fit import bar
 from strategies import at_most
 
 from fabweave.nest.container import Container
@@ -14,7 +13,7 @@ from fabweave.nest.item_shape import Spot, rotated
 from fabweave.nest.place.slide import PlacedOutlines, slide
 from fabweave.stock.rotations import Rotations
 
-BAR = np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 8.0], [0.0, 8.0]])
+BAR = bar(60.0, 8.0)
 GAP = 2.0
 
 
@@ -72,11 +71,6 @@ def test_where_a_slot_is_too_narrow_there_is_no_room():
     assert slide(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, around) is None
     wider = placed_with(at(BAR, 20.0, 20.0), at(BAR, 20.0, 20.0 + 8.0 + 12.1))
     assert slide(Spot(0.0, 20.0, 20.0 + 8.0 + 1.9), BAR, wider) is not None
-
-
-def test_a_piece_that_fits_its_sheet_exactly_stays():
-    container = Container((60.0, 8.0))
-    assert slide(Spot(0.0, 0.0, 0.0), BAR, placed_with(container=container)) == Spot(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -146,17 +140,3 @@ def test_no_slide_breaks_the_gap_or_goes_far(seed, gap):
         )
         placed.add(there)
         outlines.append(there)
-
-
-def test_an_arc_nests_into_a_congruent_one():
-    arc = crescent(3)
-    one = at(arc - arc.min(axis=0), 14.0, 30.0)
-    thick = float(np.hypot(*(arc[-1] - arc[0])))
-    middle = (np.arctan2(*arc[0][::-1]) + np.arctan2(*arc[23][::-1])) / 2.0
-    away = (thick + GAP + 1.5) * np.array([math.cos(middle), math.sin(middle)])
-    start = Spot(1.0, *(away + 0.2).tolist())
-    moved = slide(start, one, placed_with(one)).apply(one)
-    assert GAP <= apart(moved, one) < GAP + 0.02
-    # The inner side of one is bent more than the outer side of the other: they meet at both ends.
-    near = shapely.polygons(moved).buffer(GAP + 0.05).intersection(shapely.polygons(one))
-    assert shapely.length(shapely.minimum_rotated_rectangle(near)) > 2 * 50.0

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import solids
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar
+from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import polygon_triangles
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fabweave.core.colour_space import bytes_of, light_of, light_of_hue, oklab_of
 from fabweave.core.errors import InputError
-from fabweave.picture.strand_colours import PALETTES, SAFE_PALETTE, thread_colours
+from fabweave.weave.strand_colours import PALETTES, SAFE_PALETTE, thread_colours
 
 _VIEWS = (None, *COLOUR_BLINDNESS)
 

@@ -65,13 +65,12 @@ def test_captions_that_do_not_match_are_refused(tiles, captions, columns):
 def test_shapes_are_all_shown_with_their_own_picture():
     some = [shape for shape in SHAPES if shape.name in ("cube", "torus", "hypar")]
     assert len(some) == 3
-    sheet = np.asarray(render_shapes(some, columns=2, tile_px=(160, 120)))
+    sheet = np.asarray(render_shapes(some))
     for index, shape in enumerate(some):
         mesh = parse_shape(shape.example)
         marks = irregular_marks(mesh, radius_px=3.0)
         few = 4 * len(marks.points) <= mesh.n_vertices
-        alone = np.asarray(mesh_picture(mesh, size_px=(160, 120), marks=marks if few else None))
-        rows = (sheet.shape[0] - 12) // 2
-        top, left = 12 + index // 2 * rows, 12 + index % 2 * 172
-        assert np.array_equal(sheet[top : top + 120, left : left + 160], alone)
+        alone = np.asarray(mesh_picture(mesh, size_px=(380, 300), marks=marks if few else None))
+        left = 12 + index * 392
+        assert np.array_equal(sheet[12:312, left : left + 380], alone)
         assert np.any(alone < 240)

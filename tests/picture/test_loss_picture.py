@@ -7,8 +7,7 @@ import pytest
 from PIL import Image
 
 from fabweave.core.colour_space import light_of, oklab_of
-from fabweave.mesh.likeness import likeness
-from fabweave.mesh.loss import LossMap, loss_map
+from fabweave.mesh.likeness import LossMap, likeness, loss_map
 from fabweave.mesh.shapes import grids
 from fabweave.picture.camera import View
 from fabweave.picture.loss_picture import (
@@ -47,9 +46,9 @@ def test_more_is_darker_and_all_beyond_the_end_is_alike():
 
 def test_what_is_kept_is_grey_and_a_lost_spike_is_coloured():
     front = [View(-90.0, 0.0)]
-    same = loss_tiles(loss_map(BALL, BALL), front, [(120, 90)], samples=1)
+    same = loss_tiles(loss_map(BALL, BALL), front, [(120, 90)])
     assert not coloured(same).any()
-    tile = coloured(loss_tiles(loss_map(spiked(), BALL), front, [(120, 90)], samples=1))
+    tile = coloured(loss_tiles(loss_map(spiked(), BALL), front, [(120, 90)]))
     assert tile.any()
     # The spike points to the right, where the picture of the ball ends.
     assert np.nonzero(tile)[1].min() > 60
@@ -70,7 +69,7 @@ def test_the_picture_is_the_same_each_time_and_none_without_remeshing():
     data = likeness_png(loss, like)
     assert data == likeness_png(loss, like)
     with Image.open(io.BytesIO(data)) as picture:
-        assert picture.size[0] == loss_picture(loss, samples=1).width == 1440
+        assert picture.size[0] == loss_picture(loss).width == 1440
     assert likeness_png(None, None) is None
     assert likeness_png(loss, None) is None
 

@@ -9,14 +9,14 @@ from PIL import Image
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.camera import View
-from fabweave.picture.portrait import object_portrait, opposite_view, portrait_png
-from fabweave.picture.strand_colours import thread_colours
+from fabweave.picture.object_picture import object_portrait, opposite_view, portrait_png
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
+from fabweave.weave.strand_colours import thread_colours
 from fabweave.weave.threads import trace_threads
 
 
@@ -36,7 +36,7 @@ def hues(pixels: np.ndarray) -> np.ndarray:
 
 def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
     ribbons, colours = woven("torus?m=12&n=8")
-    pixels = np.asarray(object_portrait(ribbons, colours, samples=1))
+    pixels = np.asarray(object_portrait(ribbons, colours))
     middle = 720
     for half in (pixels[:, :middle], pixels[:, middle:]):
         shown = hues(half)
@@ -51,7 +51,7 @@ def test_what_one_view_hides_the_other_shows():
     # A thread's share of what is seen: on a sphere no ring is hidden in both views.
     ribbons, _ = woven("octahedron")
     colours = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [250, 250, 0]], dtype=np.uint8)
-    shown = hues(np.asarray(object_portrait(ribbons, colours, samples=1)))
+    shown = hues(np.asarray(object_portrait(ribbons, colours)))
     assert {0, 1, 2} <= set(np.unique(shown).tolist())
 
 

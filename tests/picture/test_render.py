@@ -11,11 +11,10 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.model.woven_glb import ribbon_faces
 from fabweave.picture.camera import View, choose_view, frame_object
+from fabweave.picture.model_files import ribbon_faces
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import (
-    Lattice,
     Marks,
     floor_light,
     floor_points,
@@ -140,34 +139,10 @@ def test_objects_fill_their_frame(view, seed):
     assert np.isclose(np.max((high - low) / (270, 135)), 1.0)
 
 
-@given(st.integers(1, 5), st.integers(2, 9), st.integers(2, 9), st.integers(0, 2**32 - 1))
-def test_a_pixel_has_its_own_samples_no_two_in_a_row_or_column(samples, wide, high, seed):
-    lattice = Lattice(wide, high, samples)
-    rows, columns = np.mgrid[0 : lattice.height, 0 : lattice.width] + 0.5
-    places = lattice.pixels(np.column_stack((columns.ravel(), rows.ravel(), np.zeros(rows.size))))[
-        :, :2
-    ]
-    inside = np.all((places > 0) & (places < (wide, high)), axis=1)
-    pixel = np.floor(places[inside]).astype(int)
-    owner = pixel[:, 1] * wide + pixel[:, 0]
-    assert np.array_equal(np.bincount(owner, minlength=wide * high), [lattice.count] * wide * high)
-    # Inside a pixel, places to the right and down are the same even steps.
-    steps = (np.arange(lattice.count) + 0.5) / lattice.count
-    for number in range(wide * high):
-        own = np.sort(places[inside][owner == number] % 1.0, axis=0)
-        assert np.allclose(own, steps[:, None])
-    values = np.random.default_rng(seed).random((lattice.height, lattice.width, 1))
-    means = np.bincount(owner, weights=values.ravel()[inside]) / lattice.count
-    shown = lattice.averaged(values.astype(np.float32))
-    assert np.allclose(shown.ravel(), means, atol=1e-5)
-    assert np.allclose(lattice.pixels(lattice.of_pixels(values[:3, 0] * (1, 2, 3))),
-                       values[:3, 0] * (1, 2, 3))  # fmt: skip
-
-
 @pytest.mark.parametrize("samples", [2, 3, 4])
 @pytest.mark.parametrize("slope", [0.0, 0.03, 0.11, 1.0, 9.0, 40.0])
 def test_edges_are_as_smooth_as_samples_allow(samples, slope):
-    """The light of a pixel at an edge is the share of it that is covered, to a sample or so."""
+    """The light of a pixel at an edge is the share of it that is covered, or nearly."""
     turn = np.arctan(slope)
     corners = np.array([[-9, 0], [9, 0], [9, 9], [-9, 9]]) @ [
         [np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]
@@ -182,13 +157,9 @@ def test_edges_are_as_smooth_as_samples_allow(samples, slope):
     x, y = np.meshgrid(np.arange(60), np.arange(60))
     exact = shapely.area(shapely.intersection(shapely.box(x, y, x + 1, y + 1), shape))
     away = np.abs(found - exact)
-    assert away.max() <= 1.6 / np.sqrt(samples**2 + 1)
+    assert away.max() <= 1.2 / samples
     edge = (exact > 0.02) & (exact < 0.98)
-    assert away[edge].mean() <= 0.6 / samples**1.4 if edge.any() else True
-    if 0.0 < slope < 0.2 or slope > 5.0:
-        # Along a nearly level edge every share that samples can give is met.
-        assert len(np.unique(found.round(3))) == samples**2 + 2
-        assert away.max() <= 1.5 / samples**2
+    assert away[edge].mean() <= 0.5 / samples if edge.any() else True
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.catmull_clark import catmull_clark
+from fabweave.mesh.subdivide.primal import catmull_clark
 from fabweave.picture.camera import View
 from fabweave.picture.twist_picture import broken_places, twill_seams, weave_on_mesh
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
@@ -46,13 +46,13 @@ def test_an_exact_twill_has_a_diagonal_everywhere_and_no_seam(name):
     assert np.all(seams.across[inner] >= 0)
     assert np.all(seams.across[~inner] < 0)
     assert len(seams.edges) == 0
-    assert len(broken_places(mesh, halfedges, weave).points) == 0
+    assert len(broken_places(mesh, halfedges, weave)[0]) == 0
     # One crossing the other way round is seen at once.
     middle = np.flatnonzero(inner[halfedges.face] & (halfedges.twin >= 0))[0]
     edge = halfedges.edge[weave.threads.crossing_halfedge] == halfedges.edge[middle]
     spoiled = with_twist(weave.threads, weave.twist ^ edge)
     assert np.count_nonzero(twill_seams(halfedges, spoiled).across[inner] < 0) >= 1
-    assert len(broken_places(mesh, halfedges, spoiled).points) >= 4
+    assert len(broken_places(mesh, halfedges, spoiled)[0]) >= 4
 
 
 def test_plain_weave_has_no_diagonal():
@@ -66,13 +66,13 @@ def test_every_broken_condition_has_its_place(name, seed):
     twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
     weave = with_twist(threads, twist)
     broken = count_broken(twill_conditions(halfedges, threads), twist)
-    faults = broken_places(mesh, halfedges, weave)
-    _, first, counts = np.unique(faults.colours, axis=0, return_index=True, return_counts=True)
+    points, colours = broken_places(mesh, halfedges, weave)
+    _, first, counts = np.unique(colours, axis=0, return_index=True, return_counts=True)
     assert sorted(counts.tolist()) == sorted(
         count for count in (broken.edge, broken.face, broken.vertex) if count
     )
     assert len(first) <= 3
-    edge, face, vertex = np.split(faults.points, np.cumsum([broken.edge, broken.face]))
+    edge, face, vertex = np.split(points, np.cumsum([broken.edge, broken.face]))
     ends = mesh.vertices[halfedges.tail] + mesh.vertices[halfedges.head]
     centres = [
         mesh.vertices[mesh.indices[low:high]].mean(axis=0)
@@ -131,8 +131,9 @@ def test_a_face_shows_the_twists_of_its_edges():
     twist = np.arange(threads.n_crossings) % 2 == 0
     size = (300, 300)
     picture = weave_on_mesh("twists", mesh, halfedges, with_twist(threads, twist), size_px=size,
-                            view=View(-90.0, 90.0), caption=False)  # fmt: skip
-    pixels = np.asarray(picture).astype(int)
+                            view=View(-90.0, 90.0))  # fmt: skip
+    # Around it is the sheet with its caption.
+    pixels = np.asarray(picture).astype(int)[12:312, 12:312]
     low, high = mesh.vertices[:, :2].min(axis=0), mesh.vertices[:, :2].max(axis=0)
     sense = {int(halfedges.edge[h]): bool(t)
              for h, t in zip(threads.crossing_halfedge, twist, strict=True)}  # fmt: skip

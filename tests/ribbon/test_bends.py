@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.flat.unfold.development import wave_turns
+from fabweave.piece.development import wave_turns
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
 
 RADII = st.floats(5.0, 500.0)
@@ -134,29 +134,3 @@ def test_over_and_under_on_flat_ground_need_two_arcs(height, pitch) -> None:
     slope = 2 * height / run
     assert spans.radius_mm[0] == pytest.approx(run / (4 * slope), rel=0.02)
     assert np.isnan(spans.radius_mm[1])
-
-
-@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.randoms(use_true_random=False))
-def test_no_curve_is_softer_than_the_bound(a, b, random) -> None:
-    """Random cubic and quartic curves with the same end slopes bend at least as tightly."""
-    need = abs(a + b) + np.sqrt(2 * a * a + 2 * b * b)
-    t = np.linspace(0, 1, 401)
-    hermite = a * (t - 2 * t**2 + t**3) + b * (t**3 - t**2)
-    for _ in range(5):
-        # (t (1 - t))^2 times anything changes neither ends nor end slopes.
-        bump = (t * (1 - t)) ** 2 * np.polyval([random.uniform(-3, 3) for _ in range(4)], t)
-        curve = hermite + bump
-        assert np.abs(np.gradient(np.gradient(curve, t), t))[2:-2].max() >= need * 0.98 - 1e-3
-
-
-def test_the_bound_is_reached_by_two_arcs() -> None:
-    a, b = 0.2, 0.1
-    need = abs(a + b) + np.sqrt(2 * a * a + 2 * b * b)
-    # Slope falls from a and rises again to b at the full rate; the chord is met at the end.
-    switch = ((b - a) / need + 1) / 2
-    t = np.linspace(0, 1, 100_001)
-    for sign, share in ((1, switch), (-1, 1 - switch)):
-        slope = a + sign * need * np.where(t < share, t, 2 * share - t)
-        if abs(slope[-1] - b) < 1e-9 and abs(np.trapezoid(slope, t)) < 1e-9:
-            return
-    pytest.fail("no switch meets both ends")

@@ -5,33 +5,28 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
-from unfolding import worst_stretch
+from unfolding import plain_ribbons
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.flat.unfold.development import unfold_threads
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.ribbon.boundary_turns import RUNGS_A_TURN, require_no_loop, turn_rungs
-from fabweave.ribbon.project import Ribbons, project_ribbons
+from fabweave.mesh.upright import resize_mesh
+from fabweave.ribbon.project import (
+    RUNGS_A_TURN,
+    Ribbons,
+    require_no_loop,
+    turn_rungs,
+)
 from fabweave.ribbon.width import WidthRule
-from fabweave.weave.pattern import Weave, plain_weave
+from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads, trace_threads
-
-HEIGHT = 0.3
-OPEN = ["hemisphere.obj", "hypar.obj", "mixedFaring.off", "tubemesh.off"]
 
 
 def woven(mesh: PolyMesh, *, turn: bool = True, **options: float) -> tuple[Weave, Ribbons]:
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges, turn=turn))
-    return weave, project_ribbons(mesh, halfedges, weave, height_mm=HEIGHT, **options)
+    return plain_ribbons(mesh, turn=turn, **options)
 
 
 def rungs_of_turns(threads: Threads, ribbons: Ribbons) -> np.ndarray:
@@ -47,19 +42,6 @@ def rungs_of_turns(threads: Threads, ribbons: Ribbons) -> np.ndarray:
 def distance_to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     way = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
     return np.linalg.norm(np.cross(points - start, way), axis=-1)
-
-
-@pytest.mark.parametrize("name", ["hypar", "tube", "hemisphere", "hypar?m=7&n=4&height=150"])
-def test_unfolding_is_isometric_on_shapes(name):
-    _, ribbons = woven(resize_mesh(parse_shape(f"shape:{name}"), size_mm=300.0)[0])
-    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
-
-
-@pytest.mark.parametrize("name", OPEN)
-def test_unfolding_is_isometric_on_real_meshes(name):
-    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(f"open/{name}")).mesh)
-    _, ribbons = woven(resize_mesh(mesh, size_mm=400.0)[0])
-    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
 
 
 @given(meshes())

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ribbon_strips import strip
 
-from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
-from fabweave.app.woven_object import check_object, weave_object
+from fabweave.options.settings import Settings
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked
+from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import check_ribbons
 from fabweave.ribbon.rules.rules import measure_along
@@ -45,10 +45,12 @@ def test_a_fold_between_crossings_is_the_crease(angle, at) -> None:
 
 def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
     settings, supplies = complete_settings(
-        Settings(mesh="shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
+        Settings.of("shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
     )
-    woven = weave_object(settings, supplies)
-    assert "crease" not in {one.rule for one in check_object(woven, settings, supplies).findings}
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    assert "crease" not in {
+        one.rule for one in check_object(woven, settings.ribbons, supplies).findings
+    }
     ribbons = woven.ribbons
     at = 29
     rung = int(ribbons.entry[at]) + 2
@@ -74,9 +76,9 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
 def test_every_rule_of_a_thread_says_where() -> None:
     """Each rule names thread, station, crossing and place, and they agree."""
     settings, supplies = complete_settings(
-        Settings(mesh="shape:tetrahedron", size_mm=60.0, material="card")
+        Settings.of("shape:tetrahedron", size_mm=60.0, material="card")
     )
-    woven = weave_object(settings, supplies)
+    woven = lay_asked(load_asked(settings), settings, supplies)
     threads, ribbons = woven.weave.threads, woven.ribbons
     harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
     measured = check_ribbons(ribbons, woven.weave, woven.labels, harsh, size_mm=60.0)

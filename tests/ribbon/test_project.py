@@ -6,58 +6,16 @@ import numpy as np
 import pytest
 import shapely
 from hypothesis import given
-from meshes_shared import shared_mesh
-from unfolding import worst_stretch
+from unfolding import plain_ribbons as woven
+from unfolding import shape_at
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.flat.unfold.development import unfold_threads
-from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.model.woven_glb import ribbon_faces
+from fabweave.mesh.upright import resize_mesh
+from fabweave.picture.model_files import ribbon_faces
+from fabweave.piece.development import unfold_threads
 from fabweave.ribbon.measures import NARROWEST_MM, require_width, ribbon_widths
-from fabweave.ribbon.project import Ribbons, local_entry, project_ribbons
-from fabweave.weave.pattern import Weave, plain_weave
-from fabweave.weave.threads import trace_threads
-
-HEIGHT = 0.3
-
-
-def woven(mesh: PolyMesh, **options: float) -> tuple[Weave, Ribbons]:
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    return weave, project_ribbons(mesh, halfedges, weave, height_mm=HEIGHT, **options)
-
-
-def shape_at(name: str, size_mm: float = 300.0) -> PolyMesh:
-    return resize_mesh(parse_shape(f"shape:{name}"), size_mm=size_mm)[0]
-
-
-SHAPES = ["tetrahedron", "cube", "dodecahedron", "torus?m=9&n=6", "sphere?n=4", "tube", "hypar"]
-REAL = [
-    "quad/spot_quadrangulated.obj",
-    "tri/double-torus.obj",
-    "ngon/hexaSphere.off",
-    "open/mixedFaring.off",
-]
-
-
-@pytest.mark.parametrize("name", SHAPES)
-def test_unfolding_is_isometric_on_shapes(name):
-    _, ribbons = woven(shape_at(name))
-    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
-
-
-@pytest.mark.parametrize("name", REAL)
-def test_unfolding_is_isometric_on_real_meshes(name):
-    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(name)).mesh)
-    mesh, _ = resize_mesh(mesh, size_mm=400.0)
-    _, ribbons = woven(mesh)
-    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
 
 
 @given(meshes())
@@ -86,7 +44,7 @@ def test_over_panels_lie_outside_and_are_centred_on_the_ones_below(mesh):
     centre = (middle[ribbons.entry] + middle[ribbons.entry + 1]) / 2
     crossing = weave.threads.crossing
     above = np.einsum("pd,pd->p", centre - ribbons.centre[crossing], ribbons.normal[crossing])
-    assert np.allclose(above, np.where(weave.over, HEIGHT, -HEIGHT), atol=1e-9)
+    assert np.allclose(above, np.where(weave.over, 0.3, -0.3), atol=1e-9)
     aside = centre - ribbons.centre[crossing] - above[:, None] * ribbons.normal[crossing]
     assert np.abs(aside).max() < 1e-9
 
@@ -121,12 +79,6 @@ def test_a_closed_ribbon_has_two_rungs_a_crossing_and_an_open_one_two_more():
         )
 
 
-def test_positions_past_the_end_of_a_ring_go_on_around_it():
-    _, ribbons = woven(shape_at("octahedron"))
-    zero = np.zeros(3, dtype=np.int64)
-    assert local_entry(ribbons, zero, np.array([0, 5, 6])).tolist() == [0, 10, 12]
-
-
 def test_ribbons_keep_to_their_own_side_of_the_strip():
     # Unfolded, no strip of a convex shape's thread folds back over its neighbouring facets.
     _, ribbons = woven(shape_at("sphere?n=6"))
@@ -139,10 +91,9 @@ def test_ribbons_keep_to_their_own_side_of_the_strip():
     assert shapely.is_ccw(shapely.linearrings(quads[inner])).all()
 
 
-@pytest.mark.parametrize(("length", "width"), [(0.5, 0.6), (1.0, 0.5), (0.7, 0.0), (0.7, -1)])
+@pytest.mark.parametrize(("length", "width"), [(0.5, 0.6), (1.0, 0.5), (0.7, -1.0)])
 def test_impossible_widths_are_refused(length, width):
-    words = "0 < width <= length < 1" if width > 0 else "must be between 0 and 1"
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError):
         woven(shape_at("cube"), length=length, width=width)
 
 
@@ -161,10 +112,3 @@ def test_a_hair_is_refused_with_the_size_that_would_do():
     _, larger = woven(shape_at("torus?m=24&n=12", size))
     require_width(larger, labels, size)
     assert ribbon_widths(larger).min() >= NARROWEST_MM
-
-
-def test_a_size_that_is_far_is_no_help_and_not_told():
-    weave, ribbons = woven(shape_at("torus?m=24&n=12", 2.0))
-    labels = tuple(map(str, range(weave.threads.n_threads)))
-    with pytest.raises(CannotMakeError, match=r"quads:N makes one\)$"):
-        require_width(ribbons, labels, 2.0)

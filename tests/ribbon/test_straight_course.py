@@ -5,36 +5,23 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
-from unfolding import worst_stretch
+from meshes_shared import real_mesh
+from unfolding import plain_ribbons
 from weaving_meshes import meshes
 
-from fabweave.flat.unfold.development import unfold_threads
+from fabweave.mesh.fairness import medial_portals, portals_of
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.portals import medial_portals, portals_of
-from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
-from fabweave.model.yarns import spin_yarns
 from fabweave.ribbon.measures import open_share
-from fabweave.ribbon.project import project_ribbons
-from fabweave.weave.pattern import plain_weave
-from fabweave.weave.threads import trace_threads
 
 WIDTH, LENGTH = 0.65, 0.7
 
 
 def laid(mesh, course="straight", height_mm=0.0, width=WIDTH):
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    portals = portals_of(course, mesh, halfedges)
-    ribbons = project_ribbons(
-        mesh, halfedges, weave, height_mm=height_mm, width=width, length=LENGTH, portals=portals
-    )
-    return weave, ribbons
+    portals = portals_of(course, mesh, build_halfedges(mesh))
+    return plain_ribbons(mesh, height_mm=height_mm, width=width, length=LENGTH, portals=portals)
 
 
 def panels(ribbons):
@@ -52,11 +39,6 @@ def patch(n, side):
     b, c, d = a + n + 1, a + n + 2, a + 1
     faces = np.concatenate([np.column_stack([a, b, d]), np.column_stack([b, c, d])])
     return PolyMesh.from_triangles(side * points, faces)
-
-
-def real(name):
-    mesh, _, _ = prepare_mesh(read_mesh(shared_mesh(name)).mesh)
-    return resize_mesh(mesh, size_mm=400.0)[0]
 
 
 def ball(steps):
@@ -88,7 +70,7 @@ def test_courses_differ_where_they_should():
     halfedges = build_halfedges(mesh)
     assert portals_of("auto", mesh, halfedges) is portals_of("projection", mesh, halfedges) is None
     assert np.allclose(portals_of("straight", mesh, halfedges), 0.5, atol=1e-12)
-    mixed = real("ngon/platonic_shelf.obj")
+    mixed = real_mesh("ngon/platonic_shelf.obj", 400.0)
     halfedges = build_halfedges(mixed)
     quad = mixed.face_sizes[halfedges.face] == 4
     auto = portals_of("auto", mixed, halfedges)
@@ -98,13 +80,8 @@ def test_courses_differ_where_they_should():
 
 @given(meshes())
 def test_half_way_through_all_portals_is_the_projection_method_to_the_last_bit(mesh):
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    half = np.full(halfedges.n_halfedges, 0.5)
-    one, other = (
-        project_ribbons(mesh, halfedges, weave, height_mm=0.3, width=0.3, portals=portals)
-        for portals in (None, half)
-    )
+    half = np.full(mesh.n_corners, 0.5)
+    one, other = (plain_ribbons(mesh, width=0.3, portals=portals)[1] for portals in (None, half))
     assert np.allclose(one.right, other.right, atol=1e-9)
     assert np.allclose(one.left, other.left, atol=1e-9)
 
@@ -143,10 +120,8 @@ def test_what_stays_open_of_a_flat_kagome_is_what_the_theory_says(width):
 
 CLOSED = {
     "ball": lambda: ball(2),
-    "double torus": lambda: real("tri/double-torus.obj"),
-    "hexagons": lambda: real("ngon/hexaSphere.off"),
-    "spot": lambda: real("quad/spot_quadrangulated.obj"),
-    "solids": lambda: real("ngon/platonic_shelf.obj"),
+    "hexagons": lambda: real_mesh("ngon/hexaSphere.off", 400.0),
+    "solids": lambda: real_mesh("ngon/platonic_shelf.obj", 400.0),
 }
 
 
@@ -175,61 +150,3 @@ def _band(panel):
     right, left = panel[1] - panel[0], panel[2] - panel[3]
     ends = [panel[0] - 9 * right, panel[1] + 9 * right, panel[2] + 9 * left, panel[3] - 9 * left]
     return shapely.make_valid(shapely.Polygon(ends))
-
-
-@pytest.mark.parametrize("name", CLOSED)
-def test_unfolding_is_isometric(name):
-    _, ribbons = laid(CLOSED[name](), height_mm=0.3)
-    assert worst_stretch(ribbons, unfold_threads(ribbons)) < 1e-9
-
-
-def _fill(ribbons, crossings=8):
-    """Return which share of their tightest rectangles pieces of so many crossings fill."""
-    strips = unfold_threads(ribbons)
-    filled = around = 0.0
-    for strip in range(len(strips.offsets) - 1):
-        rungs = slice(*strips.offsets[strip : strip + 2])
-        right, left = strips.right[rungs], strips.left[rungs]
-        for first in range(0, len(right) - 2 * crossings, 2 * crossings):
-            piece = slice(first, first + 2 * crossings)
-            ring = np.concatenate([right[piece], left[piece][::-1]])
-            filled += shapely.Polygon(ring).area
-            around += shapely.Polygon(ring).minimum_rotated_rectangle.area
-    return filled / around
-
-
-def test_pieces_of_a_ball_fill_their_rectangles_as_foretold():
-    # Without any optimisation, at the same share of their room: 0.56 and 0.72.
-    fill = {course: _fill(laid(ball(2), course)[1]) for course in ("projection", "straight")}
-    assert fill["projection"] < 0.61
-    assert fill["straight"] > 0.70
-
-
-def test_strands_hardly_turn_on_a_straight_course():
-    def turning(course):
-        _, ribbons = laid(ball(2), course)
-        middle = (ribbons.right + ribbons.left) / 2
-        ways = []
-        for thread in range(len(ribbons.closed)):
-            rungs = np.arange(*ribbons.offsets[thread : thread + 2])
-            way = middle[np.roll(rungs, -1)] - middle[rungs]
-            way /= np.linalg.norm(way, axis=1, keepdims=True)
-            # From one panel to the next, the long way round the connector.
-            panel = way[::2]
-            cosine = np.einsum("ij,ij->i", panel, np.roll(panel, -1, axis=0))
-            ways.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-        return np.median(np.concatenate(ways))
-
-    # What is left is the turn of the surface itself from crossing to crossing.
-    assert turning("projection") > 55
-    assert turning("straight") < 10
-
-
-def test_yarns_keep_apart_on_a_straight_course():
-    mesh, _ = resize_mesh(ball(1), size_mm=300.0)
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    portals = portals_of("straight", mesh, halfedges)
-    labels = [str(number) for number in range(weave.threads.n_threads)]
-    yarns = spin_yarns(mesh, halfedges, weave, labels, portals=portals)
-    assert yarns.radius_mm.min() > 2.0

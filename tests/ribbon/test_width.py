@@ -7,29 +7,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import closed_surfaces, open_surfaces
+from unfolding import plain_ribbons, shape_at
+from weaving_meshes import walked
 
-from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
-from fabweave.app.split_job import plan_pieces
-from fabweave.app.woven_object import lay_ribbons, weave_object
 from fabweave.core.errors import InputError
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import resize_mesh
-from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.settings import Settings
+from fabweave.piece.split.split_strands import plan_pieces
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.ribbon.lay import lay_ribbons
 from fabweave.ribbon.measures import ribbon_widths
-from fabweave.ribbon.project import following_rung, project_ribbons
+from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.widest import even_widths, widest_width
 from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
 from fabweave.weave.pattern import plain_weave
-from fabweave.weave.threads import trace_threads
 
 
 def widths(shape: str, rule: WidthRule | float) -> np.ndarray:
-    mesh = resize_mesh(parse_shape(f"shape:{shape}"), size_mm=400.0)[0]
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    return ribbon_widths(project_ribbons(mesh, halfedges, weave, height_mm=0.25, width=rule))
+    return ribbon_widths(plain_ribbons(shape_at(shape, 400.0), width=rule)[1])
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar", "dodecahedron"])
@@ -70,23 +65,7 @@ def test_widths_are_written_as_they_are_read(relative, a, b, kind, auto) -> None
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        "wide",
-        "1.5",
-        "0",
-        "9mm..6mm",
-        "0.5,6mm",
-        "half,6mm..9mm",
-        "auto,auto",
-        "auto,",
-        "auto,even",
-        "even,",
-        "even,3mm..4mm",
-        "even,0.5,",
-        "even,1.5",
-        "-3mm",
-    ],
+    "text", ["wide", "1.5", "0", "9mm..6mm", "0.5,6mm", "auto,auto", "even,1.5", "-3mm"]
 )
 def test_widths_that_make_no_sense_are_refused(text: str) -> None:
     with pytest.raises(InputError):
@@ -104,10 +83,9 @@ def uneven(draw) -> PolyMesh:
 
 def even_on(mesh, rule: WidthRule = EVEN):
     """Return weave, widths of passes and laid ribbons of one width on a mesh."""
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    width = even_widths(mesh, halfedges, weave, rule, length=0.7)
-    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.25, width=width)
+    halfedges, threads = walked(mesh)
+    width = even_widths(mesh, halfedges, plain_weave(threads), rule, length=0.7)
+    weave, ribbons = plain_ribbons(mesh, width=width)
     return weave, width, ribbons
 
 
@@ -136,9 +114,7 @@ def test_one_width_is_kept_wherever_there_is_room_and_narrows_by_degrees(mesh) -
 
 def widths_of(mesh, rule: WidthRule) -> np.ndarray:
     """Return the width at the narrower cross-line of each pass."""
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.0, width=rule)
+    _, ribbons = plain_ribbons(mesh, height_mm=0.0, width=rule)
     laid = ribbon_widths(ribbons)
     return np.minimum(laid[ribbons.entry], laid[ribbons.entry + 1])
 
@@ -154,26 +130,30 @@ def test_one_width_grows_with_the_object_unless_it_is_stated(mesh, factor) -> No
 
 
 def test_a_width_that_is_left_to_fabweave_is_even_but_on_built_in_shapes() -> None:
-    assert Settings("kitten.obj").width_rule == EVEN
-    assert Settings("shape:torus").width_rule == PROPORTIONAL
-    assert Settings("shape:torus", remesh="quads:90").width_rule == EVEN
+    assert Settings.of("kitten.obj").width_rule == EVEN
+    assert Settings.of("shape:torus").width_rule == PROPORTIONAL
+    assert Settings.of("shape:torus", remesh="quads:90").width_rule == EVEN
     assert parse_width("open:0.2") == replace(PROPORTIONAL, relative=0.8)
-    narrower = Settings("kitten.obj").narrower(0.5)
-    assert narrower.width == parse_width(str(narrower.width)) == replace(EVEN, relative=0.35)
+    narrower = Settings.of("kitten.obj").narrower(0.5)
+    assert (
+        narrower.ribbons.width
+        == parse_width(str(narrower.ribbons.width))
+        == replace(EVEN, relative=0.35)
+    )
 
 
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     settings, supplies = complete_settings(
-        Settings(mesh="shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
+        Settings.of("shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     )
-    woven = weave_object(settings, supplies)
-    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, (), supplies).runs
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs
     threads = woven.weave.threads
     laps = runs.laps(threads)
     # Every ring is jointed, each joint where its thread goes under, and no crossing twice.
     assert len(laps) == len(runs.thread) == len(np.unique(laps))
     ribbons = lay_ribbons(
-        woven.source, woven.weave, settings, supplies.thickness_mm(woven.bunches), laps
+        woven.source, woven.weave, settings.ribbons, supplies.thickness_mm(woven.bunches), laps
     )
     corners = ribbons.right[ribbons.entry] + ribbons.right[ribbons.entry + 1]
     corners = corners + ribbons.left[ribbons.entry] + ribbons.left[ribbons.entry + 1]
@@ -182,7 +162,7 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     )
     apart = np.zeros(threads.n_crossings)
     np.add.at(apart, threads.crossing, np.where(woven.weave.over, height, -height))
-    layers = supplies.only.thickness_mm + settings.clearance_mm
+    layers = supplies.only.thickness_mm + settings.ribbons.clearance_mm
     expected = np.full(threads.n_crossings, layers)
     expected[laps] += supplies.only.thickness_mm / 2
     assert apart == pytest.approx(expected, abs=1e-9)
@@ -190,20 +170,19 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
 
 def test_runs_of_open_threads_lap_only_between_pieces() -> None:
     settings, supplies = complete_settings(
-        replace(Settings(mesh="shape:hypar", size_mm=400.0), max_length_mm=150.0)
+        Settings.of("shape:hypar", size_mm=400.0).but(max_length_mm=150.0)
     )
-    woven = weave_object(settings, supplies)
-    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, (), supplies).runs
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs
     crossed = np.count_nonzero(woven.weave.threads.lengths)
     assert len(runs.laps(woven.weave.threads)) == len(runs.thread) - crossed
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar"])
 def test_the_widest_width_for_all_is_reached_and_no_wider_one(shape: str) -> None:
-    mesh = resize_mesh(parse_shape(f"shape:{shape}"), size_mm=400.0)[0]
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
-    widest = widest_width(mesh, halfedges, weave, length=0.7)
+    mesh = shape_at(shape, 400.0)
+    halfedges, threads = walked(mesh)
+    widest = widest_width(mesh, halfedges, plain_weave(threads), length=0.7)
     assert widths(shape, WidthRule(0.65, widest, widest)) == pytest.approx(widest, rel=1e-9)
     wider = 1.01 * widest
     assert widths(shape, WidthRule(0.65, wider, wider)).min() < 0.995 * wider

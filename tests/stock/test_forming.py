@@ -2,8 +2,8 @@
 
 import pytest
 
-from fabweave.app.inspection.facts import inspect_mesh
-from fabweave.app.settings import Settings
+from fabweave.design.inspection.facts import inspect_mesh
+from fabweave.options.settings import Settings
 from fabweave.stock.material import (
     formed_radius_mm,
     forming_advice,
@@ -35,12 +35,10 @@ def test_all_plywood_and_nothing_else_is_known() -> None:
     assert forming_advice(material_named("acrylic-3"), 500.0) is None
 
 
-@pytest.mark.parametrize(("size", "refused", "helps"), [(60.0, True, False), (95.0, True, True)])
-def test_it_is_told_where_a_material_is_too_stiff_and_softening_helps(size, refused, helps) -> None:
-    torus = Settings("shape:torus?m=8&n=4", size_mm=size, material="birch-veneer", rotations="free")
-    facts = inspect_mesh(torus).facts
-    radius = formed_radius_mm(material_named("birch-veneer"))
-    advice = forming_advice(material_named("birch-veneer"), radius).lower()
-    assert ("because" in facts["pieces"]) == refused
-    assert (advice in facts["pieces"]["because"].lower()) == helps
-    assert (advice in " ".join(facts["checks"]["notes"]).lower()) == helps
+@pytest.mark.parametrize(("size", "helps"), [(60.0, False), (95.0, True)])
+def test_it_is_told_where_a_material_is_too_stiff_and_softening_helps(size, helps) -> None:
+    options = {"material": "birch-veneer", "rotations": "free"}
+    torus = Settings.of("shape:torus?m=8&n=4", size_mm=size, **options)
+    veneer = material_named("birch-veneer")
+    advice = forming_advice(veneer, formed_radius_mm(veneer)).lower()
+    assert (advice in inspect_mesh(torus).facts["pieces"]["because"].lower()) == helps

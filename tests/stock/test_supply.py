@@ -5,20 +5,17 @@ import itertools
 import numpy as np
 import pytest
 import shapely
+from sheet_fit import bar
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.nest.container import Container, clear_rectangle
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.nesting import nest
 from fabweave.nest.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
-from fabweave.nest.place.rectangle import largest_rectangle
-from fabweave.nest.recorded_layout import check_layout
+from fabweave.nest.place.raster import largest_rectangle
+from fabweave.plan.recorded_layout import check_layout
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
-
-
-def bar(length, width):
-    return np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]])
 
 
 def nested(pieces, stock, **options):

@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 
-from fabweave.app.request import complete_settings, hole_rules
-from fabweave.app.settings import Settings
-from fabweave.app.split_job import plan_pieces
-from fabweave.app.woven_object import lay_ribbons, weave_object
-from fabweave.flat.joint.kinds import parse_joint
-from fabweave.flat.joint.planning import plan_joints
-from fabweave.flat.pieces import PieceSet, build_pieces
+from fabweave.options.settings import Settings
+from fabweave.piece.joint.kinds import parse_joint
+from fabweave.piece.joint.planning import plan_joints
+from fabweave.piece.pieces import PieceSet, build_pieces
+from fabweave.piece.split.split_strands import plan_pieces
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.ribbon.lay import lay_ribbons
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +25,15 @@ class Model:
 @cache
 def model_of(mesh, size_mm=300.0, **changed):
     """Return the pieces of a model, once."""
-    settings, supplies = complete_settings(Settings(mesh, size_mm=size_mm, **changed))
-    woven = weave_object(settings, supplies)
-    rules = hole_rules(settings, supplies)
-    plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, settings, rules, supplies)
+    settings, supplies = complete_settings(Settings.of(mesh, size_mm=size_mm, **changed))
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    rules = brief_of(settings, supplies).rules
+    plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies))
     laps = plan.runs.laps(woven.weave.threads)
     ribbons = lay_ribbons(
-        woven.source, woven.weave, settings, supplies.thickness_mm(woven.bunches), laps
+        woven.source, woven.weave, settings.ribbons, supplies.thickness_mm(woven.bunches), laps
     )
-    rule, thickness = parse_joint(settings.joint), supplies.thickness_mm(woven.bunches)
+    rule, thickness = parse_joint(settings.pieces.joint), supplies.thickness_mm(woven.bunches)
     joints = plan_joints(ribbons, woven.weave, plan.runs, rule, thickness)
     made = build_pieces(ribbons, woven.weave, plan.runs, woven.labels, rules, joints)
     closed = bool(np.all(woven.halfedges.twin >= 0))

@@ -2,15 +2,13 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from fabweave.app.joined_object import check_joined, split_object
-from fabweave.app.request import complete_settings, hole_rules
-from fabweave.app.settings import Settings
-from fabweave.app.woven_object import WovenObject, weave_object
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.options.settings import Settings
 from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.piece.joined_strands import check_joined, split_object
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.rules.rules import measure_clearance
@@ -20,8 +18,7 @@ from fabweave.stock.ribbon_limits import ribbon_limits
 def intersecting(ribbons: Ribbons) -> int:
     """Count pairs of facets that run through one another, by libigl's exact predicates."""
     vertices, triangles, _ = ribbon_triangles(ribbons)
-    mesh = PolyMesh(vertices, 3 * np.arange(len(triangles) + 1), triangles.ravel())
-    return len(self_intersections(mesh))
+    return len(self_intersections(PolyMesh.from_triangles(vertices, triangles)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +33,11 @@ class Laid:
 
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
-    settings, supplies = complete_settings(Settings(mesh=mesh, size_mm=size_mm, **options))
-    woven = weave_object(settings, supplies)
-    joined = split_object(woven, settings, supplies, hole_rules(settings, supplies))
+    settings, supplies = complete_settings(Settings.of(mesh, size_mm=size_mm, **options))
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    joined = split_object(woven, brief_of(settings, supplies))
     woven = joined.woven
-    limits = ribbon_limits(supplies.only, settings.clearance_mm)
+    limits = ribbon_limits(supplies.only, settings.ribbons.clearance_mm)
     near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
-    check = check_joined(woven, settings, supplies, joined.repeats)
+    check = check_joined(woven, brief_of(settings, supplies), joined.repeats)
     return Laid(woven, check, len(near.value), intersecting(woven.ribbons))

@@ -1,16 +1,19 @@
 """Small crossing maps for tests that need a part of one: the rest is what no test looks at."""
 
-from fabweave.flat.crossing_map import (
+from fabweave.plan.crossing_map import (
     AssemblyRecord,
     CrossingMap,
+    CutRecord,
     HoleRecord,
+    LayoutRecord,
     PieceRecord,
     PlacementRecord,
+    RotationRecord,
     SheetRecord,
     StationRecord,
     StepRecord,
+    WeaveRecord,
 )
-from fabweave.flat.file_records import CutRecord, LayoutRecord, RotationRecord, WeaveRecord
 from fabweave.weave.twill.conditions import Broken
 
 

@@ -1,7 +1,7 @@
 """Designs with figures that a test chooses."""
 
-from fabweave.app.design.candidate import Candidate, Figures
-from fabweave.report.verdict import judge
+from fabweave.design.candidate import Candidate, Figures
+from fabweave.plan.verdict import judge
 
 
 def figures(**changes):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray
-from fabweave.weave.fabric.repeat import Fabric
+from fabweave.weave.fabrics import Fabric
 from fabweave.weave.threads import Threads
 
 

@@ -9,11 +9,13 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave.app import pipeline, split_job
-from fabweave.app.design import making
+from fabweave import job as pipeline
 from fabweave.cli import inspect
 from fabweave.cli.main import main
-from fabweave.picture import loss_picture, portrait
+from fabweave.design import making
+from fabweave.picture import loss_picture, object_picture
+from fabweave.piece.split import split_strands as split_job
+from fabweave.show import job as drawn
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
@@ -31,8 +33,8 @@ def run(*words: object) -> int:
 
 
 def _small_portrait(ribbons, colours) -> bytes:
-    with mock.patch.object(portrait, "SIDE_PX", (72, 72)):
-        return portrait.portrait_png(ribbons, colours)
+    with mock.patch.object(object_picture, "SIDE_PX", (72, 72)):
+        return object_picture.portrait_png(ribbons, colours)
 
 
 def _small_likeness(loss, like) -> bytes | None:
@@ -45,8 +47,8 @@ _QUICK = [
     (module, name, quick, getattr(module, name))
     for module, name, quick in (
         (pipeline, "_MOST_WORKERS", 0),
-        (pipeline, "portrait_png", _small_portrait),
-        (pipeline, "likeness_png", _small_likeness),
+        (drawn, "portrait_png", _small_portrait),
+        (drawn, "likeness_png", _small_likeness),
         (split_job, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
         (making, "_MESHES", 2),

@@ -1,8 +1,6 @@
-"""Write meshes in binary kinds of files, which the package only reads."""
+"""Write meshes in kinds of files that the package only reads."""
 
 import struct
-
-import numpy as np
 
 from fabweave.mesh.polymesh import PolyMesh
 
@@ -25,14 +23,19 @@ def binary_ply(mesh: PolyMesh, *, big_endian: bool = False) -> bytes:
     return head.encode() + mesh.vertices.astype(f"{order}f8").tobytes() + faces
 
 
-def binary_off(mesh: PolyMesh) -> bytes:
-    """Return the bytes of a binary OFF file, which holds 32-bit floats by definition."""
-    faces = b"".join(
-        # No colours follow the corners.
-        struct.pack(f">{len(face) + 2}i", len(face), *face, 0)
-        for face in mesh.faces()
-    )
-    counts = struct.pack(">3i", mesh.n_vertices, mesh.n_faces, 0)
-    with np.errstate(over="ignore"):
-        vertices = mesh.vertices.astype(">f4").tobytes()
-    return b"OFF BINARY\n" + counts + vertices + faces
+def off_bytes(mesh: PolyMesh) -> bytes:
+    """Return the bytes of an OFF file."""
+    return _text(["OFF", f"{mesh.n_vertices} {mesh.n_faces} 0"], mesh)
+
+
+def ply_bytes(mesh: PolyMesh) -> bytes:
+    """Return the bytes of a PLY text file."""
+    head = ["ply", "format ascii 1.0", f"element vertex {mesh.n_vertices}"]
+    head += [f"property double {axis}" for axis in "xyz"]
+    head += [f"element face {mesh.n_faces}", "property list int int vertex_indices", "end_header"]
+    return _text(head, mesh)
+
+
+def _text(head: list[str], mesh: PolyMesh) -> bytes:
+    rows = [*mesh.vertices.tolist(), *([len(face), *face] for face in mesh.faces())]
+    return "\n".join([*head, *(" ".join(map(repr, row)) for row in rows), ""]).encode("ascii")

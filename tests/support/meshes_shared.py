@@ -5,6 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.upright import resize_mesh
+
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "meshes"
 
 
@@ -78,3 +83,11 @@ def shared_mesh(name: str) -> Path:
     if not path.is_file():
         pytest.skip(f"the shared mesh {name} is not beside the repository")
     return path
+
+
+def real_mesh(name: str, size_mm: float | None = None) -> PolyMesh:
+    """Return one mesh, fit to be woven, at a size; skip the test where it is absent."""
+    return resize_mesh(prepare_mesh(read_mesh(shared_mesh(name)).mesh)[0], size_mm=size_mm)[0]
+
+
+SPOT = "quad/spot_quadrangulated.obj"

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.picture.strand_colours import STRATEGIES
+from fabweave.weave.strand_colours import STRATEGIES
 
 MATERIALS = ("card", "card", "museum-board", "birch-veneer", "polypropylene", "spring-shim-0.1")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.verify.checks.sheets.labels import SAME_MM, _in_box
+from fabweave.verify.check.labels import SAME_MM, _in_box
 
 #: In parts of the height of a letter: the least gap between letters, and how alike they look.
 GAP, SAME = 0.21, 0.02

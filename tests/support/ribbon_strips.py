@@ -1,5 +1,7 @@
 """Ribbons of known shape."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fabweave.ribbon.project import Ribbons, better_diagonals, following_rung
@@ -23,3 +25,12 @@ def strip(right: np.ndarray, left: np.ndarray, *, closed: bool = False, entry=No
         normal=np.zeros((0, 3)),
         centre=np.zeros((0, 3)),
     )
+
+
+def shifted(ribbons: Ribbons, thread: int, by: np.ndarray) -> Ribbons:
+    """Return ribbons of which one is moved."""
+    own = slice(*ribbons.offsets[thread : thread + 2])
+    right, left = ribbons.right.copy(), ribbons.left.copy()
+    right[own] += by
+    left[own] += by
+    return replace(ribbons, right=right, left=left)

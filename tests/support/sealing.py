@@ -1,8 +1,8 @@
 """Prove a folder whose list of files was written anew: what physics finds, the seal aside."""
 
-from fabweave.app.job_folder import write_contents
-from fabweave.verify import VerifyReport
-from fabweave.verify import verify_job as verify_folder
+from fabweave.core.job_folder import write_contents
+from fabweave.verify.proof import verify_job as verify_folder
+from fabweave.verify.report import VerifyReport
 
 
 def verify_job(directory) -> VerifyReport:

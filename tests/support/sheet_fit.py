@@ -1,12 +1,19 @@
-"""Say whether a piece fits on some sheet, as nesting does."""
+"""Pieces of known size, and whether one fits on some sheet, as nesting does."""
 
 from collections.abc import Sequence
+
+import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.nest.container import Container
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of
 from fabweave.stock.sheet_size import SheetSize, usable_size
+
+
+def bar(length: float, width: float) -> FloatArray:
+    """Return the outline of a rectangle that lies along x."""
+    return np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]])
 
 
 def fits_some_sheet(outline: FloatArray, sheets: Sequence[SheetSize], margin_mm: float) -> bool:

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
-from fabweave.flat.split.candidate_costs import Bed, list_candidates
-from fabweave.flat.split.runs import Runs
-from fabweave.flat.split.splitting import choose_runs
+from fabweave.piece.development import Runs
+from fabweave.piece.split.candidate_costs import Bed, list_candidates
+from fabweave.piece.split.splitting import choose_runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 

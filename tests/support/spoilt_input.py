@@ -8,19 +8,19 @@ from collections.abc import Callable
 from pathlib import Path
 
 import ezdxf
-import numpy as np
+from mesh_writers import binary_ply, off_bytes, ply_bytes
 
-from fabweave.app.coupon_job import coupon_for
-from fabweave.app.options.table import option_named
-from fabweave.app.pipeline import run_job
-from fabweave.app.preflight_job import preflight_job
-from fabweave.app.settings import settings_from_job, settings_from_options
 from fabweave.core.errors import FabweaveError
-from fabweave.flat.crossing_map import read_crossing_map
+from fabweave.job import run_job
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.settings import settings_from_job, settings_from_options
+from fabweave.options.table import option_named
+from fabweave.plan.coupon_job import coupon_for
+from fabweave.plan.crossing_map import read_crossing_map
+from fabweave.plan.preflight.preflight_job import preflight_job
 
 STOCK = """
 [[sheet]]
@@ -124,10 +124,10 @@ class Kinds:
         self.job = folder / "job"
         run_job(settings_from_options("shape:tetrahedron", size=120, effort="quick"), self.job)
         mesh = parse_shape("shape:cube")
-        for kind in ("obj", "off", "ply"):
-            write_mesh(folder / f"cube.{kind}", mesh)
-        (folder / "binary.off").write_bytes(_binary_off(mesh))
-        (folder / "binary.ply").write_bytes(_binary_ply(mesh))
+        write_mesh(folder / "cube.obj", mesh)
+        (folder / "cube.off").write_bytes(off_bytes(mesh))
+        (folder / "cube.ply").write_bytes(ply_bytes(mesh))
+        (folder / "binary.ply").write_bytes(binary_ply(mesh))
         import trimesh  # noqa: PLC0415 -- takes long
 
         box = trimesh.creation.box()
@@ -237,20 +237,3 @@ def _repacked(data: bytes, draw: random.Random) -> bytes:
         for one, content in files.items():
             archive.writestr(one, content)
     return packed.getvalue()
-
-
-def _binary_off(mesh: object) -> bytes:
-    words = [np.array([mesh.n_vertices, mesh.n_faces, 0], ">i4").tobytes()]
-    words.append(mesh.vertices.astype(">f4").tobytes())
-    words += [np.array([len(face), *face, 0], ">i4").tobytes() for face in mesh.faces()]
-    return b"OFF BINARY\n" + b"".join(words)
-
-
-def _binary_ply(mesh: object) -> bytes:
-    head = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {mesh.n_vertices}\n"
-        "property float x\nproperty float y\nproperty float z\n"
-        f"element face {mesh.n_faces}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    faces = [bytes([len(face)]) + np.array(face, "<i4").tobytes() for face in mesh.faces()]
-    return head.encode() + mesh.vertices.astype("<f4").tobytes() + b"".join(faces)

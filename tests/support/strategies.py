@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from fabweave.core.arrays import offsets_of
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.triangulate import triangulate
 
 SOLIDS = (
     solids.tetrahedron,
@@ -52,6 +53,12 @@ def with_flips(mesh: PolyMesh, flips: list[bool]) -> PolyMesh:
     """Reverse some faces."""
     faces = [face[::-1] if flip else face for face, flip in zip(mesh.faces(), flips, strict=True)]
     return PolyMesh.from_faces(mesh.vertices, faces)
+
+
+def volume(mesh: PolyMesh) -> float:
+    """Return what a closed surface encloses; negative if it is inside out."""
+    triangles = triangulate(mesh)
+    return float(np.linalg.det(triangles.vertices[triangles.indices.reshape(-1, 3)]).sum()) / 6.0
 
 
 def moebius_strip(n: int) -> PolyMesh:

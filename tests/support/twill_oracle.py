@@ -1,50 +1,28 @@
 """The conditions of a mesh, and the least that any twists break, by trying all."""
 
-import runpy
-from pathlib import Path
-
 import numpy as np
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
 from strategies import SOLIDS
-from weaving_meshes import meshes
+from weaving_meshes import meshes, walked
 
 from fabweave.core.arrays import IntArray
-from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
-from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import TwillConditions, count_broken, twill_conditions
-from fabweave.weave.twill.decide import Decision
-from fabweave.weave.twill.parity import solve_parity
+from fabweave.weave.twill.decide import Decision, solve_parity
 
 
 def conditions_of(mesh: PolyMesh) -> TwillConditions:
-    halfedges = build_halfedges(mesh)
-    return twill_conditions(halfedges, trace_threads(halfedges))
-
-
-def real_mesh(name: str) -> PolyMesh:
-    return prepare_mesh(read_mesh(shared_mesh(name)).mesh)[0]
+    return twill_conditions(*walked(mesh))
 
 
 def refined(mesh: PolyMesh, text: str) -> PolyMesh:
     return refine_mesh(mesh, parse_refinements(text))
 
 
-def slab_with_two_holes() -> PolyMesh:
-    """Return the slab that the benchmark measures."""
-    benchmark = Path(__file__).parents[1] / "benchmarks" / "bench_twill.py"
-    known = runpy.run_path(str(benchmark), run_name="twill")
-    slab: PolyMesh = known["block"](known["TWO_HOLES"])
-    return slab
-
-
-def brute_force(conditions: TwillConditions) -> tuple[int, int]:
-    """Return the least number of broken conditions over all twists, and how many reach it."""
+def broken_by_all(conditions: TwillConditions) -> IntArray:
+    """Return how many conditions each choice of all twists breaks."""
     choices = np.arange(1 << conditions.n_crossings)
     twist = (choices >> np.arange(conditions.n_crossings)[:, None]) & 1 == 1
     broken = np.zeros(len(choices), dtype=np.int64)
@@ -52,7 +30,7 @@ def brute_force(conditions: TwillConditions) -> tuple[int, int]:
         broken += twist[first] == twist[last]
     for a, b, c, d in conditions.gaps:
         broken += (twist[b] != twist[c]) & (twist[a] != twist[d])
-    return int(broken.min()), int(np.count_nonzero(broken == broken.min()))
+    return broken
 
 
 def proves(conditions: TwillConditions, decision: Decision) -> bool:
@@ -87,9 +65,7 @@ def small_meshes() -> st.SearchStrategy[PolyMesh]:
     surfaces = st.one_of(
         meshes(),
         st.sampled_from(SOLIDS).map(lambda solid: solid()),
-        st.tuples(st.integers(3, 4), st.integers(3, 3)).map(
-            lambda mn: grids.torus(*mn, 35.0, 15.0)
-        ),
+        st.integers(3, 4).map(lambda m: grids.torus(m, 3, 35.0, 15.0)),
         st.tuples(st.integers(1, 4), st.integers(1, 3)).map(
             lambda mn: grids.hypar(*mn, 100.0, 40.0)
         ),

@@ -1,6 +1,5 @@
 """Write a specimen's files by hand-written code that shares nothing with fabweave's makers."""
 
-import itertools
 import json
 import math
 import struct
@@ -8,11 +7,7 @@ import struct
 import numpy as np
 from verify_specimen import COLOURS, HAIRLINE, placed
 
-from fabweave.app.job_folder import write_contents
-from fabweave.verify.checks.model.ribbons import measure_strip
-from fabweave.verify.measure.bending import measure_bending
-from fabweave.verify.measure.development import total_turn_deg
-from fabweave.verify.read.glb import read_model
+from fabweave.core.job_folder import write_contents
 
 LAYERS = tuple(COLOURS)
 #: How far apart ribbons are said to be: the coarsest specimen has 0.27 mm.
@@ -214,56 +209,9 @@ def glb_bytes(strips, *, edit=None):
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
-def bend_figures(strip):
-    """Return figures as verify measures them; test_verify_bends holds these against the makers'."""
-    bending = measure_bending(strip, measure_strip(strip)[1])
-    least = [np.nanmin(np.append(each, np.inf)) for each in (bending.span_radius_mm,
-                                                             bending.radius_mm)]  # fmt: skip
-    least = [float(value) if np.isfinite(value) else None for value in least]
-    return {"bend_mm": least[0], "modelled_bend_mm": least[1], "fold_deg": bending.fold_deg,
-            "crease_deg": float(np.nanmax(np.append(bending.turn_deg, 0.0))),
-            "twist_deg": float(np.nanmax(np.append(bending.span_twist_deg, 0.0))),
-            "wave_deg": total_turn_deg(strip)[0] / len(strip.entry)}  # fmt: skip
-
-
-def write_ribbons(specimen, folder):
-    threads = []
-    model = folder / "model.glb"
-    if not model.exists():
-        model.write_bytes(glb_bytes(specimen.strips))
-    bent = read_model(model)[0]
-    for thread in specimen.plan["threads"]:
-        strip = specimen.strips.get(thread["label"])
-        if strip is None or not thread["crossings"]:
-            continue
-        ends = [np.asarray(rung, dtype=float) for rung in strip["rungs"]]
-        middle = [(right + left) / 2 for right, left in ends]
-        ways = [b - a for a, b in itertools.pairwise(middle)]
-        if strip["closed"]:
-            ways.append(middle[0] - middle[-1])
-        widths = []
-        for at, (right, left) in enumerate(ends):
-            near = [at - 1, at] if strip["closed"] else [k for k in (at - 1, at) if k >= 0]
-            near = [ways[k] for k in near if k < len(ways)]
-            way = sum(v / math.dist(v, (0, 0, 0)) for v in near)
-            way /= math.dist(way, (0, 0, 0))
-            rung = left - right
-            widths.append(math.sqrt(max(rung @ rung - (rung @ way) ** 2, 0.0)))
-        threads.append(
-            {"thread": thread["label"], "crossings": len(thread["crossings"]),
-             "length_mm": sum(math.dist(v, (0, 0, 0)) for v in ways),
-             "narrowest_mm": min(widths), "widest_mm": max(widths),
-             **bend_figures(bent[thread["label"]])}
-        )  # fmt: skip
-    first = threads[0]["thread"]
-    crossings = next(t["crossings"] for t in specimen.plan["threads"] if t["label"] == first)
-    finding = {"rule": "hole", "severity": "warn", "thread": first, "station": 1,
-               "crossing": crossings[1], "other": None, "position": list(PLACE),
-               "count": 1, "of": len(specimen.plan["crossings"]), "far": 0,
-               "text": "a hole without room"}  # fmt: skip
-    ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "findings": [finding],
-               "limits": LIMITS,
-               "threads": rounded(threads)}  # fmt: skip
+def write_ribbons(folder):
+    ribbons = {"schema": "fabweave.ribbons/1", "units": "mm", "limits": LIMITS, "findings": [],
+               "threads": []}  # fmt: skip
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
 
 
@@ -300,7 +248,7 @@ def write_job(specimen, folder):
     write_mesh(specimen, folder)
     write_plan(specimen, folder)
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))
-    write_ribbons(specimen, folder)
+    write_ribbons(folder)
     write_sheets(specimen, folder)
     write_contents(folder)
     return folder

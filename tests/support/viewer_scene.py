@@ -7,10 +7,11 @@ from unittest import mock
 
 import numpy as np
 
-from fabweave.app.job_files import job_map, job_viewer
-from fabweave.app.pipeline import make_job
-from fabweave.app.settings import Settings
+from fabweave.job import make_job
 from fabweave.nest.layout import Layout, Placement
+from fabweave.options.settings import Settings
+from fabweave.show.files import job_map
+from fabweave.show.papers import job_viewer
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -27,12 +28,12 @@ def make_page(shape, size_mm, *, across=2, **settings):
         return put_down(outlines, across)
 
     with (
-        mock.patch("fabweave.app.nest_job.nest", laid),
-        mock.patch("fabweave.app.pipeline.portrait_png"),
+        mock.patch("fabweave.plan.nest_pieces.nest", laid),
+        mock.patch("fabweave.show.job.portrait_png"),
     ):
-        job = make_job(Settings(mesh=shape, size_mm=size_mm, effort="quick", **settings))
+        job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))
     crossing_map = job_map(job)
-    return job_viewer(job, crossing_map), crossing_map, job
+    return job_viewer(job, crossing_map, job.costs), crossing_map, job
 
 
 def put_down(outlines, across):

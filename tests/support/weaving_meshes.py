@@ -4,7 +4,16 @@ import numpy as np
 from hypothesis import strategies as st
 from strategies import closed_surfaces, open_surfaces
 
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes import grids
+from fabweave.weave.threads import Threads, trace_threads
+
+
+def walked(mesh: PolyMesh, *, turn: bool = False) -> tuple[Halfedges, Threads]:
+    """Return the half-edges of a mesh and the walks of its threads."""
+    halfedges = build_halfedges(mesh)
+    return halfedges, trace_threads(halfedges, turn=turn)
 
 
 def cut_faces(mesh: PolyMesh, choices: list[int]) -> PolyMesh:
@@ -32,3 +41,37 @@ def meshes(draw: st.DrawFn, *, closed: bool = False) -> PolyMesh:
         seed = draw(st.integers(0, 2**32 - 1))
         mesh = cut_faces(mesh, np.random.default_rng(seed).integers(0, 5, mesh.n_faces).tolist())
     return mesh
+
+
+def slit_sum(m: int, n: int, length: int) -> PolyMesh:
+    """Return the connectivity of two m × n tori joined along a slit; positions mean nothing.
+
+    Right of the slit, between its ends, each torus continues in the other one.
+    """
+    quads = grids.grid_quads(m, n, wrap=(True, True))
+    number = np.arange(m * n)
+    number[1:length] += m * n
+    other = np.arange(m * n) + m * n
+    other[1:length] -= m * n
+    one, two = quads.copy(), quads + m * n
+    right = np.arange(length)  # the first column of quads, from vertex 0 to vertex `length`
+    one[right], two[right] = number[quads[right]], other[quads[right]]
+    # The ends of the slit are one vertex each.
+    faces = np.concatenate([one, two])
+    for end in (0, length):
+        faces[faces == m * n + end] = end
+    used, indices = np.unique(faces, return_inverse=True)
+    points = np.random.default_rng(0).normal(size=(len(used), 3))
+    return PolyMesh.from_faces(points, indices.reshape(-1, 4))
+
+
+def dual(mesh: PolyMesh) -> PolyMesh:
+    """Return the connectivity of the dual of a closed mesh."""
+    half = build_halfedges(mesh)
+    faces = []
+    for start in [int(np.flatnonzero(half.tail == v)[0]) for v in range(mesh.n_vertices)]:
+        fan = [start]
+        while (h := int(half.twin[half.prev[fan[-1]]])) != start:
+            fan.append(h)
+        faces.append([int(half.face[h]) for h in fan])
+    return PolyMesh.from_faces(np.random.default_rng(0).normal(size=(mesh.n_faces, 3)), faces)

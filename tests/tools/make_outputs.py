@@ -4,6 +4,7 @@ Run it with: python tests/tools/make_outputs.py outputs
 or, for some of them: python tests/tools/make_outputs.py outputs torus
 """
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -31,11 +32,17 @@ JOBS = {
     ),
 }  # fmt: skip
 
+#: Processors that know AVX-512 add in another order, and so round otherwise: none is to use it.
+ROUNDING = {
+    "OPENBLAS_CORETYPE": "Haswell",
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR",
+}
+
 
 def make(name: str, folder: Path) -> None:
     """Make one of the jobs; it names its mesh as it is typed in the repository."""
     command = [sys.executable, "-m", "fabweave", "make", *JOBS[name], "-o", str(folder), "--quiet"]
-    subprocess.run(command, cwd=ROOT, check=True)
+    subprocess.run(command, cwd=ROOT, check=True, env={**os.environ, **ROUNDING})
 
 
 if __name__ == "__main__":

@@ -12,18 +12,16 @@ from hypothesis import strategies as st
 from sealing import verify_job
 from verify_writers import LIMITS, glb_bytes
 
-from fabweave.app.request import complete_settings
-from fabweave.app.settings import Settings
-from fabweave.app.woven_object import weave_object
-from fabweave.model.woven_glb import woven_glb
-from fabweave.picture.strand_colours import thread_colours
+from fabweave.options.settings import Settings
+from fabweave.picture.model_files import woven_glb
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.stock.ribbon_limits import ribbon_limits
-from fabweave.verify.measure.gaps import triangle_gaps
-from fabweave.verify.measure.nearness import cut_steps, near_parts
+from fabweave.verify.measure.nearness import cut_steps, near_parts, triangle_gaps
 from fabweave.verify.read.glb import read_model
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
+from fabweave.weave.strand_colours import thread_colours
 
 COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
@@ -83,9 +81,9 @@ def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
     settings, supplies = complete_settings(
-        Settings(mesh=f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
+        Settings.of(f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
     )
-    woven = weave_object(settings, supplies)
+    woven = lay_asked(load_asked(settings), settings, supplies)
     ribbons, threads = woven.ribbons, woven.weave.threads
     longest = int(np.argmax(threads.lengths))
     moved = slice(*ribbons.offsets[longest : longest + 2])
@@ -93,7 +91,7 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
     right[moved] += by
     left[moved] += by
     ribbons = replace(ribbons, right=right, left=left)
-    limits = ribbon_limits(supplies.only, settings.clearance_mm)
+    limits = ribbon_limits(supplies.only, settings.ribbons.clearance_mm)
     measured, near = measure_clearance(ribbons, woven.weave, limits)
     path = tmp_path / "model.glb"
     path.write_bytes(woven_glb(ribbons, woven.labels, thread_colours(woven.bunches, "safe"), ()))
@@ -107,7 +105,7 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
             for t, label in enumerate(woven.labels)
         ]
     )
-    found = near_parts(cut_steps(plan, read_model(path)[0]), 0.502)
+    found = near_parts(cut_steps(plan, read_model(path)), 0.502)
     wanted = 0.4 + np.where(found.parting, 0.0, 0.1)
     fewest, most = ((found.gap_mm < wanted + slack).sum() for slack in (-0.002, 0.002))
     assert fewest <= len(near.pairs) <= most
@@ -122,9 +120,9 @@ def test_a_strand_that_is_moved_onto_others_is_found(job, specimen) -> None:
     label = source.plan["threads"][1]["label"]
     source.strips[label]["rungs"] = source.strips[label]["rungs"] + [3.0, 4.0, -2.0]
     (folder / "model.glb").write_bytes(glb_bytes(source.strips))
-    found = told(folder)["clearance"]
-    assert all(f"thread {label} after crossing" in one for one in found)
-    assert "ribbons.json does not say so" in found[0]
+    (found,) = told(folder)["clearance"]
+    assert f"thread {label} after crossing" in found
+    assert "no finding says so" in found
 
 
 def claimed(job):

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
+from fabweave.mesh.fairness import medial_portals
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import mesh_bytes
+from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.portals import medial_portals
 from fabweave.ribbon.project import project_ribbons
-from fabweave.verify.measure.course import Panels, follows_walk
-from fabweave.verify.measure.walks import Pass, read_obj
+from fabweave.verify.measure.walks import Panels, Pass, follows_walk
+from fabweave.verify.read.mesh import read_obj
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
@@ -26,7 +26,7 @@ def path(tmp_path_factory):
 def test_a_ribbon_follows_its_own_walk_and_no_other(path, mesh, slim, straight):
     # Drawn out, both ways across an edge are nearly the same, and quads are not convex.
     mesh = PolyMesh(mesh.vertices * (1.0, 1.0 - slim, 1.0), mesh.offsets, mesh.indices)
-    path.write_bytes(mesh_bytes(path, mesh))
+    path.write_bytes(obj_bytes(mesh))
     read = read_obj(path)
     halfedges = build_halfedges(mesh)
     weave = plain_weave(trace_threads(halfedges))

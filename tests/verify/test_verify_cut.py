@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from sealing import verify_job
 
-from fabweave.app.pipeline import run_job
-from fabweave.app.settings import Settings
-from fabweave.cut.drawing import Circle, Layer, PieceDrawing, Polyline
-from fabweave.cut.kerf import kerfed_sheets
-from fabweave.cut.micro_joints import MicroJoints
-from fabweave.cut.write.dxf import dxf_bytes
-from fabweave.cut.write.svg import svg_text
+from fabweave.job import run_job
+from fabweave.options.settings import Settings
+from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline
+from fabweave.sheet.kerf import MicroJoints, kerfed_sheets
+from fabweave.sheet.write.dxf import dxf_bytes
+from fabweave.sheet.write.svg import svg_text
 from fabweave.stock.sheet_size import SheetSize
 
-SETTINGS = Settings(
+SETTINGS = Settings.of(
     "shape:octahedron",
     size_mm=150.0,
     sheets=(SheetSize(500.0, 300.0),),
@@ -73,8 +72,8 @@ def moved(entity, layer):
 @pytest.mark.parametrize(
     "spoil",
     [
-        lambda nominal, _: kerfed_sheets([nominal], 0.0, SETTINGS.micro_joints)[0],
-        lambda nominal, _: kerfed_sheets([nominal], 0.4, SETTINGS.micro_joints)[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.0, SETTINGS.machine.micro_joints)[0],
+        lambda nominal, _: kerfed_sheets([nominal], 0.4, SETTINGS.machine.micro_joints)[0],
         lambda nominal, _: kerfed_sheets([nominal], 0.2, MicroJoints(3, 0.6))[0],
         lambda nominal, _: kerfed_sheets([nominal], 0.2, MicroJoints(4, 0.4))[0],
         lambda _, ready: with_entities(ready, lambda one: moved(one, Layer.CUT_OUTER)),

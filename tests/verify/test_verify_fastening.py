@@ -2,14 +2,14 @@
 
 import json
 import shutil
-from dataclasses import replace
 
 import pytest
+from replacing import replace
 from sealing import verify_job
 
-from fabweave.verify.checks.plan.fastening import check_fastening
+from fabweave.verify.check.fastening import check_fastening
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 # A whole job of its own stands behind each.
 pytestmark = pytest.mark.slow

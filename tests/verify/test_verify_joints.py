@@ -10,25 +10,25 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.app import joined_object
-from fabweave.app.job_files import write_job
-from fabweave.app.pipeline import make_job
-from fabweave.app.settings import Settings
-from fabweave.flat.joint import kinds
-from fabweave.flat.joint import kinds as interlock
+from fabweave.job import make_job
+from fabweave.options.settings import Settings
+from fabweave.piece import joined_strands as joined_object
+from fabweave.piece.joint import kinds
+from fabweave.piece.joint import kinds as interlock
+from fabweave.show.files import write_plan
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.verify.checks.model.unfolding import check_unfolding
-from fabweave.verify.checks.plan.joints import check_joints
-from fabweave.verify.checks.plan.pieces import check_crossing_holes
+from fabweave.verify.check.joints import check_joints
+from fabweave.verify.check.pieces import check_crossing_holes
+from fabweave.verify.check.unfolding import check_unfolding
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 CHECKS = {
     "joints": check_joints,
     "crossing-holes": check_crossing_holes,
     "unfolding": check_unfolding,
 }
-BASE = Settings(
+BASE = Settings.of(
     "shape:octahedron", size_mm=160.0, effort="quick", sheets=(SheetSize(400.0, 300.0),)
 )
 KINDS = {
@@ -45,11 +45,11 @@ KINDS = {
 def write(folder, **options):
     # Joints are in no picture, and the manual takes longer than all else.
     with (
-        mock.patch("fabweave.app.pipeline.portrait_png"),
-        mock.patch("fabweave.app.job_files.write_manual"),
+        mock.patch("fabweave.show.job.portrait_png"),
+        mock.patch("fabweave.show.papers.write_manual"),
     ):
-        job = replace(make_job(replace(BASE, **options)), portrait=lambda: b"")
-        write_job(job, folder)
+        job = replace(make_job(BASE.but(**options)), portrait=lambda: b"")
+        write_plan(job, folder)
 
 
 @pytest.fixture(scope="module")

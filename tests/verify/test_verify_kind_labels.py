@@ -1,14 +1,13 @@
 """Any piece of a kind bears the same letters at the same place, whatever place it takes."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from replacing import replace
 
-from fabweave.verify.checks.plan.kinds import check_kinds
-from fabweave.verify.checks.sheets.labels import check_labels
+from fabweave.verify.check.labels import check_labels
+from fabweave.verify.check.pieces import check_kinds
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 # A whole job of its own stands behind each.
 pytestmark = pytest.mark.slow

@@ -1,18 +1,18 @@
 """Kinds are proved: what does not cover its namesake is found."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from replacing import replace
 from sealing import verify_job
 
-from fabweave.mesh.io.files import mesh_bytes
+from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.shapes.grids import torus
-from fabweave.verify.checks.model.unfolding import check_unfolding
+from fabweave.verify.check.unfolding import check_unfolding
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 
 def respoken(folder, change):
@@ -87,7 +87,7 @@ def uneven(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("uneven") / "torus.obj"
     mesh = torus(12, 6, 35.0, 15.0)
     noise = np.random.default_rng(5).uniform(-2e-3, 2e-3, mesh.vertices.shape)
-    path.write_bytes(mesh_bytes(path, mesh.with_vertices(mesh.vertices + noise)))
+    path.write_bytes(obj_bytes(mesh.with_vertices(mesh.vertices + noise)))
     return path
 
 

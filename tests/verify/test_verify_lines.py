@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
-from fabweave.verify.checks.sheets.drawings import _on_others, check_lines
+from fabweave.verify.check.drawings import _on_others, check_lines
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 
 def found(folder) -> str:

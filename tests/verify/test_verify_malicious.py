@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from fabweave.cli.main import main
-from fabweave.verify import proof, verify_job
+from fabweave.verify import proof
+from fabweave.verify.proof import verify_job
 
 FILES = (
     "crossing_map.json", "woven_mesh.obj", "model.glb", "ribbons.json", "job.toml",

@@ -8,12 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jobs import OCTAHEDRON
 
-from fabweave.app import job_files
-from fabweave.app.pipeline import run_job
-from fabweave.app.settings import Settings
-from fabweave.verify import verify_job
-from fabweave.verify.proof import check_seal
-from fabweave.verify.statement import Tally
+from fabweave.job import run_job
+from fabweave.options.settings import Settings
+from fabweave.show import papers
+from fabweave.verify.proof import check_seal, verify_job
+from fabweave.verify.report import Tally
 
 
 @pytest.fixture(scope="module")
@@ -99,9 +98,9 @@ def test_a_job_is_not_lost_for_a_paper_that_cannot_be_made(tmp_path, monkeypatch
     def broken_manual(*_):
         raise RuntimeError("a new release of something")
 
-    monkeypatch.setattr(job_files, "write_manual", broken_manual)
-    monkeypatch.setattr(job_files, "index_page", broken_manual)
-    settings = Settings("shape:octahedron", size_mm=200.0, effort="quick")
+    monkeypatch.setattr(papers, "write_manual", broken_manual)
+    monkeypatch.setattr(papers, "index_page", broken_manual)
+    settings = Settings.of("shape:octahedron", size_mm=200.0, effort="quick")
     made = run_job(settings, tmp_path / "job")
     assert [text.split()[0] for text in made.missing] == ["assembly.pdf", "index.html"]
     assert not (tmp_path / "job" / "assembly.pdf").exists()

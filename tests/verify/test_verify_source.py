@@ -3,7 +3,6 @@
 import os
 import re
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +12,15 @@ from random_jobs import random_job
 from sealing import verify_job
 
 import fabweave as fw
-from fabweave.app.mesh_source import load_mesh
-from fabweave.app.settings import job_toml, settings_from_options
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.io.files import write_mesh
-from fabweave.verify.checks.plan.source import check_source
+from fabweave.options.settings import job_toml, settings_from_options
+from fabweave.plan.ask import load_asked
+from fabweave.verify.check.source import check_source
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.job_files import load_job
-from fabweave.verify.read.source_mesh import read_polygons
-from fabweave.verify.statement import Tally
+from fabweave.verify.read.mesh import read_polygons
+from fabweave.verify.report import Tally
 
 #: A pyramid on a square, with a split and a loose vertex, lying on its side.
 PYRAMID = """\
@@ -84,7 +83,6 @@ def test_the_mesh_that_was_given_is_the_one_that_is_woven(copied):
         ("v 1 3 1", "v 1.01 3 1", "4 faces are not as in pyramid.obj, first face 1"),
         ("f 1 5 4\n", "", "the number of its faces is 5, but should be 4, as in pyramid.obj"),
         ("f 3 4 -3", "f 4 3 2", "1 faces are not as in pyramid.obj, first face 3"),
-        ("f 1/1 2/2 3/3 4/4\nf 5 2 7", "f 5 2 7\nf 1 2 3 4", "2 faces are not as in"),
         ("v 0 0 0", "v 0 0 0.1", "faces are not as in"),
     ],
 )
@@ -142,7 +140,7 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
     mesh = fw.mesh(vertices, faces)
     fw.make(mesh, tmp_path / "job", size="90mm", effort="quick", sheet="300x300mm")
-    assert source_findings(tmp_path / "job") == ((), 5)
+    assert source_findings(tmp_path / "job") == ((), 6)
     edited(tmp_path / "job", "mesh.obj", "v 1.0 ", "v 1.1 ")
     findings, _ = source_findings(tmp_path / "job")
     assert "3 faces are not as in mesh.obj" in findings[0]
@@ -150,57 +148,24 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     assert "files" in verify_job(tmp_path / "job").failed
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("90mm", "91mm", "its greatest extent is 90, but should be 91, as in job.toml"),
-        ("shape:octahedron", "shape:tetrahedron", "its number of faces, as a tetrahedron, is 8"),
-        ("shape:octahedron", "shape:tube?m=4&n=2", "its Euler characteristic, as a tube, is 2"),
-    ],
-)
-def test_other_sizes_and_shapes_are_found(finished, tmp_path, old, new, words):
+def test_another_size_is_found(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
-    assert source_findings(folder) == ((), 3)
-    edited(folder, "job.toml", re.escape(f'"{old}"'), f'"{new}"')
+    assert source_findings(folder) == ((), 1)
+    edited(folder, "job.toml", '"90mm"', '"91mm"')
+    words = "its greatest extent is 90, but should be 91, as in job.toml"
     assert words in source_findings(folder)[0][0]
 
 
 def checked(folder, **options):
     """Bring a mesh to the loom, and return what is said of it against its own settings."""
     settings = settings_from_options(options.pop("mesh"), **options)
-    loaded = load_mesh(settings)
+    loaded = load_asked(settings)
     write_mesh(folder / "woven_mesh.obj", loaded.mesh)
-    used = replace(settings, up=settings.up or loaded.up)
+    used = settings.but(up=settings.mesh.up or loaded.up)
     (folder / "job.toml").write_text(job_toml(used, {}))
     job, tally = load_job(folder, Tally("files")), Tally("source")
     check_source(job, tally)
     return tally.result()
-
-
-@pytest.mark.parametrize(
-    "shape",
-    ["tetrahedron", "cube", "cube?n=2", "octahedron", "icosahedron", "dodecahedron",
-     "torus?m=5&n=4", "torus", "sphere?n=+2", "sphere", "tube?m=4&n=3", "tube", "hemisphere?n=2",
-     "hemisphere", "hypar?m=3&n=2", "hypar"],
-)  # fmt: skip
-def test_what_is_known_of_shapes_is_true(shape, tmp_path):
-    for options, count in (
-        ({}, 3), ({"pattern": "triaxial"}, 2), ({"fair": 2}, 3), ({"up": "y"}, 3),
-        ({"weld": True}, 3),
-    ):  # fmt: skip
-        result = checked(tmp_path, mesh=f"shape:{shape}", size="200mm", **options)
-        assert (result.findings, result.count) == ((), count), options
-    for refine in ("catmull-clark:1", "loop:1", "sqrt3:2", "dual:1"):
-        try:
-            result = checked(tmp_path, mesh=f"shape:{shape}", size="200mm", refine=refine)
-        except InputError:
-            continue
-        assert result.ok, result.findings
-
-
-def test_of_other_shapes_the_size_is_known(tmp_path):
-    result = checked(tmp_path, mesh="shape:knot?m=30&n=4", size="200mm")
-    assert (result.findings, result.count) == ((), 1)
 
 
 @pytest.mark.parametrize(
@@ -253,6 +218,4 @@ def test_what_is_no_mesh_cannot_be_read(tmp_path, text):
 
 def test_faces_of_any_sort_are_read(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nf\nf 1 2\nf 1 -1 2 1\n")
-    assert [np.shape(face) for face in read_polygons(tmp_path / "a.obj").faces] == [
-        (0, 3), (2, 3), (4, 3),
-    ]  # fmt: skip
+    assert [len(face) for face in read_polygons(tmp_path / "a.obj")[1]] == [0, 2, 4]

@@ -3,18 +3,18 @@
 import csv
 import json
 from collections import Counter
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from replacing import replace
 
-from fabweave.flat.congruence import parse_spares, spared
-from fabweave.verify.checks.plan.kinds import check_kinds
-from fabweave.verify.checks.sheets.drawings import check_dxf
-from fabweave.verify.checks.sheets.labels import check_labels
-from fabweave.verify.checks.sheets.service import check_service
+from fabweave.piece.congruence import parse_spares, spared
+from fabweave.verify.check.drawings import check_dxf
+from fabweave.verify.check.labels import check_labels
+from fabweave.verify.check.pieces import check_kinds
+from fabweave.verify.check.service import check_service
 from fabweave.verify.read.job_files import Job, load_job
-from fabweave.verify.statement import Tally
+from fabweave.verify.report import Tally
 
 # A whole job of its own stands behind each.
 pytestmark = pytest.mark.slow

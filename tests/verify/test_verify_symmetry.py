@@ -11,9 +11,9 @@ from verify_writers import write_job
 
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.catmull_clark import catmull_clark
-from fabweave.verify.checks.plan.weave import count_rotations
-from fabweave.verify.measure.walks import edge_keys, read_obj
+from fabweave.mesh.subdivide.primal import catmull_clark
+from fabweave.verify.check.weave import count_rotations
+from fabweave.verify.read.mesh import edge_keys, read_obj
 
 CUBE = parse_shape("shape:cube")
 RING = torus(6, 4)

@@ -8,10 +8,11 @@ from sealing import verify_job
 from verify_specimen import make_specimen, octahedron, saddle
 from verify_writers import write_job, write_mesh
 
-from fabweave.verify.checks.model.space import Turn, check_turns, turns_after
-from fabweave.verify.measure.walks import Pass, read_obj, trace_walks
+from fabweave.verify.check.space import Turn, check_turns, turns_after
+from fabweave.verify.measure.walks import Pass, trace_walks
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.statement import Tally
+from fabweave.verify.read.mesh import read_obj
+from fabweave.verify.report import Tally
 
 
 def failed(specimen, folder):

@@ -18,31 +18,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes_shared import shared_mesh
+from meshes_shared import real_mesh
 from strategies import shuffled
-from weaving_meshes import meshes
+from twill_oracle import conditions_of, refined
+from weaving_meshes import dual, meshes, slit_sum, walked
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.subdivide.loop import mid_edge, mid_edge_twist
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.subdivide.primal import mid_edge, mid_edge_twist
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 
 BIAXIAL = ("catmull-clark", "doo-sabin", "simplest:2")
-
-
-def refined(mesh, text):
-    return refine_mesh(mesh, parse_refinements(text))
-
-
-def conditions_of(mesh):
-    half = build_halfedges(mesh)
-    return twill_conditions(half, trace_threads(half))
 
 
 def twillable(mesh):
@@ -51,7 +41,7 @@ def twillable(mesh):
 
 def lengths(mesh):
     """Return how many threads have how many crossings."""
-    return dict(enumerate(np.bincount(trace_threads(build_halfedges(mesh)).lengths).tolist()))
+    return dict(enumerate(np.bincount(walked(mesh)[1].lengths).tolist()))
 
 
 def face_set(mesh, number):
@@ -64,28 +54,6 @@ def face_set(mesh, number):
     return sorted(faces)
 
 
-def slit_sum(m, n, length):
-    """Return the connectivity of two m × n tori joined along a slit; positions mean nothing.
-
-    Right of the slit, between its ends, each torus continues in the other one.
-    """
-    quads = grids.grid_quads(m, n, wrap=(True, True))
-    number = np.arange(m * n)
-    number[1:length] += m * n
-    other = np.arange(m * n) + m * n
-    other[1:length] -= m * n
-    one, two = quads.copy(), quads + m * n
-    right = np.arange(length)  # the first column of quads, from vertex 0 to vertex `length`
-    one[right], two[right] = number[quads[right]], other[quads[right]]
-    # The ends of the slit are one vertex each.
-    faces = np.concatenate([one, two])
-    for end in (0, length):
-        faces[faces == m * n + end] = end
-    used, indices = np.unique(faces, return_inverse=True)
-    points = np.random.default_rng(0).normal(size=(len(used), 3))
-    return PolyMesh.from_faces(points, indices.reshape(-1, 4))
-
-
 def triangle_torus(m, n):
     """Return an m × n torus with parallel diagonals: six triangles at each vertex."""
     torus = grids.torus(m, n, 35.0, 15.0)
@@ -93,18 +61,6 @@ def triangle_torus(m, n):
     return PolyMesh.from_faces(
         torus.vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     )
-
-
-def dual(mesh):
-    """Return the connectivity of the dual of a closed mesh."""
-    half = build_halfedges(mesh)
-    faces = []
-    for start in [int(np.flatnonzero(half.tail == v)[0]) for v in range(mesh.n_vertices)]:
-        fan = [start]
-        while (h := int(half.twin[half.prev[fan[-1]]])) != start:
-            fan.append(h)
-        faces.append([int(half.face[h]) for h in fan])
-    return PolyMesh.from_faces(np.random.default_rng(0).normal(size=(mesh.n_faces, 3)), faces)
 
 
 # Biaxial: Catmull–Clark, Doo–Sabin, simplest.
@@ -188,11 +144,11 @@ def test_solids_never_become_twillable(solid):
 
 
 def test_real_meshes():
-    torus = read_mesh(shared_mesh("quad/catmark_torus.obj")).mesh
+    torus = real_mesh("quad/catmark_torus.obj")
     for text in (*BIAXIAL, "simplest", "catmull-clark:2", "doo-sabin:2", "simplest:3"):
         assert twillable(refined(torus, text))
     for name in ("ngon/spot_control_mesh.obj", "quad/catmark_toroidal_tet.obj"):
-        mesh = read_mesh(shared_mesh(name)).mesh
+        mesh = real_mesh(name)
         assert not any(twillable(refined(mesh, text)) for text in BIAXIAL)
 
 

@@ -1,42 +1,26 @@
 """Threads are the straight-ahead walks of the medial graph: theory and known answers."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import mesh_params
-from weaving_meshes import meshes
+from strategies import shuffled
+from weaving_meshes import dual, meshes, walked
 
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.files import read_mesh
-from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.threads import Threads
 
 
 def threads_of(mesh: PolyMesh) -> Threads:
-    return trace_threads(build_halfedges(mesh))
-
-
-def dual_of(mesh: PolyMesh) -> PolyMesh:
-    """The dual of a closed mesh: one face around each vertex, built by walking."""
-    halfedges = build_halfedges(mesh)
-    faces, seen = [], set()
-    for start in range(halfedges.n_halfedges):
-        if int(halfedges.tail[start]) in seen:
-            continue
-        seen.add(int(halfedges.tail[start]))
-        around, corner = [], start
-        while True:
-            around.append(int(halfedges.face[corner]))
-            corner = int(halfedges.twin[halfedges.prev[corner]])
-            if corner == start:
-                break
-        faces.append(around)
-    return PolyMesh.from_faces(face_centres(mesh), faces)
+    return walked(mesh)[1]
 
 
 def naive_walks(mesh: PolyMesh) -> list[frozenset[frozenset[int]]]:
@@ -104,8 +88,7 @@ def test_every_crossing_is_passed_once_forward_and_once_backward(mesh):
 
 @given(meshes())
 def test_threads_turn_left_and_right_in_turn(mesh):
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges)
+    halfedges, threads = walked(mesh)
     for thread in range(threads.n_threads):
         own = slice(threads.offsets[thread], threads.offsets[thread + 1])
         arrivals, forward = threads.halfedge[own], threads.forward[own]
@@ -122,44 +105,31 @@ def test_threads_turn_left_and_right_in_turn(mesh):
 
 @given(meshes())
 def test_threads_are_the_naive_zigzags(mesh):
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges)
-    tail, head = halfedges.tail, halfedges.head
-    ours = sorted(
-        tuple(
-            sorted(
-                tuple(sorted((int(tail[h]), int(head[h]))))
-                for h in threads.halfedge[threads.offsets[t] : threads.offsets[t + 1]]
-            )
-        )
-        for t in range(threads.n_threads)
-        if threads.closed[t]
-    )
-    if threads.closed.all():
-        naive = sorted(tuple(sorted(tuple(sorted(e)) for e in walk)) for walk in naive_walks(mesh))
-        # The naive walker finds every walk in both directions, and each edge once a walk.
-        assert sorted({tuple(sorted(set(walk))) for walk in ours}) == sorted(set(naive))
+    halfedges, threads = walked(mesh)
+    if not threads.closed.all():
+        return
+    ends = np.column_stack((halfedges.tail, halfedges.head))[threads.halfedge].tolist()
+    ours = {
+        frozenset(map(frozenset, ends[start:end]))
+        for start, end in pairwise(threads.offsets.tolist())
+    }
+    # The naive walker finds every walk in both directions.
+    assert ours == set(naive_walks(mesh))
 
 
 @given(meshes(closed=True))
 def test_the_dual_has_as_many_threads_as_long(mesh):
     ours = np.sort(threads_of(mesh).lengths)
-    assert np.array_equal(ours, np.sort(threads_of(dual_of(mesh)).lengths))
+    assert np.array_equal(ours, np.sort(threads_of(dual(mesh)).lengths))
 
 
-@given(meshes(), st.randoms(use_true_random=False))
-def test_threads_do_not_depend_on_how_the_mesh_is_numbered(mesh, random):
-    vertices = list(range(mesh.n_vertices))
-    random.shuffle(vertices)
-    faces = [[vertices[v] for v in face] for face in mesh.faces()]
-    random.shuffle(faces)
-    positions = np.empty_like(mesh.vertices)
-    positions[vertices] = mesh.vertices
-    shuffled = threads_of(PolyMesh.from_faces(positions, faces))
-    plain = threads_of(mesh)
-    assert sorted(zip(plain.lengths.tolist(), plain.closed.tolist(), strict=True)) == sorted(
-        zip(shuffled.lengths.tolist(), shuffled.closed.tolist(), strict=True)
+@given(meshes(), st.integers(0, 2**32 - 1))
+def test_threads_do_not_depend_on_how_the_mesh_is_numbered(mesh, seed):
+    one, other = (
+        sorted(zip(threads.lengths.tolist(), threads.closed.tolist(), strict=True))
+        for threads in (threads_of(mesh), threads_of(shuffled(mesh, seed)))
     )
+    assert one == other
 
 
 @pytest.mark.parametrize("row", mesh_params(bad=False))
@@ -169,7 +139,6 @@ def test_real_meshes_have_the_counted_strands(row):
 
 
 def test_one_quad_has_four_threads_without_a_crossing():
-    threads = threads_of(PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
-                                             [[0, 1, 2, 3]]))  # fmt: skip
+    threads = threads_of(grids.hypar(1, 1, 1.0, 0.0))
     assert threads.lengths.tolist() == [0, 0, 0, 0]
     assert not threads.closed.any()

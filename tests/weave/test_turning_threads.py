@@ -4,25 +4,15 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes_shared import mesh_params
-from weaving_meshes import meshes
+from weaving_meshes import meshes, walked
 
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes import grids
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import Threads, trace_threads
-
-QUAD = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-
-
-def turning(mesh: PolyMesh) -> Threads:
-    return trace_threads(build_halfedges(mesh), turn=True)
 
 
 def billiard(m: int, n: int) -> list[list[tuple[int, int]]]:
@@ -62,8 +52,7 @@ def middles(columns: int, halfedges: Halfedges, threads: Threads) -> list[list[t
 
 @given(st.integers(1, 9), st.integers(1, 9))
 def test_a_mat_is_a_mirror_drawing_of_the_greatest_common_divisor(m, n):
-    halfedges = build_halfedges(grids.hypar(m, n, 1.0, 0.0))
-    threads = trace_threads(halfedges, turn=True)
+    halfedges, threads = walked(grids.hypar(m, n, 1.0, 0.0), turn=True)
     assert threads.n_threads == math.gcd(m, n)
     drawn = [sorted(path) for path in billiard(m, n)]
     if m * n > 1:
@@ -72,16 +61,14 @@ def test_a_mat_is_a_mirror_drawing_of_the_greatest_common_divisor(m, n):
 
 @given(st.integers(3, 9), st.integers(1, 9))
 def test_a_tube_is_half_a_torus_twice_as_long(m, n):
-    halfedges = build_halfedges(grids.tube(m, n, 1.0, 1.0))
-    threads = trace_threads(halfedges, turn=True)
+    _, threads = walked(grids.tube(m, n, 1.0, 1.0), turn=True)
     assert threads.n_threads == math.gcd(m, 2 * n)
     assert set(threads.lengths.tolist()) == {threads.offsets[-1] // threads.n_threads}
 
 
 @given(meshes())
 def test_every_thread_is_closed_and_crosses_every_inner_edge_twice(mesh):
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges, turn=True)
+    halfedges, threads = walked(mesh, turn=True)
     assert threads.closed.all()
     assert threads.n_crossings == np.count_nonzero(halfedges.twin >= 0) // 2
     for forward in (True, False):
@@ -92,7 +79,7 @@ def test_every_thread_is_closed_and_crosses_every_inner_edge_twice(mesh):
 @given(meshes())
 def test_over_and_under_alternate_through_the_turns(mesh):
     # A crossing swaps forward and backward, a turn does not; on top is one of the two.
-    weave = plain_weave(turning(mesh))
+    weave = plain_weave(walked(mesh, turn=True)[1])
     for a, b in pairwise(weave.threads.offsets.tolist()):
         own = weave.over[a:b]
         assert (b - a) % 2 == 0
@@ -101,16 +88,11 @@ def test_over_and_under_alternate_through_the_turns(mesh):
 
 @given(meshes())
 def test_turns_lead_from_each_pass_to_the_next(mesh):
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges, turn=True)
+    halfedges, threads = walked(mesh, turn=True)
     turns: dict[int, list[tuple[int, bool]]] = {}
-    for place, edge, way in zip(
-        threads.turn_pass.tolist(),
-        threads.turn_halfedge.tolist(),
-        threads.turn_forward,
-        strict=True,
-    ):
-        turns.setdefault(place, []).append((edge, bool(way)))
+    rows = zip(threads.turn_pass, threads.turn_halfedge, threads.turn_forward, strict=True)
+    for place, edge, way in rows:
+        turns.setdefault(int(place), []).append((int(edge), bool(way)))
     for a, b in pairwise(threads.offsets.tolist()):
         for place in range(a, b):
             after = place + 1 if place + 1 < b else a
@@ -123,34 +105,6 @@ def test_turns_lead_from_each_pass_to_the_next(mesh):
             assert turns.get(place, []) == expected
             assert threads.halfedge[after] == edge
     assert sorted(threads.turn_halfedge.tolist()) == np.flatnonzero(halfedges.twin < 0).tolist()
-
-
-@given(meshes())
-def test_cut_at_their_turns_rings_are_the_threads_that_end(mesh):
-    halfedges = build_halfedges(mesh)
-    ends, rings = trace_threads(halfedges), trace_threads(halfedges, turn=True)
-
-    def rows(threads: Threads) -> list[list[int]]:
-        return [threads.crossing[a:b].tolist() for a, b in pairwise(threads.offsets.tolist())]
-
-    def either_way(row: list[int]) -> tuple[int, ...]:
-        return min(tuple(row), tuple(row[::-1]))
-
-    cut, whole = [], []
-    for number, (row, first) in enumerate(zip(rows(rings), rings.offsets.tolist(), strict=False)):
-        own = rings.turn_pass - first
-        places = np.unique(own[(own >= 0) & (own < len(row))])
-        if len(places) == 0:
-            whole.append(number)
-            continue
-        after = [*places[1:], places[0] + len(row)]
-        for place, end in zip(places.tolist(), after, strict=True):
-            cut.append(either_way([row[k % len(row)] for k in range(place + 1, end + 1)]))
-    open_rows = [
-        either_way(row) for row, closed in zip(rows(ends), ends.closed, strict=True) if not closed
-    ]
-    assert sorted(cut) == sorted(row for row in open_rows if row)
-    assert len(whole) == np.count_nonzero(ends.closed)
 
 
 @given(meshes(closed=True))
@@ -189,21 +143,10 @@ def joined_corners(mesh: PolyMesh) -> int:
 
 @given(meshes())
 def test_there_are_as_many_threads_as_joined_corners(mesh):
-    assert turning(mesh).n_threads == joined_corners(mesh)
-
-
-@pytest.mark.parametrize("row", mesh_params(bad=False))
-def test_real_meshes_turn(row):
-    mesh, _, _ = prepare_mesh(read_mesh(row.path).mesh)
-    threads = turning(mesh)
-    assert threads.closed.all()
-    assert threads.n_threads == joined_corners(mesh)
-    assert np.all(np.bincount(threads.crossing, minlength=threads.n_crossings) == 2)
-    assert len(threads.turn_pass) == np.count_nonzero(build_halfedges(mesh).twin < 0)
+    assert walked(mesh, turn=True)[1].n_threads == joined_corners(mesh)
 
 
 def test_round_one_quad_runs_one_thread_without_a_crossing():
-    threads = turning(QUAD)
-    assert threads.lengths.tolist() == [0]
-    assert threads.closed.tolist() == [True]
+    _, threads = walked(grids.hypar(1, 1, 1.0, 0.0), turn=True)
+    assert (threads.lengths.tolist(), threads.closed.tolist()) == ([0], [True])
     assert len(threads.turn_pass) == 0

@@ -13,7 +13,7 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.twists import HEAD, read_twists, twisted_weave, twists_text
+from fabweave.weave.weave_pattern import HEAD, read_twists, twisted_weave, twists_text
 
 HALFEDGES = build_halfedges(parse_shape("shape:torus?m=6&n=4"))
 THREADS = trace_threads(HALFEDGES)
@@ -44,11 +44,9 @@ def test_plain_weave_is_where_nothing_is_said_and_alternates():
 @pytest.mark.parametrize(
     ("lines", "error"),
     [
-        ("0,1", InputError),
         ("0,one,1", InputError),
         ("0,13,1", InputError),
         ("0,1,1\n1,0,1", InputError),
-        ("0,1,0", CannotMakeError),
         ("0,1,3", CannotMakeError),
         ("0,1,1\n" * 200, InputError),
         ("\xff,1,1", InputError),
@@ -58,13 +56,6 @@ def test_what_is_no_list_is_refused_with_its_line(lines, error):
     halfedges = build_halfedges(parse_shape("shape:tetrahedron"))
     with pytest.raises(error):
         read_twists(lines.encode("latin-1"), halfedges, trace_threads(halfedges))
-
-
-def test_where_nothing_crosses_twists_are_refused_as_patterns_are(tmp_path):
-    path = tmp_path / "none.csv"
-    path.write_text(f"{HEAD}\n")
-    with pytest.raises(CannotMakeError, match="no threads cross"):
-        fw.weave(fw.shape("hypar?m=1&n=1", size="100mm"), twists=str(path))
 
 
 @pytest.mark.slow

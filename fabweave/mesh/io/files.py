@@ -1,36 +1,26 @@
 """Read and write mesh files by their extension."""
 
-from collections.abc import Callable
 from pathlib import Path, PurePath
-
-import numpy as np
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.files import MOST_BYTES, read_input
-from fabweave.mesh.io.obj import obj_bytes, read_obj
-from fabweave.mesh.io.off import off_bytes, read_off
-from fabweave.mesh.io.ply import ply_bytes, read_ply
+from fabweave.mesh.io.ply import read_ply
 from fabweave.mesh.io.scenes import has_z_up, read_scene
+from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import Up
+from fabweave.mesh.upright import Up
 
 #: Millimetres in each unit that a mesh file can state.
 UNIT_MM = (("um", 0.001), ("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8))
 
-_Reader = Callable[[bytes, str], tuple[PolyMesh, tuple[str, ...]]]
-_READERS: tuple[tuple[str, _Reader], ...] = (
-    ("obj", read_obj),
-    ("off", read_off),
-    ("ply", read_ply),
-)
+_READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
 _SCENES = ("stl", "glb", "gltf", "3mf")
 #: Formats whose standard says which way is up, and that it is y.
 _Y_UP = ("glb", "gltf")
 
-#: Formats that can be read and written.
-READABLE = (*(kind for kind, _ in _READERS), *_SCENES)
-WRITABLE = ("obj", "off", "ply")
+#: Formats that can be read.
+READABLE = (*_READERS, *_SCENES)
 
 
 @frozen_value
@@ -85,7 +75,13 @@ def read_mesh(path: str | Path) -> MeshFile:
         If the file is missing, of another format, cannot be understood, or has no faces.
     """
     path = Path(path)
-    kind = _format_of(path, READABLE, "read")
+    kind = path.suffix[1:].lower()
+    if kind not in READABLE:
+        what = f"format {path.suffix!r}" if kind else "a file without an extension"
+        raise InputError(
+            f"{path.name}: {what} cannot be read; formats that can be read: "
+            + ", ".join(item.upper() for item in READABLE)
+        )
     data = read_input(path, "the mesh", MOST_BYTES)
     if not data:
         raise InputError(f"{path.name}: the file is empty")
@@ -93,7 +89,7 @@ def read_mesh(path: str | Path) -> MeshFile:
     if kind in _SCENES:
         mesh, unit, notes = read_scene(data, path, kind)
     else:
-        mesh, notes = dict(_READERS)[kind](data, path.name)
+        mesh, notes = _READERS[kind](data, path.name)
     if not mesh.n_faces:
         raise InputError(
             f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
@@ -115,55 +111,28 @@ def states_up(name: str) -> bool:
 
 
 def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
-    """Write a mesh file, as text; the same mesh gives the same bytes.
+    """Write a mesh as an OBJ file; the same mesh gives the same bytes.
 
     Reading the file gives the same faces and exactly the same positions.
 
     Parameters
     ----------
     path : str or Path
-        Where to; the extension tells the format: one of `WRITABLE`.
+        Where to; it ends in ``.obj``.
     mesh : PolyMesh
         What to write.
 
     Raises
     ------
     InputError
-        If the format cannot be written, the file cannot be made, or a face names a vertex that does
-        not exist.
+        If the name ends otherwise, the file cannot be made, a face has no corners, or it names a
+        vertex that does not exist.
     """
     path = Path(path)
-    data = mesh_bytes(path, mesh)
+    if path.suffix.lower() != ".obj":
+        raise InputError(f"{path.name}: meshes are written as OBJ; choose a name such as cow.obj")
+    data = obj_bytes(mesh)
     try:
         path.write_bytes(data)
     except OSError as error:
         raise InputError(f"{path}: cannot write the file: {error.strerror}") from error
-
-
-def mesh_bytes(path: str | Path, mesh: PolyMesh) -> bytes:
-    """Return what :func:`write_mesh` writes; the extension of the path tells the format.
-
-    Raises
-    ------
-    InputError
-        If the format cannot be written, or a face names a vertex that does not exist.
-    """
-    kind = _format_of(Path(path), WRITABLE, "written")
-    wrong = np.flatnonzero((mesh.indices < 0) | (mesh.indices >= mesh.n_vertices))
-    if len(wrong):
-        raise InputError(
-            f"{len(wrong)} corners name vertices that do not exist (first: vertex "
-            f"{mesh.indices[wrong[0]]} of {mesh.n_vertices}); check the mesh before writing it"
-        )
-    return {"obj": obj_bytes, "off": off_bytes, "ply": ply_bytes}[kind](mesh)
-
-
-def _format_of(path: Path, known: tuple[str, ...], verb: str) -> str:
-    kind = path.suffix[1:].lower()
-    if kind not in known:
-        what = f"format {path.suffix!r}" if kind else "a file without an extension"
-        raise InputError(
-            f"{path.name}: {what} cannot be {verb}; formats that can be {verb}: "
-            + ", ".join(item.upper() for item in known)
-        )
-    return kind

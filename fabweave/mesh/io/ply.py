@@ -1,21 +1,17 @@
-"""Read polygon meshes in PLY, text or binary, and write them as text."""
+"""Read polygon meshes in PLY, text or binary."""
 
 import re
-from array import array
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.arrays import IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.mesh.io.lines import Line, checked_mesh, text_lines
-from fabweave.mesh.io.obj import counted_face_lines, vertex_lines
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.io.text import Read, checked_mesh, number_rows, text_lines
 
 # The byte order of each format; text has none.
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
@@ -39,13 +35,11 @@ _TYPES = {
     "float32": "f4",
     "float64": "f8",
 }
-_END = re.compile(rb"^[ \t]*end_header[ \t]*(\r\n|\n|\r|\Z)", re.MULTILINE)
-_END_OLD_MAC = re.compile(rb"\r[ \t]*end_header[ \t]*\r")
-
-
-#: Scanners write some twenty properties; time grows with the square of their number.
-_MOST_NAMED = 1000
+_END = re.compile(rb"[\r\n][ \t]*end_header[ \t]*(\r\n|\n|\r|\Z)")
 _FACE_LISTS = ("vertex_indices", "vertex_index")
+
+#: How many values each row has of one property (1 unless that is a list), and all values.
+_Column: TypeAlias = tuple[IntArray, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -66,7 +60,7 @@ class _Element:
     properties: list[_Property]
 
 
-def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
+def read_ply(data: bytes, name: str) -> Read:
     r"""Read the bytes of a PLY file: text, little-endian or big-endian.
 
     Positions and faces are read, or triangle strips where there are no faces; other properties
@@ -100,77 +94,56 @@ def read_ply(data: bytes, name: str) -> tuple[PolyMesh, tuple[str, ...]]:
     >>> read_ply((header + body).encode(), "a.ply")[0].faces()
     [[0, 1, 2]]
     """
-    order, elements, start, n_lines = _read_head(data, name)
-    lines = text_lines(b"" if order else data[start:], name, first=n_lines + 1)
-    vertices: npt.NDArray[Any] | None = None
-    lists: dict[str, tuple[IntArray, npt.NDArray[Any]]] = {}
-    for element in elements:
-        columns: list[tuple[IntArray, npt.NDArray[Any]]] = []
-        rows: list[Line] = []
-        if order:
-            columns, start = _binary_columns(data, start, order, element, name)
-        else:
-            rows = _text_rows(lines, element, name)
-        if element.name == "vertex" and vertices is None:
-            axes = _axes(element, name)
-            if order:
-                vertices = np.column_stack([columns[axis][1] for axis in axes])
-            else:
-                vertices = _text_scalars(rows, element, axes)
-        elif element.name in ("face", "tristrips") and element.name not in lists:
-            at = _face_list(element, name)
-            lists[element.name] = columns[at] if order else _text_lists(rows, element, at)
-        if vertices is not None and "face" in lists and len(lists["face"][0]):
+    order, elements, start = _read_head(data, name)
+    if order:
+        tables = _binary_tables(data, start, order, elements, name)
+    else:
+        tables = _text_tables(data, start, elements, name)
+    points: npt.NDArray[Any] | None = None
+    sizes: IntArray | None = None
+    notes: tuple[str, ...] = ()
+    for element, columns in zip(elements, tables, strict=True):
+        names = [item.name for item in element.properties]
+        if element.name == "vertex" and points is None:
+            if not {"x", "y", "z"} <= set(names):
+                raise InputError(
+                    f"{name}: the header gives the vertices no properties x, y and z; it gives "
+                    f"{', '.join(names) or 'none'}"
+                )
+            points = np.column_stack([columns[names.index(axis)][1] for axis in "xyz"])
+        elif element.name in ("face", "tristrips"):
+            lists = [at for at, item in enumerate(element.properties) if item.count]
+            at = next((at for at in lists if names[at] in _FACE_LISTS), None)
+            if at is None:
+                raise InputError(
+                    f"{name}: the header gives the faces no list property called vertex_indices "
+                    "or vertex_index"
+                )
+            if sizes is None or not len(sizes):
+                sizes, corners = columns[at]
+                if element.name == "tristrips":
+                    number = agree(len(sizes), "{n} [row|rows] of triangle strips")
+                    sizes, corners = _triangles_of_strips(sizes, corners)
+                    notes = (f"the file has {number}, which were read as {len(sizes)} triangles",)
+        if points is not None and sizes is not None and len(sizes):
             break
-    if vertices is None:
+    if points is None:
         raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its header)")
-    with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
-        vertices = vertices.astype(np.float64)
-    if "tristrips" in lists and not ("face" in lists and len(lists["face"][0])):
-        sizes, items = lists["tristrips"]
-        triangles = _triangles_of_strips(sizes, items.astype(np.int64))
-        number = agree(len(sizes), "{n} [row|rows] of triangle strips")
-        note = f"the file has {number}, which were read as {len(triangles)} triangles"
-        mesh = checked_mesh(name, vertices, np.full(len(triangles), 3), triangles.ravel())
-        return mesh, (note,)
-    if "face" not in lists:
+    if sizes is None:
         raise InputError(
             f"{name}: the file has no faces (no element 'face' in its header); is it a point "
             "cloud? export it again with polygon faces"
         )
-    return checked_mesh(name, vertices, *lists["face"]), ()
+    with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
+        points = points.astype(np.float64)
+    return checked_mesh(name, points, sizes, corners), notes
 
 
-def _axes(element: _Element, name: str) -> list[int]:
-    """Return which properties of the vertices are x, y and z."""
-    names = [item.name for item in element.properties]
-    lists = [number for number, item in enumerate(element.properties) if item.count]
-    scalars = names[: min(lists, default=len(names))]
-    if not {"x", "y", "z"} <= set(scalars):
-        raise InputError(
-            f"{name}: the header gives the vertices no properties x, y and z before any list; "
-            f"it gives {', '.join(names) or 'none'}"
-        )
-    return [scalars.index(axis) for axis in "xyz"]
+def _triangles_of_strips(counts: IntArray, items: npt.NDArray[Any]) -> _Column:
+    """Return the sizes and the corners of the triangles of strips of vertices.
 
-
-def _face_list(element: _Element, name: str) -> int:
-    """Return which property of the faces is the list of vertices."""
-    for position, item in enumerate(element.properties):
-        if item.name in _FACE_LISTS and item.count:
-            if item.kind[0] == "f":
-                raise InputError(f"{name}: the faces' vertex numbers are not whole numbers")
-            return position
-    raise InputError(
-        f"{name}: the header gives the faces no list property called vertex_indices or vertex_index"
-    )
-
-
-def _triangles_of_strips(counts: IntArray, items: IntArray) -> IntArray:
-    """Return the triangles of strips of vertices, (T, 3).
-
-    A strip ends with its row, or at a vertex of -1. Every other triangle runs the other way round,
-    and those with a vertex twice only lead from one place to another.
+    Each vertex makes a triangle with the two before it, every second one turned around; -1
+    begins a new strip, and a triangle that names a vertex twice only leads around a bend.
     """
     row = np.repeat(np.arange(len(counts)), counts)
     ends = items == -1
@@ -183,142 +156,110 @@ def _triangles_of_strips(counts: IntArray, items: IntArray) -> IntArray:
     first, second = np.where(odd, at + 1, at), np.where(odd, at, at + 1)
     triangles = np.column_stack((items[first], items[second], items[at + 2]))
     a, b, c = triangles.T
-    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    return np.full(len(triangles), 3), triangles.ravel()
 
 
-def _read_head(data: bytes, name: str) -> tuple[str, list[_Element], int, int]:
-    """Return the byte order, the elements, and how many bytes and lines the header has."""
-    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
+def _read_head(data: bytes, name: str) -> tuple[str, list[_Element], int]:
+    """Return the byte order, the elements, and how many bytes the header has."""
+    if not re.match(rb"ply\s", data):
         raise InputError(f"{name}, line 1: expected the word ply here")
-    end = _END_OLD_MAC.search(data) if b"\n" not in data[:5] else None
-    end = end or _END.search(data)
+    end = _END.search(data)
     if end is None:
         raise InputError(f"{name}: the header has no line end_header")
-    text = data[: end.start()].decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
-    lines = text.rstrip("\n").split("\n")
     order = None
     elements: list[_Element] = []
-    for number, line in enumerate(lines[1:], start=2):
-        words = line.split()
-        try:
-            if not words or words[0] in ("comment", "obj_info"):
+    head = data[: end.start()].decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    for number, line in enumerate(head.split("\n")[1:], start=2):
+        match line.split():
+            case [] | ["comment" | "obj_info", *_]:
                 continue
-            if words[0] == "format":
-                order = _ORDERS.get("".join(words[1:2]))
-                if order is None:
-                    raise ValueError(f"the format must be {', '.join(_ORDERS)}")  # noqa: TRY301 -- one place adds the line number
-            elif words[0] == "element":
-                elements.append(_element(words))
-            elif words[0] == "property" and elements:
-                elements[-1].properties.append(_property(words))
-            else:
-                raise ValueError("this line is not a format, an element, a property or a comment")  # noqa: TRY301 -- as above
-            if max(len(elements), *(len(one.properties) for one in elements[-1:]), 0) > _MOST_NAMED:
-                raise ValueError(  # noqa: TRY301 -- as above
-                    f"there are more than {_MOST_NAMED} elements, or properties of an element; "
-                    "export positions and faces only"
+            case ["format", kind, *_] if kind in _ORDERS:
+                order = _ORDERS[kind]
+            case ["element", what, count] if count.isascii() and count.isdigit():
+                elements.append(_Element(what, int(count), []))
+            case ["property", "list", count, kind, what] if (
+                elements and kind in _TYPES and _TYPES.get(count, "f")[0] != "f"
+            ):
+                elements[-1].properties.append(_Property(what, _TYPES[kind], _TYPES[count]))
+            case ["property", kind, what] if elements and kind in _TYPES:
+                elements[-1].properties.append(_Property(what, _TYPES[kind]))
+            case _:
+                raise InputError(
+                    f"{name}, line {number}: {line[:60]!r} is no format ({', '.join(_ORDERS)}), "
+                    f"no element with a number, and no property with a type ({', '.join(_TYPES)})"
                 )
-        except ValueError as error:
-            raise InputError(f"{name}, line {number}: {line[:60]!r}: {error}") from None
     if order is None:
         raise InputError(f"{name}: the header has no line that begins with format")
-    return order, elements, end.end(), len(lines) + 1
+    return order, elements, end.end()
 
 
-def _element(words: list[str]) -> _Element:
-    if len(words) != 3 or not (words[2].isascii() and words[2].isdigit() and len(words[2]) < 19):
-        raise ValueError("an element needs a name and a number")
-    return _Element(words[1], int(words[2]), [])
+def _text_tables(
+    data: bytes, start: int, elements: Iterable[_Element], name: str
+) -> Iterator[list[_Column]]:
+    """Yield the columns of each element in a text file, with one line for each row."""
+    before = len(text_lines(data[:start]))
+    texts = text_lines(data[start:])
+    lines = [at for at, text in enumerate(texts) if text]
+    first = 0
+    for element in elements:
+        wanted = element.number if element.properties else 0
+        some = lines[first : first + wanted]
+        first += wanted
+        if len(some) < wanted:
+            raise InputError(
+                f"{name}, at the end of the file: only {len(some)} of {wanted} rows of element "
+                f"{element.name!r} are there"
+            )
+        rows = number_rows(name, [before + at + 1 for at in some], [texts[at] for at in some])
+        at = rows.offsets[:-1]
+        columns: list[_Column] = []
+        for item in element.properties:
+            ones = np.ones(wanted, dtype=np.int64)
+            sizes, values = rows.lists(at) if item.count else (ones, rows.scalars(at))
+            columns.append((sizes, values))
+            at = at + sizes + bool(item.count)
+        yield columns
 
 
-def _property(words: list[str]) -> _Property:
-    is_list = words[1:2] == ["list"]
-    kinds = words[2:4] if is_list else words[1:2]
-    if len(words) != (5 if is_list else 3):
-        raise ValueError(
-            "a property needs a type and a name, or the word list, two types and a name"
-        )
-    unknown = [kind for kind in kinds if kind not in _TYPES]
-    if unknown:
-        raise ValueError(f"unknown type {unknown[0]!r}; the types are {', '.join(_TYPES)}")
-    codes = [_TYPES[kind] for kind in kinds]
-    if is_list and codes[0][0] == "f":
-        raise ValueError("the length of a list must be a whole number")
-    return _Property(words[-1], codes[-1], codes[0] if is_list else "")
-
-
-def _text_rows(lines: Iterator[Line], element: _Element, name: str) -> list[Line]:
-    """Return the lines of an element in a text file."""
-    wanted = element.number if element.properties else 0
-    rows = list(islice(lines, wanted))
-    if len(rows) < wanted:
-        raise InputError(
-            f"{name}, at the end of the file: only {len(rows)} of {wanted} rows of element "
-            f"{element.name!r} are there"
-        )
-    return rows
-
-
-def _text_scalars(rows: list[Line], element: _Element, positions: list[int]) -> FloatArray:
-    """Return some properties of an element that come before any list, (N, positions)."""
-    values = array("d")
-    for line in rows:
-        words = line.text.split()
-        if len(words) < len(element.properties):  # every property, a list too, takes a word
-            what = f"found {len(words)} numbers, but expected {len(element.properties)} or more"
-            raise line.fault(what)
-        values.extend(line.floats([words[position] for position in positions]))
-    return np.asarray(values, dtype=np.float64).reshape(-1, len(positions))
-
-
-def _text_lists(rows: list[Line], element: _Element, position: int) -> tuple[IntArray, IntArray]:
-    """Return one list property of an element: the lengths, and all items in one array."""
-    sizes, items = array("q"), array("q")
-    for line in rows:
-        words = line.text.split()
-        at = 0
-        for item in element.properties[:position]:
-            at += 1 + (len(line.counted(words, at)) if item.count else 0)
-        corners = line.integers(line.counted(words, at))
-        sizes.append(len(corners))
-        items.extend(corners)
-    return np.asarray(sizes, dtype=np.int64), np.asarray(items, dtype=np.int64)
-
-
-def _binary_columns(
-    data: bytes, start: int, order: str, element: _Element, name: str
-) -> tuple[list[tuple[IntArray, npt.NDArray[Any]]], int]:
-    """Return each property of an element, as lengths and values of its rows, and its last byte."""
-    if not element.properties or not element.number:
-        return _walk(data, start, order, element, 0, name)
-    # Most files have faces of one size: take the first row's and see.
-    first, _ = _walk(data, start, order, element, 1, name)
-    fields: list[tuple[str, str] | tuple[str, str, tuple[int]]] = []
-    for at, (item, (sizes, _)) in enumerate(zip(element.properties, first, strict=True)):
-        if item.count:
-            fields.append((f"n{at}", order + item.count))
-        fields.append((f"p{at}", order + item.kind, (int(sizes[0]),)))
-    kind = np.dtype(fields)
-    if kind.itemsize * element.number <= len(data) - start:
-        records = np.frombuffer(data, kind, count=element.number, offset=start)
-        columns = []
-        for at, (item, (sizes, _)) in enumerate(zip(element.properties, first, strict=True)):
-            if item.count and not np.all(records[f"n{at}"] == sizes[0]):
-                break
-            columns.append((np.repeat(sizes, element.number), records[f"p{at}"].reshape(-1)))
-        else:
-            return columns, start + records.nbytes
-    return _walk(data, start, order, element, element.number, name)
+def _binary_tables(
+    data: bytes, start: int, order: str, elements: Iterable[_Element], name: str
+) -> Iterator[list[_Column]]:
+    """Yield the columns of each element in a binary file."""
+    for element in elements:
+        # Most files have faces of one size: take the first row's and see.
+        columns, _ = _walk(data, start, order, element, min(element.number, 1), name)
+        fields: list[tuple[str, str, tuple[int, ...]]] = []
+        for at, (item, (sizes, _)) in enumerate(zip(element.properties, columns, strict=True)):
+            fields += [(f"n{at}", order + item.count, ())] if item.count else []
+            fields.append((f"p{at}", order + item.kind, tuple(sizes.tolist())))
+        kind = np.dtype(fields)
+        if element.number > 1 and kind.itemsize:
+            count = min(element.number, (len(data) - start) // kind.itemsize)
+            rows = np.frombuffer(data, kind, count=count, offset=start)
+            counted = [at for at, item in enumerate(element.properties) if item.count]
+            if count == element.number and all(
+                np.all(rows[f"n{at}"] == columns[at][0]) for at in counted
+            ):
+                columns = [
+                    (np.repeat(sizes, count), rows[f"p{at}"].reshape(-1))
+                    for at, (sizes, _) in enumerate(columns)
+                ]
+                start += rows.nbytes
+                yield columns
+                continue
+        columns, start = _walk(data, start, order, element, element.number, name)
+        yield columns
 
 
 def _walk(
     data: bytes, start: int, order: str, element: _Element, n_rows: int, name: str
-) -> tuple[list[tuple[IntArray, npt.NDArray[Any]]], int]:
+) -> tuple[list[_Column], int]:
     """Read the first rows of an element, each of which begins where the one before it ends."""
-    sizes = [array("q") for _ in element.properties]
+    sizes: list[list[int]] = [[] for _ in element.properties]
     parts: list[list[bytes]] = [[] for _ in element.properties]
     at = start
-    for row in range(n_rows):
+    for row in range(n_rows if element.properties else 0):
         for column, item in enumerate(element.properties):
             count = 1
             if item.count:
@@ -337,36 +278,7 @@ def _walk(
             parts[column].append(data[at:end])
             at = end
     columns = [
-        (np.asarray(size, dtype=np.int64), np.frombuffer(b"".join(part), order + item.kind))
+        (np.array(size, dtype=np.int64), np.frombuffer(b"".join(part), order + item.kind))
         for size, part, item in zip(sizes, parts, element.properties, strict=True)
     ]
     return columns, at
-
-
-def ply_bytes(mesh: PolyMesh) -> bytes:
-    r"""Return the bytes of a PLY text file; reading them gives the same numbers back.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        Any mesh.
-
-    Returns
-    -------
-    bytes
-        The same mesh gives the same bytes.
-
-    Examples
-    --------
-    >>> mesh = PolyMesh.from_faces([[0, 0, 0], [0.1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    >>> ply_bytes(mesh).splitlines()[-1]
-    b'3 0 1 2'
-    """
-    small = mesh.n_faces == 0 or int(mesh.face_sizes.max()) < 256
-    lines = ["ply", "format ascii 1.0", f"element vertex {mesh.n_vertices}"]
-    lines += [f"property double {axis}" for axis in "xyz"]
-    lines.append(f"element face {mesh.n_faces}")
-    lines.append(f"property list {'uchar' if small else 'int'} int vertex_indices")
-    lines.append("end_header")
-    lines += vertex_lines(mesh) + counted_face_lines(mesh)
-    return ("\n".join(lines) + "\n").encode("ascii")

@@ -2,19 +2,209 @@
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+    places_in_groups,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, irregular_note
+from fabweave.mesh.one_rings import corners_in_turn
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.fit import fit
-from fabweave.mesh.remesh.model import model_of
+from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.remesh_check import check_remeshed
+from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed, ready_source
 from fabweave.mesh.remesh.request import checked_count
-from fabweave.mesh.remesh.source import Remeshed, ready_source
-from fabweave.mesh.remesh.unrefine import cages
+from fabweave.mesh.topology import label_links
+
+#: Cages of cages are looked for so often.
+_MOST_STEPS = 12
+
+
+@frozen_value
+class _Sides:
+    """A graph whose nodes have two sides, so that links only lead across.
+
+    Parameters
+    ----------
+    body : (N,) int array
+        The connected component of each node; -1 where the node has no link.
+    side : (N,) int array
+        0 for the first node of a component and all on its side, else 1.
+    whole : (B,) bool array
+        Which components have two sides at all.
+    """
+
+    body: IntArray
+    side: IntArray
+    whole: BoolArray
+
+
+def cages(mesh: PolyMesh) -> list[PolyMesh]:
+    """Return the cages of which a mesh is a refinement, the finest first.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh.
+
+    Returns
+    -------
+    list of PolyMesh
+        Each has about a quarter of the faces of the one before; empty if the mesh is no refinement.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+    >>> fine = refine_mesh(cube(), parse_refinements("catmull-clark:3"))
+    >>> [cage.n_faces for cage in cages(fine)]
+    [96, 24, 6]
+    """
+    found: list[PolyMesh] = []
+    while len(found) < _MOST_STEPS:
+        coarser = unrefined(found[-1] if found else mesh)
+        if coarser is None:
+            break
+        found.append(coarser)
+    return found
+
+
+def unrefined(mesh: PolyMesh) -> PolyMesh | None:
+    """Undo one step of a subdivision that cuts faces into quads around their centres.
+
+    In such a mesh (Catmull-Clark, or the same cuts without rounding) neighbours along edges are of
+    two classes: edge points, which have four edges inside and three on the boundary, and others.
+    The others, along the diagonals of quads, again are of two: old vertices, and face points, which
+    are inside. The quads around a face point were a face. Where several choices hold, as on grids,
+    the one whose faces are nearest to quads in the mean is taken, and of equals the one that keeps
+    the first vertex.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh.
+
+    Returns
+    -------
+    PolyMesh or None
+        The old faces on the old vertices, where these are now; None if there are none.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import icosahedron
+    >>> from fabweave.mesh.subdivide.primal import catmull_clark
+    >>> unrefined(catmull_clark(icosahedron())).n_faces, unrefined(icosahedron())
+    (20, None)
+
+    References
+    ----------
+    Taubin, "Detecting and reconstructing subdivision connectivity", The Visual Computer 18, 2002,
+    does the same for triangles.
+    """
+    if not mesh.n_faces or np.any(mesh.face_sizes != 4):
+        return None
+    halfedges = build_halfedges(mesh)
+    count = mesh.n_vertices
+    rim = np.zeros(count, dtype=bool)
+    rim[halfedges.tail[halfedges.twin < 0]] = True
+    valence = np.bincount(halfedges.tail, minlength=count) + rim
+    edges = _two_sides(halfedges.tail, halfedges.head, count)
+    if not edges.whole.all():
+        return None
+    is_face_point = np.zeros(count, dtype=bool)
+    kept = np.zeros(count, dtype=bool)
+    for body in range(len(edges.whole)):
+        choice = _best_choice(mesh, edges.body == body, edges.side, valence, rim)
+        if choice is None:
+            return None
+        is_face_point |= choice
+    first_old = mesh.indices.reshape(-1, 4)
+    # Opposite a face point, each of its quads has an old vertex.
+    for corner in range(4):
+        kept[first_old[is_face_point[first_old[:, (corner + 2) % 4]], corner]] = True
+    return _parent(mesh, halfedges, is_face_point, kept)
+
+
+def _best_choice(
+    mesh: PolyMesh, body: BoolArray, side: IntArray, valence: IntArray, rim: BoolArray
+) -> BoolArray | None:
+    """Return which vertices of a body are face points, (V,); None if there is no choice."""
+    quads = mesh.indices.reshape(-1, 4)
+    quads = quads[body[quads[:, 0]]]
+    options: list[tuple[float, bool, BoolArray]] = []
+    for edge_side in (1, 0):
+        on_edges = body & (side == edge_side)
+        if np.any(valence[on_edges] != np.where(rim[on_edges], 3, 4)):
+            continue
+        # Of each quad the diagonal between the two corners that are no edge points.
+        start = np.where(on_edges[quads[:, 0]], 1, 0)
+        row = np.arange(len(quads))
+        diagonal = _two_sides(quads[row, start], quads[row, start + 2], mesh.n_vertices)
+        if not diagonal.whole.all() or len(diagonal.whole) != 1:
+            continue
+        for face_side in (1, 0):
+            centres = (diagonal.body >= 0) & (diagonal.side == face_side)
+            if rim[centres].any() or np.any(valence[centres] < 3):
+                continue
+            first = int(np.flatnonzero(body)[0])
+            uneven = float(np.abs(valence[centres] - 4).mean())
+            kept = bool(not centres[first] and not on_edges[first])
+            options.append((uneven, not kept, centres))
+    return min(options, key=lambda option: option[:2])[2] if options else None
+
+
+def _two_sides(first: IntArray, second: IntArray, count: int) -> _Sides:
+    """Divide the nodes of a graph so that links only lead from one side to the other."""
+    linked = np.zeros(count, dtype=bool)
+    linked[first] = linked[second] = True
+    _, label = label_links(first, second, count)
+    _, body = np.unique(label[linked], return_inverse=True)
+    # In the double cover a component with two sides falls apart into two.
+    double = label_links(
+        np.concatenate([first, first + count]), np.concatenate([second + count, second]), 2 * count
+    )[1]
+    nodes = np.flatnonzero(linked)
+    heads = nodes[np.unique(body, return_index=True)[1]]
+    whole = double[heads] != double[heads + count]
+    side = np.zeros(count, dtype=np.int64)
+    side[nodes] = double[nodes] != double[heads[body]]
+    bodies = np.full(count, -1, dtype=np.int64)
+    bodies[nodes] = body
+    return _Sides(bodies, side, whole)
+
+
+def _parent(
+    mesh: PolyMesh, halfedges: Halfedges, is_face_point: BoolArray, kept: BoolArray
+) -> PolyMesh | None:
+    """Gather the quads around each face point into a face; None if that is no surface."""
+    offsets, corners = corners_in_turn(halfedges, mesh.n_vertices)
+    sizes = np.diff(offsets)
+    centres = np.flatnonzero(is_face_point)
+    size = sizes[centres]
+    around = corners[np.repeat(offsets[centres], size) + places_in_groups(size)]
+    # From the face point over an edge point to the old vertex.
+    old = halfedges.tail[halfedges.next[halfedges.next[around]]]
+    if int(size.sum()) != mesh.n_faces or not kept[old].all():
+        return None
+    number = np.cumsum(kept) - 1
+    bounds = np.concatenate([[0], np.cumsum(size)])
+    parent = PolyMesh(mesh.vertices[kept], bounds, number[old])
+    before, after = check_mesh(mesh), check_mesh(parent)
+    same = (before.euler, before.n_components, before.n_boundary_loops) == (
+        after.euler,
+        after.n_components,
+        after.n_boundary_loops,
+    )
+    return parent if same and not after.fatal and after.oriented else None
+
 
 #: Faces to aim at by default: what a patient person weaves in a week.
 _DEFAULT = 300

@@ -10,13 +10,25 @@ import tempfile
 import threading
 import time
 import zipfile
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
+from fabweave.core.messages import agree
+from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
+from fabweave.core.parallel.interrupt import held_back
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.irregular import find_irregular
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh, without_loose
+from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults
 
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
 _CHILD = (sys.executable, "-P", str(Path(__file__).with_name("child.py")))
@@ -216,4 +228,254 @@ def _read_result(path: Path, code: int, centre: FloatArray, size: float) -> Poly
         raise AttemptFailedError("it left a result that is not a mesh") from error
     if vertices.shape[1:] != (3,) or faces.ndim != 2 or not faces.size:
         raise AttemptFailedError("it made a mesh without faces")
-    return PolyMesh.from_faces(vertices * size + centre, faces)
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise AttemptFailedError("it made faces of vertices that do not exist")
+    return without_loose(PolyMesh.from_faces(vertices * size + centre, faces))
+
+
+#: Runs compared for tasks up to so many quads; by counts, not by time, so that results are the
+#: same on every machine.
+_RUNS = ((3000, 4), (8000, 2))
+#: Tasks with more triangles than this have one run.
+LARGE = 200_000
+#: By how much the count changes from run to run where there are no seeds.
+_SPREAD = 0.04
+#: A result with more or fewer quads than wanted by this factor is rejected.
+_FAR = 3.0
+#: Results are as near to the given surface as one another up to this factor, or this difference.
+_ALIKE, _ALIKE_PERCENT = 1.1, 0.02
+#: ... and up to this one where a direction is wished for, or few irregular vertices.
+MUCH_ALIKE = 1.5
+#: Rounds of fitting; results of more quads follow the surface well enough without.
+_ROUNDS, _MOST_FITTED = 10, 20_000
+#: Runs at the same time.
+_AT_ONCE = 2
+
+
+@frozen_value
+class Task:
+    """A remesher, what it is to remesh, and how."""
+
+    engine: Engine
+    surface: PolyMesh
+    run: Run
+
+
+@frozen_value
+class Candidate:
+    """A result that passed the check, and the run that gave it.
+
+    Parameters
+    ----------
+    engine : Engine
+    mesh : PolyMesh
+        What it made, fitted to the given surface.
+    run : Run
+        What it was asked for.
+    off : float
+        Root mean square of the distances from the given surface to the mesh, in per cent of the
+        size.
+    irregular, clashes : int
+        How many irregular vertices, and pairs of faces that run through one another, there are.
+    """
+
+    engine: Engine
+    mesh: PolyMesh
+    run: Run
+    off: float
+    irregular: int
+    clashes: int
+
+    @property
+    def note(self) -> str:
+        """What was made."""
+        seed = f", seed {self.run.seed}" if self.engine.seeded else ""
+        text = (
+            f"{self.engine.title} made {self.mesh.n_faces} quads ({self.run.n_faces} were wanted"
+            f"{seed})"
+        )
+        if self.clashes:
+            text += agree(self.clashes, "; {n} [pair|pairs] of them run[s|] through one another")
+            text += ": more quads, or --remesh triangles:N, would keep limbs apart"
+        return text
+
+
+def best_run(
+    engine: Engine,
+    source: PolyMesh,
+    surface: PolyMesh,
+    wanted: int,
+    *,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> tuple[Candidate | None, list[str]]:
+    """Run a remesher a few times and take the result that keeps the shape best.
+
+    Each result is fitted to the given surface, and checked. On an open mesh new edges must follow
+    the boundary, unless no such run passes the check. Of the results that pass:
+
+    1. those that do not run through themselves are taken first;
+    2. of these, those that are nearest to the given surface: all that are nearly as near as the
+       nearest one (root mean square; 10 %, or 0.02 % of the size) are equally good;
+    3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
+       wanted.
+
+    A result with as few irregular vertices as its topology allows ends the search.
+
+    Parameters
+    ----------
+    engine : Engine
+        The remesher.
+    source, surface : PolyMesh
+        The given surface, and triangles that the remesher sees.
+    wanted : int
+        About how many quads.
+    seed : int
+        The first seed; following runs take the following ones.
+    progress : callable
+        Told about each run.
+
+    Returns
+    -------
+    best : Candidate or None
+        Among equals the first.
+    failures : list of str
+        Why the runs that gave nothing failed.
+    """
+    report = check_mesh(source)
+    # Around a closed surface the differences from four edges sum to four times its Euler
+    # characteristic: where each is one, there is no result with fewer.
+    enough = 4 * abs(report.euler) if report.closed else 0
+    large = surface.n_faces > LARGE
+    model = model_of(source, wanted) if wanted <= _MOST_FITTED else None
+    failures: list[str] = []
+    hung: list[str] = []
+    for rim in (False,) if report.closed else (True, False):
+        good: list[Candidate] = []
+        runs = _runs(engine, wanted, seed, rim=rim, large=large)
+        with closing(results(engine, surface, runs, progress)) as found:
+            for run, result in found:
+                if isinstance(result, LimitReachedError):
+                    hung.append(str(result))
+                    continue
+                if isinstance(result, AttemptFailedError):
+                    failures.append(str(result))
+                    continue
+                fitted, faults = fitted_to(model, source, result)
+                faults += count_faults(fitted.n_faces, wanted)
+                if faults:
+                    failures.append("; ".join(faults))
+                    continue
+                good.append(candidate_of(engine, source, fitted, run))
+                if good[-1].irregular <= enough:
+                    break
+        if good:
+            return _best(good, wanted), summed_up(engine, hung) + summed_up(engine, failures)
+    return None, summed_up(engine, hung) + summed_up(engine, failures)
+
+
+def results(
+    engine: Engine, surface: PolyMesh, runs: Sequence[Run], progress: Progress = no_progress
+) -> Generator[tuple[Run, PolyMesh | AttemptFailedError]]:
+    """Yield what each run of a remesher gave, as it is, or why it gave nothing.
+
+    Close it to end runs that are no longer wanted.
+    """
+    tasks = [Task(engine, surface, run) for run in runs]
+    for task, result in results_of(tasks, progress):
+        yield task.run, result
+
+
+def results_of(
+    tasks: Sequence[Task], progress: Progress = no_progress
+) -> Generator[tuple[Task, PolyMesh | AttemptFailedError]]:
+    """Yield what each run of any remesher on any surface gave, as :func:`results` does."""
+    with _started(tasks) as waiting:
+        for number, task in enumerate(tasks):
+            progress(f"remeshing with {task.engine.title}", number, len(tasks))
+            try:
+                yield task, result_of(waiting[number])
+            except AttemptFailedError as error:
+                yield task, error
+    if tasks:
+        progress(f"remeshing with {tasks[-1].engine.title}", len(tasks), len(tasks))
+
+
+def seam_runs(engine: Engine, wanted: int, seed: int, *, large: bool) -> list[Run]:
+    """Return the runs to compare whose edges are to follow the boundary."""
+    return _runs(engine, wanted, seed, rim=True, large=large)
+
+
+def fitted_to(
+    model: Model | None, source: PolyMesh, result: PolyMesh
+) -> tuple[PolyMesh, tuple[str, ...]]:
+    """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
+    faults = surface_faults(source, result)
+    if faults:
+        return result, check_remeshed(source, result).faults
+    if model is not None:
+        fitted = fit(model, result, _ROUNDS)
+        if not check_remeshed(source, fitted).faults:
+            return fitted, ()
+    return result, check_remeshed(source, result).faults
+
+
+def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -> Candidate:
+    """Measure a result."""
+    like = likeness(source, result)
+    irregular, clashes = len(find_irregular(result)), len(self_intersections(result))
+    return Candidate(engine, result, run, like.percent(like.in_rms_mm), irregular, clashes)
+
+
+def as_near(good: Sequence[Candidate], factor: float = _ALIKE) -> list[Candidate]:
+    """Return which results do not run through themselves, if any, and are about as near as any."""
+    sound = [candidate for candidate in good if not candidate.clashes] or good
+    near = min(candidate.off for candidate in sound)
+    return [item for item in sound if item.off <= max(near * factor, near + _ALIKE_PERCENT)]
+
+
+def _best(good: Sequence[Candidate], wanted: int) -> Candidate:
+    """Return the best of some results (see best_run)."""
+    alike = as_near(good)
+    return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))
+
+
+@contextmanager
+def _started(tasks: Sequence[Task]) -> Iterator[list[Future[PolyMesh]]]:
+    """Start runs of a remesher, two at a time; none is left running when the block ends."""
+    stop = threading.Event()
+    pool = SignalSafeExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
+    try:
+        yield [pool.submit(run_engine, task.engine, task.surface, task.run, stop) for task in tasks]
+    finally:
+        with held_back():
+            stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def summed_up(engine: Engine, failures: list[str]) -> list[str]:
+    """Say in one line why several runs failed; where reasons differ, the shortest one."""
+    if not failures:
+        return []
+    runs = f", {len(failures)} runs" if len(failures) > 1 else ""
+    differ = "; other runs failed for other reasons" if len(set(failures)) > 1 else ""
+    return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
+
+
+def count_faults(made: int, wanted: int) -> tuple[str, ...]:
+    """Say if there are far more or far fewer quads than wanted."""
+    far = not wanted / _FAR <= made <= wanted * _FAR
+    return (f"{made} quads, far from the {wanted} wanted",) if far else ()
+
+
+def _runs(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
+    """Return the runs to compare."""
+    number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
+    number = min(number, engine.most_runs)
+    runs = []
+    for k in range(number):
+        # 0, +1, -1, +2 times the spread
+        share = 1 + _SPREAD * ((k + 1) // 2) * (1 if k % 2 else -1)
+        aim = wanted if engine.seeded else round(wanted * share)
+        runs.append(Run(aim, seed + k, rim=rim))
+    return runs

@@ -14,28 +14,35 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, interior_valences, irregular_note
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import Mirror, find_mirror
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.along.direction import Alignment, Along, direction_on
-from fabweave.mesh.remesh.along.search import best_along
+from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
+from fabweave.mesh.polymesh import PolyMesh, without_loose
+from fabweave.mesh.remesh.along import best_along
 from fabweave.mesh.remesh.coarse import cage_of_quads
+from fabweave.mesh.remesh.direction import Alignment, Along, direction_on
 from fabweave.mesh.remesh.engines import (
     ENGINES,
+    LARGE,
     QSLIM,
     AttemptFailedError,
+    Candidate,
     Engine,
     Run,
+    best_run,
+    results,
     run_engine,
+    seam_runs,
 )
-from fabweave.mesh.remesh.evenness import evenness
-from fabweave.mesh.remesh.fit import fit
-from fabweave.mesh.remesh.halves import half_of, joined_with_image
-from fabweave.mesh.remesh.model import Model, model_of
+from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.remesh_check import check_remeshed, surface_faults
+from fabweave.mesh.remesh.remeshed import (
+    Remeshed,
+    check_remeshed,
+    cut_surface,
+    evenness,
+    ready_source,
+    surface_faults,
+)
 from fabweave.mesh.remesh.request import LEAST, checked_count
-from fabweave.mesh.remesh.runs import LARGE, Candidate, best_run, results, seam_runs
-from fabweave.mesh.remesh.source import Remeshed, cut_surface, ready_source
 
 #: A symmetric result is not worse than another up to these factors, in its distances from the model
 #: and in its irregular vertices, which come in pairs.
@@ -163,9 +170,8 @@ def without_doublets(mesh: PolyMesh) -> PolyMesh:
                 new.append([a, p, c, q])
         if not new:
             return mesh
-        kept = np.array([*(face for at, face in enumerate(faces) if at not in gone), *new])
-        used, indices = np.unique(kept, return_inverse=True)
-        mesh = PolyMesh.from_faces(mesh.vertices[used], indices.reshape(-1, 4))
+        kept = [*(face for at, face in enumerate(faces) if at not in gone), *new]
+        mesh = without_loose(PolyMesh.from_faces(mesh.vertices, np.array(kept)))
 
 
 def _after(face: list[int], vertex: int) -> list[int]:

@@ -2,11 +2,11 @@
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.along.direction import Along
 from fabweave.mesh.remesh.coarse import remesh_coarse
+from fabweave.mesh.remesh.direction import Along
 from fabweave.mesh.remesh.quads import remesh_quads
+from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import Remesh
-from fabweave.mesh.remesh.source import Remeshed
 from fabweave.mesh.remesh.triangles import remesh_triangles
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, places_in_groups
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.bundles import bundle, slit_columns
 from fabweave.mesh.shapes.grids import grid_quads
 from fabweave.mesh.shapes.soft_tubes import SoftTubes, settle, soft_tubes
 from fabweave.mesh.shapes.tube_nets import necklace
+from fabweave.mesh.upright import resize_mesh
 
 
 def regular(face: int, valence: int, genus: int, refine: int, size: float) -> PolyMesh:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.polymesh import PolyMesh, without_loose
 
 
 def torus(m: int, n: int, ring: float, tube: float) -> PolyMesh:
@@ -112,8 +112,7 @@ def hemisphere(n: int, radius: float) -> PolyMesh:
     """
     lattice, faces = _cube_lattice(2 * n)
     upper = faces[(lattice[faces][:, :, 2] >= n).all(axis=1)]
-    used, numbers = np.unique(upper, return_inverse=True)
-    return _blown_up(lattice[used], numbers.reshape(-1, 4), 2 * n, radius)
+    return without_loose(_blown_up(lattice, upper, 2 * n, radius))
 
 
 def grid_quads(m: int, n: int, *, wrap: tuple[bool, bool]) -> IntArray:

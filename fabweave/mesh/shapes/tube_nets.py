@@ -8,10 +8,10 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.resize import resize_mesh
 from fabweave.mesh.shapes import solids
 from fabweave.mesh.shapes.grids import grid_quads
 from fabweave.mesh.shapes.soft_tubes import settle, soft_tubes
+from fabweave.mesh.upright import resize_mesh
 
 #: Samples of each curve from node to node.
 _SAMPLES = 33

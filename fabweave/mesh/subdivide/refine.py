@@ -1,5 +1,6 @@
 """Name the refinement schemes, and run chains of them such as ``simplest:1,catmull-clark:2``."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -7,20 +8,22 @@ from typing import TypeAlias
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.subdivide.catmull_clark import catmull_clark, catmull_clark_limit, split_to_quads
 from fabweave.mesh.subdivide.dual import doo_sabin, simplest
-from fabweave.mesh.subdivide.loop import loop, loop_limit, mid_edge
+from fabweave.mesh.subdivide.primal import (
+    catmull_clark,
+    catmull_clark_limit,
+    loop,
+    loop_limit,
+    mid_edge,
+    split_to_quads,
+)
 from fabweave.mesh.subdivide.sqrt3 import sqrt3
 
-#: Largest result that is begun.
-MOST_FACES = 4_000_000
+#: Largest result that is begun, in edges.
+MOST_EDGES = 8_000_000
 _MOST_STEPS = 100
 
-
-#: Takes a mesh, a number of steps, whether to end on the limit surface, and progress.
-Run: TypeAlias = Callable[[PolyMesh, int, bool, Progress], PolyMesh]
 _Step: TypeAlias = Callable[[PolyMesh], PolyMesh]
 
 
@@ -30,104 +33,42 @@ class Scheme:
 
     Parameters
     ----------
-    name, text : str
-        Its name, and what it does in one line.
-    faces : str
-        What all faces of the result are: ``quads``, ``triangles`` or ``polygons``.
+    name : str
+    growth : int
+        How many edges come of one in a step, at the boundary perhaps fewer.
+    step : callable or None
+        Takes a mesh and returns it after a step; None if `sqrt3` takes all steps at once.
+    limit : callable or None
+        Moves the vertices to where endless steps would take them.
     smooth : bool
         Whether it rounds the shape; else the shape stays as it is.
-    run : callable
-        Takes a mesh, a number of steps, whether to end on the limit surface, and a progress
-        callback; returns the refined mesh.
-    grow : callable
-        Takes the numbers of vertices, edges and faces, and returns those after a step of a
-        closed mesh.
     """
 
     name: str
-    text: str
-    faces: str
-    smooth: bool
-    run: Run
-    grow: Callable[[int, int, int], tuple[int, int, int]]
+    growth: int
+    step: _Step | None
+    limit: _Step | None = None
+    smooth: bool = True
 
-
-def _repeated(name: str, step: _Step, to_limit: _Step | None = None) -> Run:
-    def run(mesh: PolyMesh, steps: int, limit: bool, progress: Progress) -> PolyMesh:
+    def run(self, mesh: PolyMesh, steps: int, *, to_limit: bool, progress: Progress) -> PolyMesh:
+        """Return a mesh after some steps, on the limit surface if asked and known."""
+        if self.step is None:
+            return sqrt3(mesh, steps, limit=to_limit, progress=progress)
         for number in range(steps):
-            progress(name, number, steps)
-            mesh = step(mesh)
-        return to_limit(mesh) if limit and to_limit else mesh
-
-    return run
-
-
-def _to_quads(v: int, e: int, f: int) -> tuple[int, int, int]:
-    return v + e + f, 4 * e, 2 * e
-
-
-def _through_middles(v: int, e: int, f: int) -> tuple[int, int, int]:
-    return v + e, 4 * e, f + 2 * e
+            progress(self.name, number, steps)
+            mesh = self.step(mesh)
+        return self.limit(mesh) if to_limit and self.limit else mesh
 
 
 #: All schemes, in the order in which they are listed.
-SCHEMES: tuple[Scheme, ...] = (
-    Scheme(
-        "catmull-clark",
-        "every n-gon becomes n quads; smooth, on the limit surface",
-        "quads",
-        True,
-        _repeated("catmull-clark", catmull_clark, catmull_clark_limit),
-        _to_quads,
-    ),
-    Scheme(
-        "doo-sabin",
-        "faces, edges and vertices become faces; smooth, all inner vertices have four edges",
-        "polygons",
-        True,
-        _repeated("doo-sabin", doo_sabin),
-        lambda v, e, f: (2 * e, 4 * e, v + e + f),
-    ),
-    Scheme(
-        "simplest",
-        "joins the middles of edges (Peters-Reif); half a doo-sabin step, smooth",
-        "polygons",
-        True,
-        _repeated("simplest", simplest),
-        lambda v, e, f: (e, 2 * e, v + f),
-    ),
-    Scheme(
-        "sqrt3",
-        "a vertex in every face, old edges flipped; smooth, on the limit surface",
-        "triangles",
-        True,
-        lambda mesh, steps, limit, progress: sqrt3(mesh, steps, limit=limit, progress=progress),
-        lambda v, e, f: (v + f, 3 * e, 2 * e),
-    ),
-    Scheme(
-        "loop",
-        "every n-gon becomes n triangles and an n-gon; smooth, on the limit surface",
-        "polygons",
-        True,
-        _repeated("loop", loop, loop_limit),
-        _through_middles,
-    ),
-    Scheme(
-        "mid-edge",
-        "every n-gon becomes n triangles and an n-gon; the shape stays (for triaxial twill)",
-        "polygons",
-        False,
-        _repeated("mid-edge", mid_edge),
-        _through_middles,
-    ),
-    Scheme(
-        "quads",
-        "every n-gon becomes n quads; the shape stays",
-        "quads",
-        False,
-        _repeated("quads", split_to_quads),
-        _to_quads,
-    ),
+SCHEMES = (
+    Scheme("catmull-clark", 4, catmull_clark, catmull_clark_limit),
+    Scheme("doo-sabin", 4, doo_sabin),
+    Scheme("simplest", 2, simplest),
+    Scheme("sqrt3", 3, None),
+    Scheme("loop", 4, loop, loop_limit),
+    Scheme("mid-edge", 4, mid_edge, smooth=False),
+    Scheme("quads", 4, split_to_quads, smooth=False),
 )
 
 
@@ -168,8 +109,8 @@ def find_scheme(name: str) -> Scheme:
 
     Examples
     --------
-    >>> find_scheme("sqrt3").faces
-    'triangles'
+    >>> find_scheme("mid-edge").smooth
+    False
     """
     for scheme in SCHEMES:
         if scheme.name == name:
@@ -224,40 +165,6 @@ def format_refinements(refinements: Sequence[Refinement]) -> str:
     return ",".join(f"{item.scheme}:{item.steps}" for item in refinements)
 
 
-def predict_faces(mesh: PolyMesh, refinements: Sequence[Refinement]) -> int:
-    """Return how many faces a refined mesh will have.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        The mesh before.
-    refinements : sequence of Refinement
-        What is to be done.
-
-    Returns
-    -------
-    int
-        The number of faces: exact for closed meshes whose vertices have three edges or more,
-        near for others. Counting stops beyond `MOST_FACES`.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.shapes.solids import cube
-    >>> predict_faces(cube(), parse_refinements("catmull-clark:2"))
-    96
-    """
-    if not refinements:
-        return mesh.n_faces
-    counts = mesh.n_vertices, build_halfedges(mesh).n_edges, mesh.n_faces
-    for item in refinements:
-        scheme = find_scheme(item.scheme)
-        for _ in range(item.steps):
-            if counts[2] > MOST_FACES:
-                return counts[2]
-            counts = scheme.grow(*counts)
-    return counts[2]
-
-
 def refine_mesh(
     mesh: PolyMesh, refinements: Sequence[Refinement], *, progress: Progress = no_progress
 ) -> PolyMesh:
@@ -285,7 +192,7 @@ def refine_mesh(
     Raises
     ------
     CannotMakeError
-        If the result would have more than `MOST_FACES` faces, or a scheme cannot hold the mesh.
+        If the result would have more than `MOST_EDGES` edges, or a scheme cannot hold the mesh.
     InputError
         If the mesh is not an oriented manifold.
 
@@ -296,11 +203,11 @@ def refine_mesh(
     >>> ball.n_vertices, ball.n_faces
     (98, 96)
     """
-    predicted = predict_faces(mesh, refinements)
-    if predicted > MOST_FACES:
+    growth = math.prod(find_scheme(item.scheme).growth ** item.steps for item in refinements)
+    if growth * mesh.n_corners // 2 > MOST_EDGES:
         raise CannotMakeError(
             f"refining {mesh.n_faces} faces with {format_refinements(refinements)} would give "
-            f"about {predicted} faces or more, but the limit is {MOST_FACES}; take fewer steps"
+            f"more than {MOST_EDGES} edges; take fewer steps"
         )
     runs = [
         (find_scheme(name), sum(item.steps for item in items))
@@ -308,5 +215,5 @@ def refine_mesh(
     ]
     for number, (scheme, steps) in enumerate(runs):
         followed = number + 1 < len(runs) and runs[number + 1][0].smooth
-        mesh = scheme.run(mesh, steps, not followed, progress)
+        mesh = scheme.run(mesh, steps, to_limit=not followed, progress=progress)
     return mesh

@@ -12,12 +12,10 @@ import numpy.typing as npt
 import scipy.fft
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
-from fabweave.nest.cache import Cache
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated
-from fabweave.nest.place.raster import filled_pixels
-from fabweave.nest.separate.item_field import ItemField
-from fabweave.nest.separate.overlap import ObstacleField, PlacedItems, distances
+from fabweave.nest.place.raster import Cache, filled_pixels
+from fabweave.nest.separate.overlap import ItemField, ObstacleField, PlacedItems, distances
 
 #: Side of a pixel, millimetres; more where a sheet has more than so many.
 _PIXEL_MM, _MOST_PIXELS = 4.0, 60_000

@@ -5,11 +5,57 @@ no pixel in common, do not meet.
 """
 
 import math
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, places_in_groups
+from fabweave.core.arrays import BoolArray, FloatArray, frozen, places_in_groups
+
+
+class _Sized(Protocol):
+    """What knows how much memory it takes."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory, in bytes."""
+
+
+_Key = TypeVar("_Key", bound=Hashable)
+_Value = TypeVar("_Value", bound=_Sized)
+
+
+class Cache(Generic[_Key, _Value]):
+    """The values used last, up to so many bytes together, but always one.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> cache = Cache(100)
+    >>> [cache.get(key, lambda: np.zeros(6, np.int8)).size for key in (1, 2, 1)]
+    [6, 6, 6]
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        """Start empty."""
+        self._most_bytes = most_bytes
+        self._values: OrderedDict[_Key, _Value] = OrderedDict()
+        self._bytes = 0
+
+    def get(self, key: _Key, make: Callable[[], _Value]) -> _Value:
+        """Return the value that is kept under a key, or make and keep it."""
+        if key in self._values:
+            self._values.move_to_end(key)
+            return self._values[key]
+        value = make()
+        self._values[key] = value
+        self._bytes += value.nbytes
+        while self._bytes > self._most_bytes and len(self._values) > 1:
+            self._bytes -= self._values.popitem(last=False)[1].nbytes
+        return value
+
 
 #: Chords in a quarter circle of a buffered corner.
 _ARC_STEPS = 16
@@ -27,33 +73,13 @@ def closed_sides(outline: FloatArray) -> FloatArray:
     return np.stack([outline, np.roll(outline, -1, axis=0)], axis=1)
 
 
-def inflated_sides(outline: FloatArray, radius_mm: float) -> FloatArray:
-    """Return the sides of a polygon that contains everything within a radius of the outline.
-
-    Parameters
-    ----------
-    outline : (K, 2) float array
-        Simple polygon, millimetres.
-    radius_mm : float
-        The radius, positive.
+def region_sides(region: shapely.Geometry, radius_mm: float) -> FloatArray:
+    """Return the sides of polygons that contain everything within a radius of some polygons.
 
     Returns
     -------
     (E, 2, 2) float array
-        First and second end of every side, of the outer ring and of any holes.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> inflated_sides(square, 2.0).min(axis=(0, 1)).round(1).tolist()
-    [-2.0, -2.0]
-    """
-    return region_sides(shapely.polygons(outline), radius_mm)
-
-
-def region_sides(region: shapely.Geometry, radius_mm: float) -> FloatArray:
-    """Return the sides of what `inflated_sides` returns, of polygons that may have holes.
+        First and second end of every side, of the outer rings and of any holes.
 
     Examples
     --------
@@ -119,3 +145,91 @@ def filled_pixels(sides: FloatArray, shape: tuple[int, int], pixel_mm: float) ->
     crossings = np.bincount(cell, minlength=count * height * (width + 1))
     parity = np.cumsum(crossings.reshape(count, height, width + 1), axis=2, dtype=np.uint8)
     return (parity[:, :, :width] & 1).astype(np.bool_)
+
+
+#: Pixels of the larger rectangle, about.
+_MOST_CELLS = 40_000
+#: What touches a side by less, millimetres, does not bar it.
+_INSET_MM = 1e-5
+
+
+def largest_rectangle(
+    size_mm: tuple[float, float], barred: shapely.Geometry | None
+) -> FloatArray | None:
+    """Return the largest rectangle in a larger one, with nothing barred inside it.
+
+    It is found among rectangles of pixels, and then grown until each side meets something: so it
+    is free, proved, and nothing that contains it is; a larger one elsewhere may be missed by the
+    width of a pixel.
+
+    Parameters
+    ----------
+    size_mm : (float, float)
+        Width and height of the larger rectangle, whose corner is the origin.
+    barred : polygons or None
+
+    Returns
+    -------
+    (2, 2) float array or None
+        Its least and its greatest corner; None if there is no room for a pixel.
+
+    Examples
+    --------
+    >>> largest_rectangle((100.0, 60.0), shapely.box(70.0, 10.0, 80.0, 20.0)).tolist()
+    [[0.0, 0.0], [70.0, 60.0]]
+    """
+    bounds = np.array([[0.0, 0.0], size_mm])
+    if barred is None or barred.is_empty:
+        return frozen(bounds)
+    pixel = math.sqrt(size_mm[0] * size_mm[1] / _MOST_CELLS)
+    columns, rows = (int(side / pixel) for side in size_mm)
+    # A pixel whose centre is this far from all that is barred, is free.
+    sides = region_sides(barred, pixel * math.sqrt(0.5))
+    taken = filled_pixels(sides[None], (rows, columns), pixel)[0]
+    cells = _largest_block(~taken)
+    if cells is None:
+        return None
+    return frozen(_grown(pixel * cells, bounds, barred))
+
+
+def _largest_block(free: BoolArray) -> FloatArray | None:
+    """Return the corners of the largest block of free cells, as (x, y); None if all are taken.
+
+    Row by row, the free cells above each one are bars of a histogram; the largest rectangle under
+    it is found with a stack of rising bars.
+    """
+    best, corners = 0, None
+    height = np.zeros(free.shape[1], dtype=np.int64)
+    for row, cells in enumerate(free):
+        height = np.where(cells, height + 1, 0)
+        stack: list[tuple[int, int]] = []
+        for column, tall in enumerate([*height.tolist(), 0]):
+            start = column
+            while stack and stack[-1][1] >= tall:
+                start, low = stack.pop()
+                if low * (column - start) > best:
+                    best = low * (column - start)
+                    corners = [[start, row + 1 - low], [column, row + 1]]
+            stack.append((start, tall))
+    return None if corners is None else np.array(corners, dtype=np.float64)
+
+
+def _grown(corners: FloatArray, whole: FloatArray, barred: shapely.Geometry) -> FloatArray:
+    """Return a free rectangle with each side moved outwards until it meets something."""
+    result = corners.copy()
+    for axis in (0, 1):
+        for end in (0, 1):
+            reach = result.copy()
+            # The strip beside this side, but for what only touches its ends.
+            reach[1 - end, axis], reach[end, axis] = result[end, axis], whole[end, axis]
+            reach[0, 1 - axis] += _INSET_MM
+            reach[1, 1 - axis] -= _INSET_MM
+            met = shapely.intersection(barred, shapely.box(*reach.ravel()))
+            result[end, axis] = whole[end, axis]
+            if not met.is_empty:
+                low, high = np.reshape(met.bounds, (2, 2))[:, axis]
+                result[end, axis] = high if end == 0 else low
+    if shapely.intersection(barred, shapely.box(*result.ravel())).area > 0.0:
+        # Something touches a side by less than the inset.
+        result += np.where(result == whole, 0.0, np.array([[_INSET_MM], [-_INSET_MM]]))
+    return result

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 import scipy.fft
+import shapely
 from scipy.ndimage import distance_transform_edt
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
@@ -22,7 +23,6 @@ from fabweave.nest.effort import Effort
 from fabweave.nest.item_shape import ItemShape, Spot, fitting_angles, rotated
 from fabweave.nest.place.raster import (
     filled_pixels,
-    inflated_sides,
     region_sides,
 )
 from fabweave.nest.place.slide import PlacedOutlines, slide
@@ -125,7 +125,7 @@ def kernels_of(shape: ItemShape, grid: Grid, count: int) -> Kernels:
     outlines = rotated(shape.outline, angles)
     corners = outlines.min(axis=1)
     sizes = outlines.max(axis=1) - corners
-    sides = inflated_sides(shape.outline, grid.radius_mm)
+    sides = region_sides(shapely.polygons(shape.outline), grid.radius_mm)
     shift = grid.pad * grid.pixel_mm - corners
     moved = rotated(sides.reshape(-1, 2), angles) + shift[:, None]
     moved = moved.reshape(len(angles), -1, 2, 2)

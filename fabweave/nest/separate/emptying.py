@@ -8,7 +8,7 @@ together.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 
@@ -18,7 +18,8 @@ import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.container import Container
-from fabweave.nest.item_shape import rotated
+from fabweave.nest.item_shape import Pose, rotated
+from fabweave.nest.layout import Placement
 from fabweave.nest.place.coarse_search import (
     CoarsePosition,
     CoarseSearch,
@@ -26,21 +27,84 @@ from fabweave.nest.place.coarse_search import (
     coarse_pixels,
     pixel_distances,
 )
-from fabweave.nest.separate.arrangement import UNPLACED, Arrangement
-from fabweave.nest.separate.item_field import ItemField
-from fabweave.nest.separate.overlap import ObstacleField, item_arrays, place_items
+from fabweave.nest.separate.overlap import ItemField, ObstacleField, item_arrays, place_items
 from fabweave.nest.separate.separation import separate
+
+#: The sheet of a piece that is on none.
+UNPLACED = -1
+
+
+@dataclass(eq=False)
+class Arrangement:
+    """The sheet of each of P pieces, (P,), and the pose of its item there, (P, 3).
+
+    The state of a search, not a value: both arrays change as pieces are moved.
+
+    A pose is x and y of the centroid, millimetres from the corner of the usable area, and the
+    angle of the shape in radians.
+    """
+
+    sheet_of: IntArray
+    poses: FloatArray
+
+    def copy(self) -> "Arrangement":
+        """Return another one that may be changed."""
+        return Arrangement(self.sheet_of.copy(), self.poses.copy())
+
+    def pieces_on(self, sheet: int) -> list[int]:
+        """Return the pieces on a sheet."""
+        return [int(piece) for piece in np.flatnonzero(self.sheet_of == sheet)]
+
+
+def arrangement_of(
+    placements: Iterable[Placement],
+    poses: Sequence[Pose],
+    items: Sequence[ItemField],
+    margin_mm: float,
+) -> Arrangement:
+    """Return the arrangement that placements describe; pieces without one are unplaced.
+
+    Parameters
+    ----------
+    placements : iterable of Placement
+    poses : sequence of Pose
+        How each piece lies on its shape.
+    items : sequence of ItemField
+        The field of each piece's shape.
+    margin_mm : float
+        Of the sheets.
+    """
+    sheet_of = np.full(len(poses), UNPLACED, dtype=np.int64)
+    item_poses = np.zeros((len(poses), 3))
+    for placement in placements:
+        piece = placement.piece
+        pose = poses[piece]
+        # The centroid in the piece's own frame, and from there to the sheet.
+        shifted = items[piece].centre - np.array([pose.x_mm, pose.y_mm])
+        centroid = rotated(shifted[None], np.array([-pose.angle_deg]))[0]
+        sheet_of[piece] = placement.sheet
+        item_poses[piece, :2] = placement.apply(centroid)[0] - margin_mm
+        item_poses[piece, 2] = np.deg2rad(placement.rotation_deg - pose.angle_deg)
+    return Arrangement(sheet_of, item_poses)
+
+
+def placement_of(
+    piece: int, sheet: int, item_pose: FloatArray, pose: Pose, item: ItemField, margin_mm: float
+) -> Placement:
+    """Return the placement of a piece whose item is at a pose (3,) on a sheet."""
+    angle = float(np.rad2deg(item_pose[2]))
+    shift = np.array([pose.x_mm, pose.y_mm]) - item.centre
+    moved = rotated(shift[None], np.array([angle]))[0, 0] + item_pose[:2] + margin_mm
+    rotation = (angle + pose.angle_deg) % 360.0
+    return Placement(piece, sheet, rotation, float(moved[0]), float(moved[1]))
+
 
 #: Pairs that are farther apart than the gap by more than this cannot miss it.
 _TOUCH_MM = 1e-9
 
 
 def shortfall_mm(
-    items: Sequence[ItemField],
-    poses: FloatArray,
-    usable_mm: tuple[float, float],
-    gap_mm: float,
-    barred: shapely.Geometry | None = None,
+    items: Sequence[ItemField], poses: FloatArray, container: Container, gap_mm: float
 ) -> float:
     """Return by how much the worst pair misses the gap, or an item leaves the usable area.
 
@@ -51,11 +115,11 @@ def shortfall_mm(
     Examples
     --------
     >>> import numpy as np
-    >>> from fabweave.nest.separate.item_field import item_field
+    >>> from fabweave.nest.separate.overlap import item_field
     >>> from fabweave.nest.item_shape import shape_of
     >>> bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [0.0, 10.0]]))[0]
     >>> poses = np.array([[15.0, 5.0, 0.0], [15.0, 16.5, 0.0]])
-    >>> shortfall_mm([item_field(bar, 2.0)] * 2, poses, (30.0, 30.0), 2.0)
+    >>> shortfall_mm([item_field(bar, 2.0)] * 2, poses, Container((30.0, 30.0)), 2.0)
     0.5
     """
     placed = [
@@ -63,10 +127,11 @@ def shortfall_mm(
         for item, pose in zip(items, poses, strict=True)
     ]
     points = np.concatenate(placed)
-    worst = float(max((-points).max(), (points - np.array(usable_mm)).max()))
+    worst = float(max((-points).max(), (points - np.array(container.size_mm)).max()))
     polygons = np.array([shapely.polygons(outline) for outline in placed])
-    if barred is not None:
-        worst = max(worst, float(_pair_shortfalls(polygons, np.array(barred), gap_mm).max()))
+    if container.barred is not None:
+        barred = np.array(container.barred)
+        worst = max(worst, float(_pair_shortfalls(polygons, barred, gap_mm).max()))
     near = shapely.STRtree(polygons).query(
         polygons, predicate="dwithin", distance=gap_mm + _TOUCH_MM
     )
@@ -161,24 +226,23 @@ class SeparationProblem:
         arrays = item_arrays([items[number] for number in near])
         moving = None if moving is None else moving[near]
         container, gap = self.containers[sheet], self.gap_mm
-        usable, poses = container.size_mm, poses.copy()
+        poses = poses.copy()
         for _ in range(_PROOFS):
             near_poses = separate(
                 arrays,
                 poses[near],
-                usable,
+                container,
                 gap,
                 steps=_STEPS,
                 pull_mm=pull_mm or (0.0, 0.0),
                 pulls=0 if pull_mm is None else _PULLS,
                 obstacle=self.obstacles[sheet],
-                rotations=container.rotations,
                 moving=moving,
             )
             if near_poses is None:
                 return None
             poses[near] = near_poses
-            shortfall = shortfall_mm(items, poses, usable, self.gap_mm, container.barred)
+            shortfall = shortfall_mm(items, poses, container, self.gap_mm)
             if shortfall <= _PROOF_MM:
                 return poses
             # The fields are a little coarse: ask for that much more.

@@ -6,10 +6,15 @@ import numpy as np
 
 from fabweave.nest.place.coarse_search import CoarseSearch
 from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet
-from fabweave.nest.separate.arrangement import UNPLACED, Arrangement, arrangement_of, placement_of
-from fabweave.nest.separate.emptying import SeparationProblem, empty_sheet
-from fabweave.nest.separate.item_field import ItemField, item_field
-from fabweave.nest.separate.overlap import obstacle_field
+from fabweave.nest.separate.emptying import (
+    UNPLACED,
+    Arrangement,
+    SeparationProblem,
+    arrangement_of,
+    empty_sheet,
+    placement_of,
+)
+from fabweave.nest.separate.overlap import ItemField, item_field, obstacle_field
 
 #: How strongly pieces are drawn to the left on the last sheet: its rest stays in one piece.
 _LAST_PULL = 3.0
@@ -42,7 +47,8 @@ def fewer_sheets(job: NestingJob, plan: Plan, seed: int, progress: Progress) -> 
     """
     if job.effort.rounds == 0 or len(plan.sheets) < 2:
         return
-    items, search = _ItemFields(job), CoarseSearch()
+    items: list[ItemField] = []
+    search = CoarseSearch()
     obstacles = {
         number: obstacle_field(job.containers[number], job.gap_mm) for number in set(plan.sheets)
     }
@@ -52,6 +58,9 @@ def fewer_sheets(job: NestingJob, plan: Plan, seed: int, progress: Progress) -> 
         offered = sum(_offered_mm2(job, plan.sheets[other]) for other in others)
         if _needed_mm2(job) > job.effort.density * offered:
             return
+        if not items:
+            fields = [item_field(shape, job.gap_mm) for shape in job.shapes]
+            items = [fields[pose.shape] for pose in job.poses]
         problem = SeparationProblem(
             items,
             [job.containers[number] for number in plan.sheets],
@@ -126,26 +135,6 @@ def _plan_of(
             return None
         placements.update(last)
     return Plan(sheets, dict(sorted(placements.items())))
-
-
-class _ItemFields(Sequence[ItemField]):
-    """The fields of all pieces, each made when it is first wanted."""
-
-    def __init__(self, job: NestingJob) -> None:
-        """Make none yet."""
-        self._job = job
-        self._fields: dict[int, ItemField] = {}
-
-    def __len__(self) -> int:
-        """Return the number of pieces."""
-        return len(self._job.poses)
-
-    def __getitem__(self, piece: int) -> ItemField:  # type: ignore[override] # no slices are wanted
-        """Return the field of a piece."""
-        shape = self._job.poses[piece].shape
-        if shape not in self._fields:
-            self._fields[shape] = item_field(self._job.shapes[shape], self._job.gap_mm)
-        return self._fields[shape]
 
 
 def _needed_mm2(job: NestingJob) -> float:

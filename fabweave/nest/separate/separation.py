@@ -9,6 +9,7 @@ permutations: items slide and turn, they do not jump.
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.nest.container import Container
 from fabweave.nest.separate.overlap import (
     ItemArrays,
     ObstacleField,
@@ -17,7 +18,6 @@ from fabweave.nest.separate.overlap import (
     near_samples,
     place_items,
 )
-from fabweave.stock.rotations import FREE, Rotations
 
 #: The distance that is aimed at is larger than the gap by this, millimetres, and what may be
 #: missing from it in the end.
@@ -41,14 +41,13 @@ _PATIENCE, _SHARE = 12, 0.9
 def separate(
     arrays: ItemArrays,
     poses: FloatArray,
-    usable_mm: tuple[float, float],
+    container: Container,
     gap_mm: float,
     *,
     steps: int,
     pull_mm: tuple[float, float] = (0.0, 0.0),
     pulls: int = 0,
     obstacle: ObstacleField | None = None,
-    rotations: Rotations = FREE,
     moving: BoolArray | None = None,
 ) -> FloatArray | None:
     """Move the items of a sheet until they keep the gap, or give up.
@@ -60,8 +59,8 @@ def separate(
     poses : (N, 3) float array
         Where they are: centroids in millimetres from the corner of the usable area, and angles in
         radians.
-    usable_mm : (float, float)
-        Width and height of the usable area.
+    container : Container
+        The usable area, and the angles at which items may lie; the poses must keep this rule.
     gap_mm : float
         The least distance.
     steps : int
@@ -72,8 +71,6 @@ def separate(
         How many steps pull.
     obstacle : ObstacleField, optional
         What items keep the gap from besides.
-    rotations : Rotations
-        The angles at which items may lie; the poses must keep this rule.
     moving : (N,) bool array, optional
         The items that may move; the others keep the gap from one another, and stay. All may move
         unless this is given.
@@ -86,7 +83,7 @@ def separate(
     """
     aim = gap_mm + _SPARE_MM
     moving = np.ones(len(poses), dtype=np.bool_) if moving is None else moving
-    usable = np.array(usable_mm)
+    usable, rotations = np.array(container.size_mm), container.rotations
     drift = np.inf
     energies: list[float] = []
     for step in range(steps + pulls):

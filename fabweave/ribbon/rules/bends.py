@@ -140,7 +140,7 @@ def measure_spans(ribbons: Ribbons, bends: Bends) -> Spans:
     bends : Bends
         Of the same ribbons.
     """
-    following = _following_pass(ribbons)
+    following = following_rung(ribbons.pass_offsets, ribbons.closed)
     here, there = ribbons.entry, ribbons.entry[np.maximum(following, 0)]
     middle = (ribbons.right + ribbons.left) / 2
     place = (middle[here] + middle[here + 1]) / 2
@@ -220,11 +220,6 @@ def _facet_normals(ribbons: Ribbons, after: IntArray) -> tuple[FloatArray, Float
     near = np.where(slanted, np.cross(c - a, d - a), np.cross(b - a, d - a))
     far = np.where(slanted, np.cross(b - a, c - a), np.cross(c - b, d - b))
     return near, far
-
-
-def _following_pass(ribbons: Ribbons) -> IntArray:
-    """Return the pass after each pass, -1 after the last one of an open thread."""
-    return following_rung(ribbons.pass_offsets, ribbons.closed)
 
 
 def _sum_between(ribbons: Ribbons, following: IntArray, values: FloatArray) -> FloatArray:

@@ -5,15 +5,16 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import CannotMakeError
-from fabweave.ribbon.facets import Facets, cut_facets, facet_pairs
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import (
+    Facets,
     Stretches,
+    cut_facets,
     cut_stretches,
+    facet_pairs,
     neighbours,
-    passes_along,
     steps_apart,
     triangles_of,
 )
@@ -63,33 +64,6 @@ def triangle_distances(first: FloatArray, second: FloatArray) -> tuple[FloatArra
         distance[block], midway = _distances(_turned(first[block]), _turned(second[block]))
         place[block] = midway.T
     return distance, place
-
-
-def apart_by(first: FloatArray, second: FloatArray, reach: FloatArray) -> BoolArray:
-    """Tell which pairs of triangles a plane shows to be farther apart than a distance.
-
-    Tried are planes along either triangle and through their edges; pairs that stay may still be
-    farther apart.
-
-    Parameters
-    ----------
-    first, second : (N, 3, 3) float arrays
-    reach : (N,) float array
-
-    Returns
-    -------
-    (N,) bool array
-    """
-    apart = np.empty(len(first), dtype=bool)
-    for start in range(0, len(first), _PAIRS_AT_ONCE):
-        block = slice(start, start + _PAIRS_AT_ONCE)
-        a, b = _turned(first[block]), _turned(second[block])
-        here = _beyond_planes(a, b, reach[block])
-        # Those that the first triangle's planes do not set apart may be by the other's.
-        left = np.flatnonzero(~here)
-        here[left] = _beyond_planes(b[:, :, left], a[:, :, left], reach[block][left])
-        apart[block] = here
-    return apart
 
 
 def piercing(first: FloatArray, second: FloatArray, shared: IntArray) -> BoolArray:
@@ -150,18 +124,6 @@ class _Plane:
         return inside
 
 
-def _beyond_planes(triangles: FloatArray, far: FloatArray, reach: FloatArray) -> BoolArray:
-    """Return which pairs of one block are set apart by a plane of their near triangle."""
-    plane = _Plane(triangles)
-    heights = [plane.height(corner) for corner in far]
-    apart = (np.minimum.reduce(heights) > reach) | (np.maximum.reduce(heights) < -reach)
-    for corner, outward in zip(triangles, plane.outward, strict=True):
-        limit = reach * np.sqrt(_dot(outward, outward))
-        beyond = [_dot(point - corner, outward) for point in far]
-        apart |= np.minimum.reduce(beyond) > limit
-    return apart
-
-
 def _distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Measure one block."""
     best = np.full(first.shape[2], np.inf)
@@ -174,7 +136,7 @@ def _distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, Float
 
     for i, j in _TURNED:
         for k, m in _TURNED:
-            offer(*_between_edges(first[i], first[j], second[k], second[m]))
+            offer(*segment_distances(first[i], first[j], second[k], second[m]))
     for base, far in ((first, second), (second, first)):
         plane = _Plane(base)
         heights = [plane.height(corner) for corner in far]
@@ -188,10 +150,22 @@ def _distances(first: FloatArray, second: FloatArray) -> tuple[FloatArray, Float
     return best, place
 
 
-def _between_edges(
+def segment_distances(
     a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Measure segments a-b and c-d."""
+    """Return how far segments a-b and c-d are apart, (N,), and points midway, (3, N).
+
+    Parameters
+    ----------
+    a, b, c, d : (3, N) float arrays
+        End points.
+
+    Examples
+    --------
+    >>> ends = ([-1.0, 0, 0], [1, 0, 0], [4, 4, 0], [4, 9, 0])
+    >>> segment_distances(*(np.array([end]).T for end in ends))[0].tolist()
+    [5.0]
+    """
     u, v, w = b - a, d - c, a - c
     uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
     denominator = uu * vv - uv * uv
@@ -285,68 +259,6 @@ def folded_pairs(
     return folded, np.zeros(len(folded)), np.concatenate(places)
 
 
-def run_straight(ribbons: Ribbons, stretches: Stretches) -> BoolArray:
-    """Tell after which passes a ribbon surely does not run through itself, (P,).
-
-    Looked at is what leads from the panel of a pass to the next panel, both included. Seen along
-    one direction, let all its rails run within 45 degrees of one way, and all its cross-lines
-    within 45 degrees of the way at right angles to it. Each facet is bounded by a bit of rail and a
-    cross-line. So from any point of the strip to any other that lies further along it, or as far
-    along and further across, one of the two diagonals of these ways rises all the time: no two
-    points come to lie on each other.
-
-    Parameters
-    ----------
-    ribbons : Ribbons
-    stretches : Stretches
-        Of these ribbons.
-
-    Returns
-    -------
-    (P,) bool array
-        False where it may, or may not, run through itself.
-    """
-    count = len(ribbons.entry)
-    following = following_rung(ribbons.offsets, ribbons.closed)
-    next_pass = following_rung(ribbons.pass_offsets, ribbons.closed)
-    panel = ribbons.entry
-    ahead = panel[np.where(next_pass >= 0, next_pass, np.arange(count))]
-    rung, middle = ribbons.left - ribbons.right, ribbons.left + ribbons.right
-    way = np.where(
-        (next_pass >= 0)[:, None],
-        middle[ahead] + middle[ahead + 1] - middle[panel] - middle[panel + 1],
-        middle[panel + 1] - middle[panel],
-    )
-    way = unit(way)
-    across = rung[panel] + rung[panel + 1] + rung[ahead] + rung[ahead + 1]
-    across = unit(across - np.einsum("ij,ij->i", across, way)[:, None] * way)
-    starts, ends = stretches.offsets[count : 2 * count] // 2, stretches.offsets[count + 1 :] // 2
-    between = np.repeat(np.arange(count), ends[:count] - starts)
-    straight = np.ones(count, dtype=bool)
-    for owner, quads in (
-        (
-            (np.arange(count), panel),
-            (between, stretches.triangle[2 * starts[0] : 2 * ends[count - 1] : 2] // 2),
-            (np.arange(count), ahead),
-        )
-        if count
-        else ()
-    ):
-        after = following[quads]
-        for rail in (ribbons.right, ribbons.left):
-            step = rail[after] - rail[quads]
-            straight[owner[~_steeper(step, way[owner], across[owner])]] = False
-        for line in (rung[quads], rung[after]):
-            straight[owner[~_steeper(line, across[owner], way[owner])]] = False
-    return straight
-
-
-def _steeper(vectors: FloatArray, main: FloatArray, side: FloatArray) -> BoolArray:
-    """Tell which vectors go farther along one direction than either way along another."""
-    farther = np.einsum("ij,ij->i", vectors, main) > np.abs(np.einsum("ij,ij->i", vectors, side))
-    return np.asarray(farther)
-
-
 #: Stretches are looked up, and pairs measured, in blocks of this many.
 _BLOCK = 1 << 14
 #: Blocks are smaller where so many pairs of boxes might come of one.
@@ -383,9 +295,8 @@ def near_pairs(
     ribbons: Ribbons,
     crossing: IntArray,
     reach_mm: float,
+    wanted: Callable[[IntArray], FloatArray],
     among: IntArray | None = None,
-    beside: IntArray | None = None,
-    wanted: Callable[[IntArray], FloatArray] | None = None,
 ) -> Nearness:
     """Find stretches of ribbon that come within reach of each other and do not cross there.
 
@@ -401,13 +312,10 @@ def near_pairs(
         The crossing that each pass makes.
     reach_mm : float
         Pairs farther apart are left out.
+    wanted : callable
+        Tells how near pairs must be to be listed, (N,), no farther than the reach.
     among : (N, 2) int array, optional
         Look only at these pairs of stretches.
-    beside : (M,) int array, optional
-        Look only at pairs of which one, or both, is one of these stretches.
-    wanted : callable
-        Tells how near pairs must be to be listed, (N,), no farther than the reach; without it,
-        within reach.
 
     Returns
     -------
@@ -422,27 +330,20 @@ def near_pairs(
     stretches = cut_stretches(ribbons)
     if among is None:
         facets = cut_facets(ribbons, stretches.triangle[::2] // 2)
-        selected = np.full(len(stretches.thread), beside is None)
-        if beside is not None:
-            selected[beside] = True
-        blocks: Iterable[IntArray] = _boxes_within_reach(ribbons, stretches, reach_mm, selected)
+        blocks: Iterable[IntArray] = _boxes_within_reach(ribbons, stretches, reach_mm)
         next_to = neighbours(stretches)
-        next_to = next_to[selected[next_to].any(axis=1)]
     else:
         triangles = triangles_of(stretches, np.unique(among))
         facets = cut_facets(ribbons, triangles[::2] // 2)
         blocks = (among[start : start + _BLOCK] for start in range(0, len(among), _BLOCK))
         steps = steps_apart(stretches, among)
         next_to = among[(steps == 0) | (steps == 1)]
-    along = passes_along(stretches, next_to)
-    straight = (along >= 0) & run_straight(ribbons, stretches)[along]
-    measurements = [folded_pairs(stretches, facets, next_to[~straight])]
+    measurements = [folded_pairs(stretches, facets, next_to)]
     most = max(_FEW_NEAR, _NEAR_EACH * (len(stretches.offsets) - 1))
     count = 0
     for block in blocks:
         pairs = block[_apart(stretches, crossing, block)]
-        reach = np.full(len(pairs), reach_mm) if wanted is None else wanted(pairs)
-        measurements.append(_measure(stretches, facets, pairs, reach))
+        measurements.append(_measure(stretches, facets, pairs, wanted(pairs)))
         count += len(measurements[-1][0])
         if count > most:
             raise CannotMakeError(
@@ -451,19 +352,15 @@ def near_pairs(
                 "and the clearance, so most of the object is filled with material; use a much "
                 "larger --size, a thinner material, a smaller --clearance, or a coarser mesh"
             )
-    return in_order(*(np.concatenate(part) for part in zip(*measurements, strict=True)))
-
-
-def in_order(pairs: IntArray, distance_mm: FloatArray, place: FloatArray) -> Nearness:
-    """Return pairs of stretches sorted by their numbers."""
+    pairs, distance_mm, place = (np.concatenate(part) for part in zip(*measurements, strict=True))
     order = np.lexsort((pairs[:, 1], pairs[:, 0]))
     return Nearness(pairs[order], distance_mm[order], place[order])
 
 
 def _boxes_within_reach(
-    ribbons: Ribbons, stretches: Stretches, reach_mm: float, selected: BoolArray
+    ribbons: Ribbons, stretches: Stretches, reach_mm: float
 ) -> Iterator[IntArray]:
-    """Yield pairs of stretches, one of them asked for, whose boxes are within reach, in blocks."""
+    """Yield pairs of stretches whose boxes are within reach, in blocks."""
     filled = np.flatnonzero(np.diff(stretches.offsets) > 0)
     if not len(filled):
         return
@@ -476,14 +373,12 @@ def _boxes_within_reach(
     high = np.maximum.reduceat(np.maximum.reduce(ends), starts) + reach_mm / 2
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     tree = shapely.STRtree(boxes)
-    selected = selected[filled]
-    rows = np.flatnonzero(selected)
     # Where all is near to all, a block holds no more pairs than memory has room for.
     block = min(_BLOCK, max(_MOST_CANDIDATES // len(filled), 1))
-    for start in range(0, len(rows), block):
-        first, second = tree.query(boxes[rows[start : start + block]])
-        first = rows[first + start]
-        keep = (first < second) | ((first > second) & ~selected[second])
+    for start in range(0, len(filled), block):
+        first, second = tree.query(boxes[start : start + block])
+        first = first + start
+        keep = first < second
         first, second = first[keep], second[keep]
         keep = (low[first, 2] <= high[second, 2]) & (low[second, 2] <= high[first, 2])
         first, second = filled[first[keep]], filled[second[keep]]
@@ -512,16 +407,15 @@ def _measure(
     place = np.zeros((len(pairs), 3))
     corners = facets.corners
     for which, first, second in facet_pairs(stretches, facets, pairs, reach):
-        keep = np.flatnonzero(~apart_by(corners[first], corners[second], reach[which]))
-        if not len(keep):
+        if not len(which):
             continue
-        gap, midway = triangle_distances(corners[first[keep]], corners[second[keep]])
+        gap, midway = triangle_distances(corners[first], corners[second])
         # The pairs of facets of one pair of stretches stand in a row.
-        starts = np.flatnonzero(np.diff(which[keep], prepend=-1))
+        starts = np.flatnonzero(np.diff(which, prepend=-1))
         least = np.minimum.reduceat(gap, starts)
         rows = np.flatnonzero(gap == np.repeat(least, np.diff(starts, append=len(gap))))
-        rows = rows[np.flatnonzero(np.diff(which[keep[rows]], prepend=-1))]
-        pair = which[keep[rows]]
+        rows = rows[np.flatnonzero(np.diff(which[rows], prepend=-1))]
+        pair = which[rows]
         distance[pair], place[pair] = gap[rows], midway[rows]
     near = distance <= reach
     return pairs[near], distance[near], place[near]

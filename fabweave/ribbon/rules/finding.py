@@ -1,9 +1,9 @@
 """Describe which rule does not hold, how badly, where, how often, and what would fix it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from fabweave.core.records import record
+from fabweave.core.records import optional
 
 Severity: TypeAlias = Literal["refuse", "warn"]
 #: A place with less than this share of what a rule wants is far from it: no coaxing helps there.
@@ -44,7 +44,7 @@ class Finding:
     size_mm : int or None
         The smallest size at which the rule holds, if a larger size fixes it.
     may_be_mm : int or None
-        The smallest size at which the object is no longer refused for this rule.
+        The smallest size at which the object is no longer refused for this rule; not written.
     width_factor : float or None
         With ribbons this much narrower the rule holds, too.
     refine : str or None
@@ -52,6 +52,8 @@ class Finding:
         tried.
     cause : str or None
         Why the rule does not hold, where that is known.
+    remedy, text : str
+        What would fix it, and the whole finding in words, where it is written.
     """
 
     rule: str
@@ -68,10 +70,12 @@ class Finding:
     of: int
     far: int = 0
     size_mm: int | None = None
-    may_be_mm: int | None = None
+    may_be_mm: int | None = optional(default=None)
     width_factor: float | None = None
     refine: str | None = None
     cause: str | None = None
+    remedy: str = ""
+    text: str = ""
 
 
 def sentence(finding: Finding) -> str:
@@ -162,51 +166,13 @@ def remedies(finding: Finding) -> str:
     return ", or ".join(ways)
 
 
-@record
-class FindingRecord:
-    """A finding as ``ribbons.json`` holds it: rounded, with what would fix it, and in words."""
-
-    rule: str
-    severity: Severity
-    value: float
-    limit: float
-    unit: str
-    thread: str
-    station: int
-    crossing: int
-    other: str | None
-    position: tuple[float, float, float]
-    count: int
-    of: int
-    far: int
-    size_mm: int | None
-    width_factor: float | None
-    refine: str | None
-    cause: str | None
-    remedy: str
-    text: str
-
-
-def finding_record(found: Finding) -> FindingRecord:
-    """Return a finding as it is written."""
-    return FindingRecord(
-        rule=found.rule,
-        severity=found.severity,
-        value=round(found.value, 4),
-        limit=round(found.limit, 4),
-        unit=found.unit,
-        thread=found.thread,
-        station=found.station,
-        crossing=found.crossing,
-        other=found.other,
-        position=found.position,
-        count=found.count,
-        of=found.of,
-        far=found.far,
-        size_mm=found.size_mm,
-        width_factor=found.width_factor,
-        refine=found.refine,
-        cause=found.cause,
-        remedy=remedies(found),
-        text=sentence(found),
+def written(finding: Finding) -> Finding:
+    """Return a finding as ``ribbons.json`` holds it: rounded, with what would fix it, in words."""
+    return replace(
+        finding,
+        value=round(finding.value, 4),
+        limit=round(finding.limit, 4),
+        may_be_mm=None,
+        remedy=remedies(finding),
+        text=sentence(finding),
     )

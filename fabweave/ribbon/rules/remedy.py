@@ -12,31 +12,22 @@ import numpy as np
 from fabweave.core.arrays import IntArray
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.clearance_update import measure_pairs
 from fabweave.ribbon.rules.finding import Finding
-from fabweave.ribbon.rules.rules import Measured, measure_along, measure_between, measure_clearance
-from fabweave.ribbon.stretches import ends_of_stretches
-from fabweave.ribbon.subweave import Part, take_part
+from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
 
 #: A search goes no further than this many times the size that was asked for.
 FARTHEST = 100
-#: After this many guesses, every other one is in the middle.
-_GUESSES = 5
 
 
 def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> int | None:
-    """Return the smallest whole size at which a margin is at least 1, to a part in a thousand.
-
-    The margin of a rule (what there is over what is wanted) is tried at one size after the other,
-    guessed by the power law through the last two: most margins go nearly as the size, so few
-    trials do.
+    """Return the smallest whole size at which the margin of a rule is at least 1.
 
     Parameters
     ----------
     margin : callable
-        Tells the margin at a size. It is taken to rise with the size.
+        Tells what there is over what is wanted at a size. It is taken to rise with the size.
     start : int
         Where to begin, in millimetres.
     most : int
@@ -45,8 +36,7 @@ def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> i
     Returns
     -------
     int or None
-        Up to 2 m the margin is below 1 at one millimetre less, else at most a thousandth less;
-        None if it is below 1 up to ``most``.
+        None if the margin is below 1 up to ``most``.
 
     Examples
     --------
@@ -55,51 +45,24 @@ def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> i
     >>> smallest_size(lambda size: 0.5, 100, most=1000) is None
     True
     """
-    low: tuple[int, float] | None = None
-    high: tuple[int, float] | None = None
-    size, guesses = max(start, 1), 0
-    stride = 1.02  # a little beyond the guess, and farther each time that falls short
-    while True:
-        value = margin(size)
-        if value >= 1:
-            high = (size, value)
-        else:
-            low = (size, value)
-        if low is None and high is not None:
-            if size <= 1:
-                return size
-            size = max(1, min(size - 1, math.floor(size / stride / min(value, 10.0))))
-            stride = stride**2
-        elif high is None:
-            if size >= most:
-                return None
-            size = min(most, max(size + 1, math.ceil(stride * size / max(value, 0.1))))
-            stride = stride**2
-        elif low is not None:
-            if high[0] - low[0] <= max(1, high[0] // 1000):
-                return high[0]
-            guesses += 1
-            # Where guesses do not close in soon, halving does.
-            halve = guesses > _GUESSES and guesses % 2 == 0
-            size = (low[0] + high[0]) // 2 if halve else _between(low, high)
+
+    def holds(size: int) -> bool:
+        return margin(size) >= 1
+
+    low, high = 0, max(start, 1)
+    while not holds(high):
+        if high >= most:
+            return None
+        low, high = high, min(2 * high, most)
+    while low == 0 and high > 1:
+        # It holds where the search begins: a half of that, and again, until it does not.
+        low, high = (0, high // 2) if holds(high // 2) else (high // 2, high)
+    return bisect.bisect_left(range(low + 1, high), True, key=holds) + low + 1
 
 
-def _between(low: tuple[int, float], high: tuple[int, float]) -> int:
-    """Guess where the margin is 1, between a size where it is less and one where it is not."""
-    (below, small), (above, large) = low, high
-    guess = (below + above) / 2
-    if 0 < small < large < math.inf:
-        power = math.log(large / small) / math.log(above / below)
-        guess = below * (1 / small) ** (1 / power)
-        # Trials just beside the guess close in from both sides.
-        guess += math.copysign(0.01 * (above - below), (above - guess) - (guess - below))
-    return min(max(math.ceil(guess), below + 1), above - 1)
-
-
-#: Lays the same ribbons at another size (mm), with all widths multiplied by a factor; if the width
-#: is left to fabweave, as narrow as may be where they were too near; and only a part, if one is
-#: given.
-Lay: TypeAlias = Callable[[float, float, bool, Part | None], Ribbons]
+#: Lays the same ribbons at another size (mm), with all widths multiplied by a factor; and, if the
+#: width is left to fabweave, as narrow as may be where they were too near.
+Lay: TypeAlias = Callable[[float, float, bool], Ribbons]
 #: Lays ribbons at another size (mm) as they would be made there, and plans pieces for that or takes
 #: them to have room for laps everywhere; tells what is too near, if that is known.
 Settle: TypeAlias = Callable[[float, bool], tuple[Ribbons, Nearness | None]]
@@ -123,14 +86,8 @@ class Depth(IntEnum):
 TOO_STIFF = 2.0
 #: ... in more than this share of the spans between crossings: a few tight places may be trimmed.
 STIFF_SHARE = 0.25
-#: Of more spans than these, so many decide on the size from which a material is not too stiff; all
-#: are measured at that size, and at sizes larger by this share each, until it does.
-_MOST_SPANS, _SPANS, _STIFF_STRIDE = 24_000, 4000, 0.01
 #: Narrower ribbons are tried in these steps, down to a third.
 _NARROWER = tuple(step / 20 for step in range(19, 5, -1))
-#: While a size is looked for, so many of the tightest places of each rule are measured; at its
-#: end, all.
-_WATCHED = 200
 #: Where ribbons are too near after all, as they would be made, a size larger by this share is
 #: tried, and then by twice as much each time, up to the last; and at the end sizes between the last
 #: two, as close as the share next to it.
@@ -182,8 +139,6 @@ class Search:
         As they are.
     lay : callable
         Lays them otherwise.
-    measured : dict of str to Measured
-        What they are held to now.
     near : Nearness or None
         What is too near now.
     settle : callable, optional
@@ -201,7 +156,6 @@ class Search:
         limits: Limits,
         size_mm: float,
         lay: Lay,
-        measured: dict[str, Measured],
         near: Nearness | None,
         *,
         settle: Settle | None = None,
@@ -217,10 +171,8 @@ class Search:
         self._narrowing = ("twist",) if auto else ("twist", "clearance")
         self._settle = settle
         self._few = weave.threads.n_crossings <= _FEW
-        #: Margins by size, of all places and of the watched ones.
-        self._known: tuple[dict[int, dict[str, float]], dict[int, dict[str, float]]] = ({}, {})
-        self._watched = np.zeros(0, dtype=np.int64)
-        self._watch(measured)
+        #: Margins along single ribbons, by size.
+        self._known: dict[int, dict[str, float]] = {}
         self._last_ribbons: tuple[float, float, bool, Ribbons] | None = None
         self._settled: dict[tuple[int, bool], tuple[dict[str, float], IntArray]] = {}
 
@@ -296,13 +248,7 @@ class Search:
 
     def _smallest_along(self, rules: Sequence[str]) -> int | None:
         """Return the smallest size at which some rules along single ribbons hold."""
-        size = self._along(rules, self._whole, watched=True)
-        # The tightest places decide; then all are measured, and more are watched.
-        while size is not None and self._margin(size, rules, watched=False) < 1:
-            # What lies before a first crossing, or after a last one, cannot be watched.
-            seen = self._margin(size, rules, watched=True) < 1
-            size = self._along(rules, size, watched=seen)
-        return size
+        return self._smallest(lambda at: self._margin(at, rules))
 
     def _clear_now(self, size: int) -> int | None:
         """Return the smallest size, from one up, at which all keep clear that are too near now."""
@@ -349,28 +295,17 @@ class Search:
 
     def _clear(self, pairs: IntArray, size: int) -> int | None:
         """Return the smallest size, from one up, at which these pairs of stretches are clear."""
-        part = self._part_of(pairs)
 
         def margin(at: int) -> float:
-            nonlocal pairs, part
-            ribbons = self._lay(at, 1.0, True, part)
-            least, near = measure_pairs(ribbons, part, self._limits, pairs)
+            nonlocal pairs
+            ribbons = self._lay(at, 1.0, True)
+            measured, near = measure_clearance(ribbons, self._weave, self._limits, pairs)
             if 0 < 2 * len(near.pairs) < len(pairs):
                 # Those that are clear here need not be asked at larger sizes.
-                pairs, part = near.pairs, self._part_of(near.pairs)
-            return least
+                pairs = near.pairs
+            return measured.margin
 
         return size if margin(size) >= 1 else self._smallest(margin, size)
-
-    def _part_of(self, pairs: IntArray) -> Part:
-        """Return the part of the weave in which some pairs of stretches lie."""
-        threads = self._weave.threads
-        passes = ends_of_stretches(threads.offsets, threads.closed, pairs)
-        return take_part(self._weave, passes.ravel())
-
-    def _along(self, rules: Sequence[str], start: int, *, watched: bool) -> int | None:
-        """Return the smallest size at which rules along single ribbons hold."""
-        return self._smallest(lambda at: self._margin(at, rules, watched=watched), start)
 
     def _smallest(self, margin: Callable[[int], float], start: int | None = None) -> int | None:
         """Return the smallest size with a margin; from a start where there is none, one above."""
@@ -379,58 +314,20 @@ class Search:
 
     def _ribbons(self, size: float, width: float = 1.0, *, narrowest: bool = False) -> Ribbons:
         if self._last_ribbons is None or self._last_ribbons[:3] != (size, width, narrowest):
-            self._last_ribbons = (size, width, narrowest, self._lay(size, width, narrowest, None))
+            self._last_ribbons = (size, width, narrowest, self._lay(size, width, narrowest))
         return self._last_ribbons[3]
 
-    def _watch(self, measured: dict[str, Measured]) -> None:
-        """Watch the tightest places, too, while a size is looked for."""
-        tightest = [
-            measured[rule].passes[np.argsort(measured[rule].margins, kind="stable")[:_WATCHED]]
-            for rule in ("width", "bend", "crease")
-        ]
-        self._watched = np.unique(np.concatenate([self._watched, *tightest]))
-        # Bends are measured from the cross-line before one panel to that after the next one.
-        self._part = take_part(self._weave, self._watched, beyond=(1, 2))
-        self._known[True].clear()
-
-    def _margin(self, size: int, rules: Sequence[str], *, watched: bool) -> float:
-        """Return the least margin of some rules at a size: of all places, or the watched ones."""
-        known = self._known[watched]
-        if size not in known:
-            if watched:
-                part = self._part
-                ribbons, limits = self._lay(size, 1.0, False, part), self._limits.of(part.thread)
-                along = measure_between(ribbons, part.pass_numbers(self._watched), limits)
-            else:
-                along = measure_along(self._ribbons(size), self._limits)
-            margins = {rule: quantity.margin for rule, quantity in along.items()}
-            if not watched:
-                margins["stiff"] = stiffness(along["bend"])
-                if min(margins[rule] for rule in SIZED if rule in margins) < 1:
-                    self._watch(along)
-            known[size] = margins
-        return min(known[size][rule] for rule in rules)
+    def _margin(self, size: int, rules: Sequence[str]) -> float:
+        """Return the least margin of some rules along single ribbons at a size."""
+        if size not in self._known:
+            along = measure_along(self._ribbons(size), self._limits)
+            self._known[size] = {rule: quantity.margin for rule, quantity in along.items()}
+            self._known[size]["stiff"] = stiffness(along["bend"])
+        return min(self._known[size][rule] for rule in rules)
 
     def _size_of_stiffness(self) -> int | None:
         """Return the smallest size at which a material is not too stiff."""
-        count = len(self._weave.threads.crossing)
-        if count <= _MOST_SPANS:
-            return self._smallest(self._stiffness)
-        some = np.arange(0, count, math.ceil(count / _SPANS))
-        part = take_part(self._weave, some, beyond=(1, 2))
-        limits, numbers = self._limits.of(part.thread), part.pass_numbers(some)
-
-        def margin(size: int) -> float:
-            ribbons = self._lay(size, 1.0, False, part)
-            return stiffness(measure_between(ribbons, numbers, limits)["bend"])
-
-        size = self._smallest(margin)
-        while size is not None and self._stiffness(size) < 1:
-            size = math.ceil(size * (1 + _STIFF_STRIDE))
-        return size
-
-    def _stiffness(self, size: int) -> float:
-        return self._margin(size, ("stiff",), watched=False)
+        return self._smallest(lambda at: self._margin(at, ("stiff",)))
 
     def _narrower(self, rule: str) -> float | None:
         """Return the largest factor on the width at which a rule holds."""

@@ -127,9 +127,7 @@ def check_ribbons(
         measured["clearance"], near = known
     search = None
     if lay is not None:
-        search = Search(
-            weave, limits, size_mm, lay, measured, near, settle=settle, auto=auto, depth=depth
-        )
+        search = Search(weave, limits, size_mm, lay, near, settle=settle, auto=auto, depth=depth)
     findings = []
     for quantity in measured.values():
         if len(quantity.broken):

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
-from fabweave.ribbon.heights import crossing_threads
-from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.ribbon.project import Ribbons, crossing_threads, following_rung
 from fabweave.ribbon.rules.bends import Bends, Spans, measure_bends, measure_spans
 from fabweave.ribbon.rules.clearance import Nearness, near_pairs
 from fabweave.ribbon.stretches import ends_of_stretches
@@ -138,44 +137,6 @@ def _creases(ribbons: Ribbons, bends: Bends, spans: Spans) -> tuple[FloatArray, 
     return np.where(np.isnan(length), np.nan, np.abs(bends.turn_deg)), length
 
 
-def measure_between(ribbons: Ribbons, passes: IntArray, limits: Limits) -> dict[str, Measured]:
-    """Measure what lies between some passes and the next ones, as `measure_along` does."""
-    thread = np.searchsorted(ribbons.pass_offsets, passes, side="right") - 1
-    goes_on = following_rung(ribbons.pass_offsets, ribbons.closed)[passes] >= 0
-    return measure_along(excerpt(ribbons, passes), limits.of(thread[goes_on]))
-
-
-def excerpt(ribbons: Ribbons, passes: IntArray) -> Ribbons:
-    """Return only what lies between some passes and the next ones, as short open ribbons.
-
-    Each begins one rung before the panel of its pass and ends one rung after the next panel, so
-    that all rungs from panel to panel measure as they do in the whole. Passes with no next one are
-    dropped.
-    """
-    following = following_rung(ribbons.pass_offsets, ribbons.closed)[passes]
-    passes, following = passes[following >= 0], following[following >= 0]
-    thread = np.searchsorted(ribbons.pass_offsets, passes, side="right") - 1
-    start, size = ribbons.offsets[thread], np.diff(ribbons.offsets)[thread]
-    first = ribbons.entry[passes] - 1
-    # A ring with a single crossing comes back to the panel that it left.
-    counts = (ribbons.entry[following] - ribbons.entry[passes] - 1) % size + 5
-    offsets = offsets_of(counts)
-    within = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
-    begin = np.repeat(start, counts)
-    rung = begin + (np.repeat(first - start, counts) + within) % np.repeat(size, counts)
-    return Ribbons(
-        offsets=offsets,
-        right=ribbons.right[rung],
-        left=ribbons.left[rung],
-        from_right=ribbons.from_right[rung],
-        pass_offsets=2 * np.arange(len(passes) + 1),
-        entry=np.column_stack((offsets[:-1] + 1, offsets[1:] - 3)).ravel(),
-        closed=np.zeros(len(passes), dtype=bool),
-        normal=np.zeros((0, 3)),
-        centre=np.zeros((0, 3)),
-    )
-
-
 def measure_layers(ribbons: Ribbons, weave: Weave, limits: Limits) -> Measured:
     """Measure at each crossing how far the strand above stands off the one below.
 
@@ -206,7 +167,6 @@ def measure_clearance(
     weave: Weave,
     limits: Limits,
     among: IntArray | None = None,
-    beside: IntArray | None = None,
 ) -> tuple[Measured, Nearness]:
     """Measure how near ribbons come that do not cross there; only what is too near is listed.
 
@@ -215,31 +175,23 @@ def measure_clearance(
     apart than one thickness. Pairs may be chosen as in
     :func:`~fabweave.ribbon.rules.clearance.near_pairs`.
     """
+    rows = weave.threads.offsets, weave.threads.closed
     thickest = float(np.max(limits.thickness_mm, initial=0.0))
     reach = thickest + limits.clearance_mm
 
     def wanted(pairs: IntArray) -> FloatArray:
-        return _wanted(weave, limits, ends_of_stretches(*_rows(weave), pairs))
+        return _wanted(weave, limits, ends_of_stretches(*rows, pairs))
 
-    near = near_pairs(ribbons, weave.threads.crossing, reach, among, beside, wanted)
-    return hold_apart(weave, limits, near)
-
-
-def hold_apart(weave: Weave, limits: Limits, near: Nearness) -> tuple[Measured, Nearness]:
-    """Hold pairs of stretches against what is wanted between them; keep what is too near."""
-    passes = ends_of_stretches(*_rows(weave), near.pairs)
-    wanted = _wanted(weave, limits, passes)
-    kept = near.distance_mm < wanted * (1 - _TOUCHING)
+    near = near_pairs(ribbons, weave.threads.crossing, reach, wanted, among)
+    passes = ends_of_stretches(*rows, near.pairs)
+    apart = _wanted(weave, limits, passes)
+    kept = near.distance_mm < apart * (1 - _TOUCHING)
     near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
     first, second = passes[kept, :, 0].T
     measured = Measured(
-        "clearance", "mm", near.distance_mm, wanted[kept], True, first, second, near.place
+        "clearance", "mm", near.distance_mm, apart[kept], True, first, second, near.place
     )
     return measured, near
-
-
-def _rows(weave: Weave) -> tuple[IntArray, BoolArray]:
-    return weave.threads.offsets, weave.threads.closed
 
 
 def _wanted(weave: Weave, limits: Limits, passes: IntArray) -> FloatArray:

@@ -1,11 +1,11 @@
-"""Measure in the model how ribbons bend, turn, fold and twist."""
+"""Measure in the model how ribbons bend, turn and twist."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.verify.drawing import Flags, Floats, Ints
-from fabweave.verify.measure.gaps import dot
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.nearness import dot
 from fabweave.verify.read.glb import Strip
 
 #: Two panels that look away from each other by more have no plane between them.
@@ -24,12 +24,8 @@ class Bending:
 
     Parameters
     ----------
-    radius_mm : (R,) float array
-        Of the bend at each rung, spread over half the step before and half the one after.
     turn_deg : (R,) float array
-        The angle between the mean planes of those steps.
-    fold_deg : float
-        The greatest angle between facets that share an edge.
+        The angle between the mean planes of the steps before and after each rung.
     span_radius_mm : (K,) float array
         To which a ribbon must bend that leads from panel to panel as softly as may be.
     span_twist_deg : (K,) float array
@@ -42,9 +38,7 @@ class Bending:
         What the rounding of the model may have done to any angle.
     """
 
-    radius_mm: Floats
     turn_deg: Floats
-    fold_deg: float
     span_radius_mm: Floats
     span_twist_deg: Floats
     span_mm: Floats
@@ -70,26 +64,17 @@ def measure_bending(strip: Strip, widths: Floats) -> Bending:
     length = np.linalg.norm(step, axis=1)
     # The two diagonals of a step span its mean plane.
     plane = np.cross(rungs[after, 1] - rungs[here, 0], rungs[here, 1] - rungs[after, 0])
-    near, far = _facet_planes(rungs[here], rungs[after], strip.from_right)
 
     inner = here if strip.closed else here[1:]
     before = (inner - 1) % count
     axis = _unit(rungs[inner, 1] - rungs[inner, 0])
     turn = np.full(count, np.nan)
-    radius = np.full(count, np.nan)
-    angle = _about(plane[before], plane[inner], axis)
-    spread = (_size(np.cross(step[before], axis)) + _size(np.cross(step[inner], axis))) / 2.0
-    turn[inner] = np.abs(np.degrees(angle))
-    with np.errstate(divide="ignore"):
-        radius[inner] = np.where(spread > 0.0, spread / np.abs(angle), np.inf)
-    folds = np.concatenate([_between(near, far), _between(far[before], near[inner])])
+    turn[inner] = np.abs(np.degrees(_about(plane[before], plane[inner], axis)))
 
     spans = _spans(strip, middle, length, _twists(rungs, after, here, step), widths)
     shortest = min(float(length.min()), float(_size(rungs[:, 1] - rungs[:, 0]).min()))
     return Bending(
-        radius_mm=radius,
         turn_deg=turn,
-        fold_deg=float(folds.max()),
         span_radius_mm=spans[0],
         span_twist_deg=spans[1],
         span_mm=spans[2],
@@ -165,15 +150,6 @@ def _twists(rungs: Floats, after: Ints, here: Ints, step: Floats) -> Floats:
     angle = _about(arms[here], arms[after], _unit(step))
     # Rounding decides on the sign of a half turn: none is counted as turning clockwise.
     return np.where(angle < _HALF_TURN - np.pi, np.pi, angle)
-
-
-def _facet_planes(start: Floats, end: Floats, from_right: Flags) -> tuple[Floats, Floats]:
-    """Return the area vectors of each step's two facets, the one at its first rung first."""
-    right, left, beyond, across = start[:, 0], start[:, 1], end[:, 0], end[:, 1]
-    slanted = from_right[:, None]
-    tip = np.where(slanted, across, beyond)
-    base = np.where(slanted, right, left)
-    return np.cross(tip - right, left - right), np.cross(beyond - base, across - base)
 
 
 def _about(first: Floats, second: Floats, axis: Floats) -> Floats:

@@ -5,35 +5,16 @@ has two ends, ``2 c`` on the edge that enters the corner and ``2 c + 1`` on the 
 it. Four arcs meet at the middle of an inner edge; a strand goes straight on into the opposite one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.drawing import Floats, Ints, ReadError
-from fabweave.verify.read.content import read_content
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedMesh:
-    """A polygon mesh; corner ``c`` is also the side from its vertex to the next corner's."""
-
-    vertices: Floats
-    corner: Ints
-    face: Ints
-    next: Ints
-    prev: Ints
-    twin: Ints
-    centres: Floats
-    #: How strands run over the faces, as the settings say.
-    course: object = "auto"
-
-    @property
-    def inner(self) -> Ints:
-        """One side of each inner edge."""
-        sides = np.arange(len(self.corner))
-        return np.flatnonzero(sides < self.twin)
+from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
+from fabweave.verify.drawing import Flags, Floats, Ints
+from fabweave.verify.read.glb import Strip
+from fabweave.verify.read.mesh import LoadedMesh, edge_keys
 
 
 @dataclass(frozen=True)
@@ -55,64 +36,6 @@ class Walk:
 
     closed: bool
     passes: tuple[Pass, ...]
-
-
-def read_obj(path: Path) -> LoadedMesh:
-    """Read vertices and faces of an OBJ file as an oriented manifold mesh.
-
-    Raises
-    ------
-    ReadError
-        If a line is malformed, or an edge has more than two faces or two that run the same way.
-    """
-    vertices: list[list[float]] = []
-    faces: list[list[int]] = []
-    for number, line in enumerate(
-        read_content(path).decode("utf-8", errors="replace").split("\n"), start=1
-    ):
-        words = line.split()
-        try:
-            if words[:1] == ["v"]:
-                vertices.append([float(word) for word in words[1:4]])
-            elif words[:1] == ["f"]:
-                faces.append([int(word.partition("/")[0]) - 1 for word in words[1:]])
-        except ValueError as error:
-            raise ReadError(f"line {number} is malformed: {error}") from error
-    if not faces or any(len(vertex) != 3 for vertex in vertices):
-        raise ReadError("it has no faces, or a vertex without three coordinates")
-    positions = np.array(vertices)
-    if not np.all(np.isfinite(positions)):
-        raise ReadError("a vertex is not finite")
-    sizes = np.array([len(face) for face in faces])
-    corner = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
-    if sizes.min() < 3 or corner.min() < 0 or corner.max() >= len(positions):
-        raise ReadError("a face has fewer than three corners or names a vertex that is not there")
-    ends = np.cumsum(sizes)
-    starts = ends - sizes
-    following = np.arange(1, len(corner) + 1)
-    following[ends - 1] = starts
-    preceding = np.empty_like(following)
-    preceding[following] = np.arange(len(corner))
-    return LoadedMesh(
-        vertices=positions,
-        corner=corner,
-        face=np.repeat(np.arange(len(faces)), sizes),
-        next=following,
-        prev=preceding,
-        twin=_twins(corner, corner[following], len(positions)),
-        centres=np.add.reduceat(positions[corner], starts) / sizes[:, None],
-    )
-
-
-def _twins(tail: Ints, head: Ints, count: int) -> Ints:
-    """Pair the sides of each edge; -1 along the boundary."""
-    forward = tail * count + head
-    if len(np.unique(forward)) < len(forward):
-        raise ReadError("two faces run the same way along an edge")
-    order = np.argsort(forward)
-    place = np.searchsorted(forward, head * count + tail, sorter=order)
-    candidate = order[np.minimum(place, len(order) - 1)]
-    return np.where(forward[candidate] == head * count + tail, candidate, -1)
 
 
 def trace_walks(mesh: LoadedMesh, *, turning: bool = False) -> list[Walk]:
@@ -163,43 +86,6 @@ def trace_walks(mesh: LoadedMesh, *, turning: bool = False) -> list[Walk]:
     return walks
 
 
-def edge_keys(mesh: LoadedMesh) -> Ints:
-    """Return for each side a number of its edge: the lesser of the two sides."""
-    sides = np.arange(len(mesh.corner))
-    return np.where(mesh.twin >= 0, np.minimum(sides, mesh.twin), sides)
-
-
-def canonical(sequence: Sequence[int], closed: bool) -> tuple[tuple[int, ...], int, bool]:
-    """Return the least form of a sequence up to reversal and, if closed, rotation.
-
-    Returns
-    -------
-    form : tuple of int
-        The least sequence.
-    start : int
-        Where it starts in the (reversed) sequence.
-    backward : bool
-        Whether the sequence had to be reversed.
-
-    Examples
-    --------
-    >>> canonical([3, 1, 2], True)
-    ((1, 2, 3), 1, False)
-    >>> canonical([1, 3, 2], True)
-    ((1, 2, 3), 2, True)
-    """
-    best: tuple[tuple[int, ...], int, bool] | None = None
-    for backward in (False, True):
-        words = tuple(reversed(sequence)) if backward else tuple(sequence)
-        low = min(words, default=0)
-        starts = [at for at, word in enumerate(words) if word == low] if closed else [0]
-        for start in starts:
-            form = words[start:] + words[:start]
-            if best is None or form < best[0]:
-                best = (form, start, backward)
-    return best if best is not None else ((), 0, False)
-
-
 def turned(step: Pass, mesh: LoadedMesh) -> Pass:
     """Return the same pass walked the other way."""
     return Pass(int(mesh.twin[step.side]), step.forward)
@@ -227,3 +113,179 @@ def lay_walk(
         for start in starts:
             if edges[start:] + edges[:start] == wanted:
                 yield passes[start:] + passes[:start]
+
+
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """The crossing panels of one thread: middle, walking direction, and how both ends look outward.
+
+    ``outward`` has, for the first and the last rung, the area between the walking direction and
+    the way from right to left, as a vector: their mean is that of the panel.
+    """
+
+    centre: Floats
+    outward: Floats
+    along: Floats
+
+
+def measure_panels(strip: Strip) -> Panels:
+    """Measure the crossing panels of a strip."""
+    start, end = strip.rungs[strip.entry], strip.rungs[strip.exit]
+    along = (end - start).mean(axis=1)
+    across = np.stack((start[:, 1] - start[:, 0], end[:, 1] - end[:, 0]), axis=1)
+    return Panels((start + end).mean(axis=1) / 2.0, np.cross(along[:, None], across), along)
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeQuads:
+    """What the mesh says about a crossing's edge, seen from one side of it."""
+
+    normal: Floats
+    middle: Floats
+    size: Floats
+
+
+def _diagonals(mesh: LoadedMesh, sides: Ints) -> tuple[tuple[Floats, Floats], ...]:
+    """Return both ends of each edge, and the centres of the face on this side and beyond."""
+    return (
+        (mesh.vertices[mesh.corner[sides]], mesh.vertices[mesh.corner[mesh.next[sides]]]),
+        (mesh.centres[mesh.face[sides]], mesh.centres[mesh.face[mesh.twin[sides]]]),
+    )
+
+
+def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
+    """Return normals, middles and sizes for sides of inner edges."""
+    (tail, head), (here, there) = _diagonals(mesh, sides)
+    area = np.cross(head - tail, here - there)
+    return EdgeQuads(
+        normal=area / np.maximum(np.linalg.norm(area, axis=1), 1e-300)[:, None],
+        middle=(tail + head + here + there) / 4.0,
+        size=np.linalg.norm(head - tail, axis=1) + np.linalg.norm(here - there, axis=1),
+    )
+
+
+def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> Flags:
+    """Say at which crossings a ribbon runs across the edge as the passes of a walk do.
+
+    It has to run to the face beyond; and from near the side's start towards its end, or the other
+    way. Where on the edge it does so, and how askew, does not matter.
+    """
+    sides = np.array([step.side for step in passes], dtype=np.int64)
+    forward = np.array([step.forward for step in passes], dtype=np.bool_)
+    (tail, head), (here, there) = _diagonals(mesh, sides)
+    edge, beyond = head - tail, there - here
+    area = np.cross(edge, beyond)
+    # Shares of both directions in the panel's, times a positive factor.
+    along_edge = np.einsum("ij,ij->i", np.cross(panels.along, beyond), area)
+    to_beyond = np.einsum("ij,ij->i", np.cross(edge, panels.along), area)
+    return (to_beyond > 0.0) & np.where(forward, along_edge > 0.0, along_edge < 0.0)
+
+
+def edge_of_crossings(plan: CrossingMap, mesh: LoadedMesh) -> dict[int, int]:
+    """Return the edge (its lesser side) of each crossing that lies on an inner edge."""
+    ends = {
+        frozenset((int(mesh.corner[side]), int(mesh.corner[mesh.next[side]]))): int(side)
+        for side in mesh.inner
+    }
+    sides = {crossing.id: ends.get(frozenset(crossing.edge)) for crossing in plan.crossings}
+    return {key: side for key, side in sides.items() if side is not None}
+
+
+def thread_passes(
+    plan: CrossingMap,
+    mesh: LoadedMesh,
+    edges: dict[int, int],
+    model: dict[str, Strip] | None = None,
+    *,
+    turning: bool = False,
+) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
+    """Lay the mesh's walks along the threads.
+
+    A sequence of crossings leaves open which walk is meant, or in which direction, where several
+    read the same (walks over a single edge do). Then the one that the model's ribbon follows is
+    taken. With ``turning``, walks turn back at the boundary.
+
+    Returns
+    -------
+    passes : dict
+        For each thread that is a walk of the mesh, its passes in the thread's order.
+    rest : list of Walk
+        The walks that no thread takes.
+    """
+    keys = edge_keys(mesh)
+    shelf: dict[tuple[bool, tuple[int, ...]], list[Walk]] = defaultdict(list)
+    for walk in trace_walks(mesh, turning=turning):
+        form = tuple(sorted(int(keys[step.side]) for step in walk.passes))
+        shelf[walk.closed, form].append(walk)
+    result: dict[int, tuple[Pass, ...]] = {}
+    for thread in plan.threads:
+        claimed = [edges.get(crossing, -1) for crossing in thread.crossings]
+        walks = shelf.get((thread.closed, tuple(sorted(claimed))), [])
+        ways = [
+            (at, passes)
+            for at, walk in enumerate(walks)
+            for passes in lay_walk(claimed, walk, keys, mesh)
+        ]
+        if ways:
+            at, result[thread.id] = _followed(ways, thread, mesh, model or {})
+            walks.pop(at)
+    return result, [walk for walks in shelf.values() for walk in walks]
+
+
+def _followed(
+    ways: list[tuple[int, tuple[Pass, ...]]],
+    thread: Thread,
+    mesh: LoadedMesh,
+    model: dict[str, Strip],
+) -> tuple[int, tuple[Pass, ...]]:
+    """Return the way that the thread's ribbon follows at most crossings; the first if equal."""
+    strip = model.get(thread.label)
+    if len(ways) == 1 or not thread.crossings:
+        return ways[0]
+    if strip is None or len(strip.entry) != len(thread.crossings):
+        return ways[0]
+    panels = measure_panels(strip)
+    return max(ways, key=lambda way: int(follows_walk(panels, way[1], mesh).sum()))
+
+
+def station_run(thread: Thread, piece: Piece) -> int | None:
+    """Return where along its thread a piece's stations begin; None if they are no run of it.
+
+    Where the thread passes the first crossing twice, the over flag decides.
+    """
+    count, size = len(thread.crossings), len(piece.stations)
+    limit = count + 1 if thread.closed else count
+    if not 0 < size <= limit:
+        return None
+    starts: list[tuple[bool, int]] = []
+    for start in thread.places.get(piece.stations[0].crossing, ()):
+        if not thread.closed and start + size > count:
+            continue
+        if all(
+            thread.crossings[(start + at) % count] == station.crossing
+            for at, station in enumerate(piece.stations)
+        ):
+            starts.append((thread.over[start] != piece.stations[0].over, start))
+    return min(starts)[1] if starts else None
+
+
+def groups_of(pairs: Iterable[tuple[Hashable, Hashable]]) -> dict[Hashable, Hashable]:
+    """Return for each thing one that stands for all that hang together with it, pair by pair.
+
+    Examples
+    --------
+    >>> group = groups_of([("a", 1), ("b", 2), (2, "c")])
+    >>> group["b"] == group["c"] != group["a"]
+    True
+    """
+    above: dict[Hashable, Hashable] = {}
+
+    def top(thing: Hashable) -> Hashable:
+        while above.setdefault(thing, thing) != thing:
+            above[thing] = above[above[thing]]
+            thing = above[thing]
+        return thing
+
+    for one, other in pairs:
+        above[top(one)] = top(other)
+    return {thing: top(thing) for thing in above}

@@ -9,7 +9,7 @@ from sys import intern
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, Look, ReadError
+from fabweave.verify.drawing import LAYERS, Drawing, Flags, Floats, Ints, ReadError
 from fabweave.verify.read.content import read_content
 
 APPID = "FABWEAVE"
@@ -95,8 +95,8 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     """Read the entities of a DXF file's model space and judge its declarations.
 
     Only LWPOLYLINE, POLYLINE, CIRCLE and LINE are drawn; anything else, what is on none of
-    ``layers`` or on one that is hidden, another unit than millimetres, untrue extents, and groups
-    that our entities do not need are kept as problems.
+    ``layers`` or on one that is hidden, another unit than millimetres, and groups that our entities
+    do not need are kept as problems.
 
     Raises
     ------
@@ -106,12 +106,16 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     sections = _sections(path)
     if "ENTITIES" not in sections:
         raise ReadError("there is no ENTITIES section")
-    entities, header = sections["ENTITIES"], _header(sections.get("HEADER", _NOTHING))
-    looks, problems = _looks(sections.get("TABLES", _NOTHING))
+    entities = sections["ENTITIES"]
+    problems = _unit_problems(sections.get("HEADER", _NOTHING))
+    tables = sections.get("TABLES", _NOTHING)
+    columns = (tables.texts(code) for code in (2, 62, 70, 290))
+    for what, name, index, flags, plotted in zip(tables.kind, *columns, strict=True):
+        if what == "LAYER" and (index[:1] == "-" or flags not in ("", "0") or plotted == "0"):
+            problems.append(f"layer {name!r} is switched off, frozen, locked or not plotted")
     # What stands in a block may be drawn, too.
     for strange in sorted({*sections.get("BLOCKS", _NOTHING).kind} - {"BLOCK", "ENDBLK"}):
         problems.append(f"BLOCKS has {strange}, which may not be there")
-    problems += _unit_problems(header)
     kind = np.array(entities.kind, dtype=object)
     count, corner = len(kind), (kind == "VERTEX") | (kind == "SEQEND")
     # Corners belong to the entity before them; what is drawn to themselves.
@@ -146,8 +150,7 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
         raise ReadError(
             f"{entities.names[at]} has not the coordinates, or the radius, that it needs"
         )
-    problems += _extent_problems(header, points, np.repeat(radius[shapes], np.diff(start)))
-    flags, piece = entities.texts(70, "0"), _pieces(entities)
+    closed, piece = entities.texts(70, "0"), _pieces(entities)
     return Drawing(
         # One string for each layer and piece: a file's own would keep all its text in memory.
         layer=[intern(layer[at]) for at in shapes.tolist()],
@@ -156,14 +159,9 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
         points=points,
         bulges=bulges,
         start=start,
-        closed=np.array([flags[at] == "1" for at in shapes.tolist()], dtype=bool),
+        closed=np.array([closed[at] == "1" for at in shapes.tolist()], dtype=bool),
         radius=radius[shapes],
-        layers=tuple(looks),
-        width_mm=None,
-        height_mm=None,
         problems=tuple(problems),
-        looks=looks,
-        version=header.get(("$ACADVER", 1)),
     )
 
 
@@ -191,54 +189,20 @@ def _sections(path: Path) -> dict[str, _Section]:
     return found
 
 
-def _header(section: _Section) -> dict[tuple[str, int], str]:
-    """Read the header variables, by their name and group code."""
-    header: dict[tuple[str, int], str] = {}
-    name = ""
-    for code, value in zip(section.code.tolist(), section.value, strict=True):
-        if code == 9:
-            name = value
-        else:
-            header[name, code] = value
-    return header
-
-
-def _looks(tables: _Section) -> tuple[dict[str, frozenset[Look]], list[str]]:
-    """Read what lines on each layer look like, and which layers programs do not show or cut."""
-    looks: dict[str, frozenset[Look]] = {}
-    problems = []
-    columns = (tables.texts(code) for code in (2, 420, 62, 70, 290))
-    for kind, name, exact, index, flags, plotted in zip(tables.kind, *columns, strict=True):
-        if kind != "LAYER":
-            continue
-        try:
-            colour = f"#{int(exact):06X}" if exact else None
-            look = Look(colour, int(index) if index else None)
-        except ValueError as error:
-            raise ReadError(f"layer {name!r}: {error}") from error
-        looks[name] = looks.get(name, frozenset()) | {look}
-        if index.startswith("-") or flags not in ("", "0") or plotted == "0":
-            problems.append(f"layer {name!r} is switched off, frozen, locked or not plotted")
-    return looks, problems
-
-
 def _strange_groups(entities: _Section) -> list[str]:
-    """Return what entities have that changes how they are drawn, one of each kind."""
+    """Return what entities have that changes how they are drawn."""
     inside = entities.owner >= 0
-    strange = inside & ~np.isin(entities.code, _GROUPS)
     problems = [
-        f"{entities.names[int(entities.owner[at])]} has a group {entities.code[at]}, which may "
-        "change how it is drawn"
-        for at in np.flatnonzero(strange)[np.unique(entities.code[strange], return_index=True)[1]]
+        f"an entity has a group {code}, which may change how it is drawn"
+        for code in sorted({*entities.code[inside].tolist()} - {*_GROUPS})
     ]
-    flat = np.flatnonzero(inside & np.isin(entities.code, _ZERO))
-    flags = np.flatnonzero(inside & (entities.code == 70))
-    for places, what in (
-        (flat[entities.numbers(flat) != 0.0], "a width, or a height above the sheet"),
-        (flags[~np.isin(entities.numbers(flags), (0, 1))], "flags that are not open or closed"),
+    for codes, allowed, what in (
+        (_ZERO, (0,), "a width, or a height above the sheet"),
+        ((70,), (0, 1), "flags that are not open or closed"),
     ):
-        names = [entities.names[int(entities.owner[at])] for at in places[:1]]
-        problems += [f"{name} has {what} ({len(places)} of all have)" for name in names]
+        values = entities.numbers(np.flatnonzero(inside & np.isin(entities.code, codes)))
+        if not np.isin(values, allowed).all():
+            problems.append(f"an entity has {what}")
     return problems
 
 
@@ -280,36 +244,13 @@ def _pieces(entities: _Section) -> dict[int, str]:
     }
 
 
-def _unit_problems(header: dict[tuple[str, int], str]) -> list[str]:
+def _unit_problems(header: _Section) -> list[str]:
     """Judge the units."""
-    problems = []
-    for name, wanted in (("$INSUNITS", "4"), ("$MEASUREMENT", "1")):
-        value = header.get((name, 70))
-        # R12 knows neither variable.
-        if value != wanted and not (value is None and header.get(("$ACADVER", 1)) == R12):
-            problems.append(f"{name} is {value}; it must be {wanted} for millimetres")
-    return problems
-
-
-def _extent_problems(
-    header: dict[tuple[str, int], str], points: Floats, radius: Floats
-) -> list[str]:
-    """Judge whether the declared extents hold the drawing."""
-    if not len(points):
-        return []
-    try:
-        low, high = (
-            np.array([float(header[name, code]) for code in (10, 20)])
-            for name in ("$EXTMIN", "$EXTMAX")
-        )
-    except (KeyError, ValueError):
-        return ["$EXTMIN and $EXTMAX are missing or not numbers"]
-    reach = np.nan_to_num(radius)[:, None]
-    true_low, true_high = np.min(points - reach, axis=0), np.max(points + reach, axis=0)
-    # Written so that NaN objects.
-    if not (np.all(low <= true_low + 0.01) and np.all(high >= true_high - 0.01)):
-        return [
-            f"$EXTMIN {low.tolist()} and $EXTMAX {high.tolist()} do not hold the drawing, which "
-            f"reaches from {true_low.round(3).tolist()} to {true_high.round(3).tolist()}"
-        ]
-    return []
+    names = np.flatnonzero(header.code[:-1] == 9).tolist()
+    variables = {header.value[at]: header.value[at + 1] for at in names}
+    old = variables.get("$ACADVER") == R12  # which knows neither variable
+    return [
+        f"{name} is {variables.get(name)}; it must be {wanted} for millimetres"
+        for name, wanted in (("$INSUNITS", "4"), ("$MEASUREMENT", "1"))
+        if variables.get(name, wanted if old else None) != wanted
+    ]

@@ -48,20 +48,13 @@ class Strip:
     grain_mm: float
 
 
-def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
-    """Read a GLB file: every named mesh node is a strip, or a ball at a finding.
-
-    Returns
-    -------
-    strips : dict from label to Strip
-    markers : dict from number to place
-        Where the balls stand, by the findings' numbers from 1, in millimetres.
+def read_model(path: Path) -> dict[str, Strip]:
+    """Read the strips of a GLB file by their labels: every mesh node is one, or marks a finding.
 
     Raises
     ------
     ReadError
-        If the file is not GLB, a node is not a strip of rungs as agreed, or two balls have one
-        number.
+        If the file is not GLB, or a node is not a strip of rungs as agreed.
     """
     try:
         document, binary = _chunks(read_content(path))
@@ -69,44 +62,23 @@ def read_model(path: Path) -> tuple[dict[str, Strip], dict[int, Floats]]:
         if len(scenes) != 1 or sorted(scenes[0]["nodes"]) != list(range(len(nodes))):
             raise ReadError("it has not one scene that shows every node, each once")
         strips: dict[str, Strip] = {}
-        markers: dict[int, Floats] = {}
         for number, node in enumerate(nodes):
             # What is turned, moved or scaled does not stand where its mesh says.
             if {*node} - {"name", "mesh", "extras"}:
                 raise ReadError(f"node {number} has more than a name, a mesh and extras")
-            finding = _finding(node, document)
+            mesh = document["meshes"][node["mesh"]]
+            extras = {**(node.get("extras") or {}), **(mesh.get("extras") or {})}
+            if "finding" in extras:
+                continue  # a ball to look at
             label = str(node.get("name", f"node {number}"))
-            if finding is not None:
-                if finding in markers:
-                    raise ReadError(f"finding {finding} has two balls")
-                markers[finding] = _middle(node, document, binary)
-                continue
             if label in strips:
                 raise ReadError(f"two nodes are named {label!r}")
-            strips[label] = _strip(label, node, document, binary)
+            strips[label] = _strip(label, mesh, extras, document, binary)
     except (KeyError, IndexError, TypeError, AttributeError, ValueError, struct.error) as error:
         if isinstance(error, ReadError):
             raise
         raise ReadError(f"it is not the agreed model: {type(error).__name__}: {error}") from error
-    return strips, markers
-
-
-def _middle(node: Json, document: Json, binary: bytes) -> Floats:
-    """Return the middle of a ball, in millimetres."""
-    primitive = document["meshes"][node["mesh"]]["primitives"][0]
-    points = _accessor(document, binary, primitive["attributes"]["POSITION"])
-    points = points.astype(np.float64) * _MILLIMETRES
-    return np.asarray((points.min(axis=0) + points.max(axis=0)) / 2)
-
-
-def _finding(node: Json, document: Json) -> int | None:
-    """Return the number of the finding at which a node's ball stands, if it is one."""
-    extras = {
-        **(node.get("extras") or {}),
-        **(document["meshes"][node["mesh"]].get("extras") or {}),
-    }
-    number = extras.get("finding")
-    return None if number is None else int(number)
+    return strips
 
 
 def _chunks(data: bytes) -> tuple[Json, bytes]:
@@ -116,22 +88,11 @@ def _chunks(data: bytes) -> tuple[Json, bytes]:
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2 or length != len(data):
         raise ReadError(f"it is version {version} of {length} bytes, but has {len(data)} bytes")
-    document: Json | None = None
-    binary = b""
-    at = 12
-    while at + 8 <= len(data):
-        size, kind = struct.unpack_from("<II", data, at)
-        body = data[at + 8 : at + 8 + size]
-        if len(body) < size:
-            raise ReadError("a chunk is cut short")
-        if kind == 0x4E4F534A:
-            document = json.loads(body.decode("utf-8"))
-        elif kind == 0x004E4942:
-            binary = body
-        at += 8 + size
-    if not isinstance(document, dict):
-        raise ReadError("it has no JSON chunk")
-    return document, binary
+    text_end = 20 + struct.unpack_from("<I", data, 12)[0]
+    kinds = data[16:20], data[text_end + 4 : text_end + 8]
+    if kinds != (b"JSON", b"BIN\0"):
+        raise ReadError(f"its chunks are {kinds}, not JSON and a binary one")
+    return json.loads(data[20:text_end]), data[text_end + 8 :]
 
 
 def _accessor(document: Json, binary: bytes, number: int) -> npt.NDArray[Any]:
@@ -152,9 +113,8 @@ def _accessor(document: Json, binary: bytes, number: int) -> npt.NDArray[Any]:
     )
 
 
-def _strip(label: str, node: Json, document: Json, binary: bytes) -> Strip:
+def _strip(label: str, mesh: Json, extras: Json, document: Json, binary: bytes) -> Strip:
     """Read one node as a strip and check that it is one."""
-    mesh = document["meshes"][node["mesh"]]
     if len(mesh["primitives"]) != 1:
         raise ReadError(f"thread {label}: its mesh has {len(mesh['primitives'])} primitives")
     primitive = mesh["primitives"][0]
@@ -162,7 +122,6 @@ def _strip(label: str, node: Json, document: Json, binary: bytes) -> Strip:
         raise ReadError(f"thread {label}: its primitive is not triangles")
     positions = _accessor(document, binary, primitive["attributes"]["POSITION"]).astype(np.float64)
     triangles = _accessor(document, binary, primitive["indices"]).astype(np.int64).reshape(-1, 3)
-    extras = {**(node.get("extras") or {}), **(mesh.get("extras") or {})}
     if not isinstance(extras.get("closed"), bool):
         raise ReadError(f"thread {label}: extras do not say whether it is closed")
     closed = bool(extras["closed"])

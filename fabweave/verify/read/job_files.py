@@ -1,36 +1,228 @@
 """Load a finished job's files; whatever is missing or malformed becomes a finding."""
 
+import csv
+import io
 import json
 import math
+import re
 import tomllib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
-from fabweave.verify.drawing import Drawing, Floats, ReadError
+from fabweave.verify.drawing import Drawing, ReadError
 from fabweave.verify.measure.development import Development, develop_pieces
-from fabweave.verify.measure.supplies import Supply, length_of, thread_supplies
-from fabweave.verify.measure.threads import edge_of_crossings, thread_passes
-from fabweave.verify.measure.walks import LoadedMesh, Pass, Walk, read_obj
+from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
 from fabweave.verify.read.content import read_text
-from fabweave.verify.read.folders import (
-    SERVICE,
-    Drawings,
-    Offcuts,
-    Ready,
-    Rim,
-    Service,
-    read_offcuts,
-    read_ready,
-    read_rim,
-    read_service,
-)
+from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
-from fabweave.verify.read.source_mesh import SourceMesh, read_source
-from fabweave.verify.statement import Place, Tally
+from fabweave.verify.read.mesh import LoadedMesh, SourceMesh, read_obj, read_source
+from fabweave.verify.read.svg import read_svg
+from fabweave.verify.report import Place, Tally
+
+#: Reads a file of the job by its name and a reader, or tells why not, and returns None.
+Read: TypeAlias = Callable[[str, Callable[[Path], Any]], Any]
+
+#: Where the sheets lie that are to be cut, with kerf and micro-joints.
+READY = "cut"
+#: Where rings lie, and the record that tells of them.
+RIM, RIM_RECORD = "rim", "rim/rim.json"
+#: Where offcuts lie.
+OFFCUTS = "offcuts"
+#: Where files for a service lie, and the table of them.
+SERVICE, TABLE = "service", "parts.csv"
+COLUMNS = (
+    "file", "quantity", "kind", "pieces", "material", "thickness_mm", "length_mm", "width_mm",
+    "area_mm2", "cut_length_mm", "holes",
+)  # fmt: skip
+#: Everything is on this layer of a DXF file for a service.
+PLAIN_LAYER = "0"
+_PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
+_MICRO = re.compile(r"(\d+):([\d.]+)mm")
+
+
+@dataclass(frozen=True)
+class Drawings:
+    """The drawings of a folder in both formats, by the names of what they draw."""
+
+    dxf: dict[str, Drawing] = field(default_factory=dict)
+    svg: dict[str, Drawing] = field(default_factory=dict)
+
+    def add(self, key: str, stem: str, read: Read) -> None:
+        """Read both drawings of a name; one that cannot be read is left out."""
+        for suffix, reader, kept in ((".dxf", read_dxf, self.dxf), (".svg", read_svg, self.svg)):
+            drawing = read(f"{stem}{suffix}", reader)
+            if drawing is not None:
+                kept[key] = drawing
+
+
+@dataclass(frozen=True)
+class Ready(Drawings):
+    """The sheets to cut, by their nominal names, and what the settings say was done to them."""
+
+    kerf_mm: float = 0.0
+    #: How many interruptions an outline has at most, and how wide the bridges are.
+    micro: tuple[int, float] | None = None
+
+    def name_of(self, sheet: str) -> str:
+        """Return what the files of a sheet are to be called, without suffix."""
+        words = [sheet]
+        if self.kerf_mm:
+            words.append(f"kerf{self.kerf_mm:g}mm")
+        if self.micro is not None:
+            words.append(f"micro{self.micro[0]}x{self.micro[1]:g}mm")
+        return "_".join(words)
+
+
+@dataclass(frozen=True)
+class Rim(Drawings):
+    """The rings that are told of, and the drawings of their sheets."""
+
+    rings: list[dict[str, Any]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Service(Drawings):
+    """The rows of the table, the drawings by their row's file, and all files that are there."""
+
+    rows: list[dict[str, str]] = field(default_factory=list)
+    files: tuple[str, ...] = ()
+
+
+def read_ready(
+    directory: Path, options: dict[str, Any], sheets: Iterable[str], read: Read, tally: Tally
+) -> Ready | None:
+    """Read the sheets that are to be cut; None where the settings want none.
+
+    ``sheets`` are the names of the nominal ones; files that do not belong there are told.
+    """
+    kerf, micro, place = 0.0, None, tally.at("job.toml")
+    try:
+        kerf = float(str(options.get("kerf", 0.0)).removesuffix("mm"))
+    except ValueError:
+        place.fail(f"the kerf {options['kerf']!r} is no length")
+    if "micro_joints" in options:
+        words = _MICRO.fullmatch(str(options["micro_joints"]))
+        if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
+            micro = int(words[1]), float(words[2])
+    ready = Ready(kerf_mm=kerf, micro=micro)
+    asked = bool(kerf) or micro is not None
+    rings = sorted(path.stem for path in (directory / RIM).glob("*.dxf"))
+    names = {name: ready.name_of(name) for name in (*sheets, *rings)} if asked else {}
+    for name, stem in names.items():
+        ready.add(name, f"{READY}/{stem}", read)
+    for path in sorted((directory / READY).iterdir()) if (directory / READY).is_dir() else ():
+        # A sheet left over from an earlier run would be cut too.
+        tally.at(READY, path.name).expect(path.stem in names.values(), "it is no sheet of this job")
+    return ready if names else None
+
+
+def read_rim(
+    directory: Path, read: Read, read_lists: Callable[[Path], dict[str, Any]]
+) -> Rim | None:
+    """Read all that is in the folder of rings, their record by a reader; None if there is none."""
+    if not (directory / RIM).is_dir():
+        return None
+    rim = Rim(rings=(read(RIM_RECORD, read_lists) or {"rings": []})["rings"])
+    for path in sorted((directory / RIM).glob("*.dxf")):
+        rim.add(path.stem, f"{RIM}/{path.stem}", read)
+    return rim
+
+
+def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
+    """Read the drawings of offcuts, by where they are; what cannot be read is left out."""
+    paths = [path for path in (directory / OFFCUTS).glob("*") if path.name != "stock.toml"]
+    names = [f"{OFFCUTS}/{path.name}" for path in sorted(paths)]
+    drawings = ((name, read(name, read_dxf)) for name in names)
+    return {name: drawing for name, drawing in drawings if drawing is not None}
+
+
+def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
+    """Read a service's folder; what a row names and cannot be read is told.
+
+    Raises
+    ------
+    ReadError
+        If the table has not the columns that it should.
+    """
+    with io.StringIO(read_text(directory / TABLE), newline="") as file:
+        try:
+            table = list(csv.reader(file, strict=True))
+        except csv.Error as error:
+            raise ReadError(f"it is not CSV: {error}") from error
+    if not table or tuple(table[0]) != COLUMNS or any(len(row) != len(COLUMNS) for row in table):
+        raise ReadError(f"its rows do not all have the columns {list(COLUMNS)}")
+    paths = (path for path in directory.rglob("*") if path.is_file())
+    service = Service(
+        rows=[dict(zip(COLUMNS, row, strict=True)) for row in table[1:]],
+        files=tuple(sorted(path.relative_to(directory).as_posix() for path in paths)),
+    )
+    for name in (row["file"] for row in service.rows):
+        if not _PART.fullmatch(name):
+            fail(f"{SERVICE}/{TABLE}: no file of a piece is called {name!r}")
+            continue
+        try:
+            service.dxf[name] = read_dxf(directory / name, layers=(PLAIN_LAYER,))
+            service.svg[name] = read_svg((directory / name).with_suffix(".svg"), layered=False)
+        except (ReadError, OSError, UnicodeDecodeError) as error:
+            fail(f"{SERVICE}/{name} or its SVG cannot be read: {error}")
+    return service
+
+
+_NAMES = ("warp", "weft")
+
+
+@dataclass(frozen=True)
+class Supply:
+    """What a thread is cut from, as the settings say; None where they say nothing."""
+
+    material: str | None = None
+    thickness_mm: float | None = None
+    gap_mm: float | None = None
+
+
+def thread_supplies(options: Mapping[str, Any], plan: CrossingMap) -> dict[int, Supply]:
+    """Return the supply of each thread, by its id."""
+    settings = {key: by_bunch(options.get(key)) for key in ("material", "thickness", "gap")}
+    supplies = {}
+    for thread in plan.threads:
+        material, thickness, gap = (
+            values.get(thread.bunch, values.get(None)) for values in settings.values()
+        )
+        supplies[thread.id] = Supply(material, length_of(thickness), length_of(gap))
+    return supplies
+
+
+def by_bunch(text: object) -> dict[int | None, str]:
+    """Return a setting's value for each bunch that it names; one value for all under None.
+
+    Examples
+    --------
+    >>> by_bunch("warp=card,weft=birch-veneer"), by_bunch("2mm")
+    ({0: 'card', 1: 'birch-veneer'}, {None: '2mm'})
+    """
+    if not isinstance(text, str):
+        return {}
+    if "=" not in text:
+        return {None: text}
+    values: dict[int | None, str] = {}
+    for part in text.split(","):
+        name, _, value = (word.strip() for word in part.partition("="))
+        number = _NAMES.index(name) if name in _NAMES else int(name) if name.isdecimal() else -1
+        values[number] = value
+    return values
+
+
+def length_of(text: str | None) -> float | None:
+    """Return a length as fabweave writes it."""
+    try:
+        return None if text is None else float(text.removesuffix("mm"))
+    except ValueError:
+        return None
+
 
 _Value = TypeVar("_Value")
 
@@ -42,7 +234,6 @@ class Job:
     map: CrossingMap | None = None
     mesh: LoadedMesh | None = None
     model: dict[str, Strip] | None = None
-    markers: dict[int, Floats] = field(default_factory=dict)
     dxf: dict[int, Drawing] = field(default_factory=dict)
     svg: dict[int, Drawing] = field(default_factory=dict)
     settings: dict[str, Any] | None = None
@@ -53,8 +244,8 @@ class Job:
     source: SourceMesh | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
-    #: What is in the folder of offcuts, if there is one.
-    offcuts: Offcuts | None = None
+    #: The drawings of offcuts, by where they are.
+    offcuts: dict[str, Drawing] = field(default_factory=dict)
     #: The rings around openings, if there is such a folder.
     rim: Rim | None = None
 
@@ -62,6 +253,13 @@ class Job:
     def options(self) -> dict[str, Any]:
         """What job.toml says the job was asked for; empty if nothing."""
         return _options(self.settings)
+
+    @property
+    def openings(self) -> list[dict[str, Any]]:
+        """What job.toml says of the openings that were made."""
+        outcome = (self.settings or {}).get("outcome")
+        openings = outcome.get("openings") if isinstance(outcome, dict) else None
+        return openings if isinstance(openings, list) else []
 
     @cached_property
     def edges(self) -> dict[int, int]:
@@ -193,17 +391,10 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.at("sheets", path.name).expect(path.stem in number, "it is no sheet of this job")
     settings = read("job.toml", _read_toml)
     options = _options(settings)
-    model, markers = read("model.glb", read_model) or (None, {})
     return Job(
         map=plan,
-        mesh=read(
-            "woven_mesh.obj",
-            lambda path: replace(
-                read_obj(path), course=_options(settings).get("course", LoadedMesh.course)
-            ),
-        ),
-        model=model,
-        markers=markers,
+        mesh=read("woven_mesh.obj", read_obj),
+        model=read("model.glb", read_model),
         dxf={number[name]: drawing for name, drawing in drawn.dxf.items()},
         svg={number[name]: drawing for name, drawing in drawn.svg.items()},
         settings=settings,
@@ -216,7 +407,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
-        offcuts=read_offcuts(directory, read, _read_toml),
+        offcuts=read_offcuts(directory, read),
         rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
     )
 

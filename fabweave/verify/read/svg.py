@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, Look, ReadError
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError
 from fabweave.verify.read.content import read_content
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -101,8 +101,6 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
         width_mm=float(size[0]),
         height_mm=float(size[1]),
         problems=tuple(shapes.problems),
-        looks={layer: frozenset(looks) for layer, looks in shapes.looks.items()},
-        unit_mm=shapes.scale,
     )
 
 
@@ -131,7 +129,6 @@ class _Shapes:
     closed: list[bool] = field(default_factory=list)
     radius: list[float] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
-    looks: dict[str, set[Look]] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
     def read(self, element: ET.Element, layer: str | None) -> None:
@@ -170,9 +167,6 @@ class _Shapes:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") != "none":
             self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
-        wide = _number(element, "stroke-width") if "stroke-width" in element.attrib else None
-        look = Look(element.get("stroke"), None, None if wide is None else wide * self.scale)
-        self.looks.setdefault(layer, set()).add(look)
         radius = float("nan")
         if kind == "path":
             runs = path_runs(element.get("d", ""))

@@ -7,8 +7,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
-from fabweave.weave.twill.conditions import TwillConditions
-from fabweave.weave.twill.weights import EQUAL, TwillWeights
+from fabweave.weave.twill.conditions import EQUAL, TwillConditions, TwillWeights
 
 #: One word a crossing; bit k of all words together is copy k of the weave's twists.
 Copies = npt.NDArray[np.uint64]

@@ -13,7 +13,7 @@ from scipy.sparse import csgraph
 from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
-from fabweave.weave.threads import Threads
+from fabweave.weave.threads import Threads, crossing_of_halfedges
 from fabweave.weave.twill.anneal import Couplings
 
 #: How many conditions are broken, for all twists of a few crossings: one axis for each.
@@ -324,8 +324,7 @@ def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
     These are the vertices inside the surface whose valence is not a multiple of 4, and the faces
     whose number of sides is not.
     """
-    crossing = np.full(halfedges.n_edges, -1, dtype=np.int64)
-    crossing[halfedges.edge[threads.crossing_halfedge]] = np.arange(threads.n_crossings)
+    crossing = crossing_of_halfedges(halfedges, threads.crossing_halfedge)
     vertices, valences = interior_valences(halfedges)
     sizes = np.bincount(halfedges.face)
     seeds = []
@@ -337,7 +336,7 @@ def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
         starts = np.searchsorted(owner[order], irregular)
         ends = np.searchsorted(owner[order], irregular, side="right")
         for a, b in zip(starts.tolist(), ends.tolist(), strict=True):
-            around = crossing[halfedges.edge[order[a:b]]]
+            around = crossing[order[a:b]]
             if np.any(around >= 0):
                 seeds.append(np.unique(around[around >= 0]))
     return seeds

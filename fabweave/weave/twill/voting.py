@@ -9,9 +9,14 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken
-from fabweave.weave.twill.weights import EQUAL, TwillWeights
+from fabweave.weave.threads import Threads, crossing_of_halfedges
+from fabweave.weave.twill.conditions import (
+    EQUAL,
+    Broken,
+    TwillConditions,
+    TwillWeights,
+    count_broken,
+)
 
 
 @dataclass(frozen=True)
@@ -20,8 +25,6 @@ class VotingRule:
 
     Parameters
     ----------
-    name : str
-        What the rule is called in reports.
     groups : bool
         Whether crossings are decided bunch pair by bunch pair, the longest bunches first, and the
         votes along a thread weigh as much as its bunch is long (section 6.3).
@@ -33,7 +36,6 @@ class VotingRule:
         one edge and their power is in edge votes alone, which mostly breaks less.
     """
 
-    name: str
     groups: bool = False
     face: float = 1.0
     vertex: float = 1.0
@@ -42,18 +44,17 @@ class VotingRule:
 
 #: The paper's rules: sections 6.2, 6.3 and 6.4.
 RULES = (
-    VotingRule("extension"),
-    VotingRule("groups", groups=True),
-    VotingRule("weighted", face=2.0, vertex=2.0),
-    VotingRule("weighted groups", groups=True, face=2.0, vertex=2.0),
+    VotingRule(),
+    VotingRule(groups=True),
+    VotingRule(face=2.0, vertex=2.0),
+    VotingRule(groups=True, face=2.0, vertex=2.0),
 )
 
 
 @frozen_value
 class Vote:
-    """The outcome of a vote: the rule, its twists, and what they break."""
+    """The outcome of a vote: its twists, and what they break."""
 
-    rule: VotingRule
     twist: BoolArray
     broken: Broken
 
@@ -138,10 +139,9 @@ def literal_vote(
 
 def _around_vertices(halfedges: Halfedges, threads: Threads) -> list[list[int]]:
     """Return for each crossing the crossings around the first vertex of its edge."""
-    crossing = np.full(halfedges.n_edges, -1, dtype=np.int64)
-    crossing[halfedges.edge[threads.crossing_halfedge]] = np.arange(threads.n_crossings)
+    crossing = crossing_of_halfedges(halfedges, threads.crossing_halfedge)
     around: list[list[int]] = [[] for _ in range(int(halfedges.tail.max(initial=-1)) + 1)]
-    for tail, one in zip(halfedges.tail.tolist(), crossing[halfedges.edge].tolist(), strict=True):
+    for tail, one in zip(halfedges.tail.tolist(), crossing.tolist(), strict=True):
         if one >= 0:
             around[tail].append(one)
     ends = np.minimum(halfedges.tail, halfedges.head)[threads.crossing_halfedge]
@@ -161,7 +161,7 @@ def _best(
     for rule in rules:
         powers = _powers(conditions, threads, bunches, rule)
         twist = _extend(ballot, _ranks(threads, bunches, rule), powers, around)
-        votes.append(Vote(rule, twist, count_broken(conditions, twist)))
+        votes.append(Vote(twist, count_broken(conditions, twist)))
         if votes[-1].broken.total == 0:
             break
     return min(votes, key=lambda vote: vote.broken.total)

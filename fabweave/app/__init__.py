@@ -1,1 +1,0 @@
-"""Run jobs: settings, the pipeline from mesh to proof, and the folder that it leaves."""

@@ -1,1 +1,0 @@
-"""Say what crosses what: the crossing map."""

@@ -1,1 +1,0 @@
-"""Draw what stands on a sheet for people and is not cut."""

@@ -1,0 +1,272 @@
+"""Find the coarser mesh on which a model can be built that is too fine as it comes."""
+
+import numpy as np
+
+from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.errors import FabweaveError
+from fabweave.core.parallel.executors import Executors, finished, here
+from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
+from fabweave.mesh.check import faces_text
+from fabweave.mesh.leave_out import parse_leave_out
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.mesh.triangulate import surface_area
+from fabweave.options.command import changed_options
+from fabweave.options.settings import Settings
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.verdict import Verdict, excess, judge, refused
+from fabweave.ribbon.lay import check_object, keep_clear
+from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.rules.ribbon_check import check_ribbons
+from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.weave.bunches import count_bodies
+
+#: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
+#: many times fewer faces.
+_FINEST_MM, _STEP = 10.5, 2
+#: The finest mesh has no more faces than that: it is some evenings' work.
+_MOST = 600
+#: So many triangles for a quad make ribbons of the same width.
+_TRIANGLES = 0.6
+#: How far a mesh is from its model in the mean, as shares of the size: each of the first counts as
+#: one more reason for care; beyond the second it is hardly the model, however well it is built. A
+#: feature that is farther away than the third is a limb that is lost, and counts as a reason, too.
+_LOSS, _POOR, _LIMB = 0.004, 0.01, 0.05
+#: Where a number of faces does not serve, one that is finer by this step may.
+_BESIDE = 0.35
+#: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
+#: as asked break them, no plan of pieces helps.
+_FORESEEN = {"width", "bend"}
+
+
+@frozen_value
+class Attempt:
+    """A mesh that was tried for a model.
+
+    Parameters
+    ----------
+    settings : Settings
+        As asked, but for the options that make the mesh.
+    loaded : LoadedMesh or None
+        The mesh; None where it could not be made.
+    verdict : Verdict
+        Whether it can be built, as far as ribbons tell before pieces are planned.
+    """
+
+    settings: Settings
+    loaded: LoadedMesh | None
+    verdict: Verdict
+
+    @property
+    def built(self) -> bool:
+        """Whether it can be built, maybe with care."""
+        return self.loaded is not None and not self.verdict.stops
+
+    @property
+    def loss(self) -> float:
+        """How far it is from the model in the mean, as a share of the size."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return 0.0 if like is None else max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
+
+    @property
+    def limbs(self) -> int:
+        """How many features of the model are far away: limbs, horns, ears."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return 0 if like is None else sum(x.lost_mm > _LIMB * like.size_mm for x in like.lost)
+
+    @property
+    def like(self) -> bool:
+        """Whether it is like the model."""
+        return self.loss <= _POOR and not self.limbs
+
+    @property
+    def rank(self) -> tuple[bool, int, float, int]:
+        """What is better sorts first: what is makeable, wants little care, is like, is little work.
+
+        Of those that are makeable and like the model, the likest. Else care is counted in reasons,
+        and what is lost of the model counts, too.
+        """
+        good = self.verdict.level == "makeable" and self.like
+        care = 0 if good else len(self.verdict.reasons) + int(self.loss / _LOSS) + self.limbs
+        return not good, care, self.loss, 0 if self.loaded is None else self.loaded.mesh.n_faces
+
+
+def is_free(asked: Settings) -> bool:
+    """Tell whether the mesh is left to fabweave: a model, of which nothing counts its faces.
+
+    Examples
+    --------
+    >>> is_free(Settings.of("cow.obj")), is_free(Settings.of("cow.obj", remesh="none"))
+    (True, False)
+    """
+    stated = (asked.mesh.remesh, asked.mesh.refine, asked.weave.twists, asked.search.layout)
+    if is_shape(asked.mesh.source) or any(one is not None for one in stated):
+        return False
+    return not (
+        asked.pieces.force or asked.mesh.symmetrise or parse_leave_out(asked.mesh.leave_out).faces
+    )
+
+
+def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
+    """Find why a mesh obviously cannot be built, within a second or so for 20,000 triangles.
+
+    Parameters
+    ----------
+    asked : Settings
+    loaded : LoadedMesh
+        The model as it comes.
+
+    Returns
+    -------
+    list of Finding
+        The rules that are broken whatever its pieces are, the width first; none where it takes a
+        plan of these to say.
+    """
+    # How strands go over and under changes no width; a twill would be searched for long.
+    plain = asked.but(pattern="plain") if asked.weave.pattern == "twill" else asked
+    settings, supplies = complete_settings(plain)
+    laid = lay_asked(loaded, settings, supplies)
+    settings, supplies = settle_grain(laid, settings, supplies)
+    check = check_ribbons(
+        laid.ribbons,
+        laid.weave,
+        laid.labels,
+        thread_limits(supplies, laid.bunches, settings.ribbons.clearance_mm),
+        size_mm=laid.size_mm,
+        depth=Depth.ALONG,
+    )
+    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
+    return sorted(found, key=lambda one: one.rule != "width")
+
+
+def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
+    """Make a mesh and lay ribbons on it: all that takes little time of what a job does.
+
+    Parameters
+    ----------
+    asked : Settings
+    given : PolyMesh, optional
+        A mesh from memory.
+    """
+    loaded = None
+    try:
+        settings, supplies = complete_settings(asked.but(effort="quick"))
+        loaded = load_asked(settings, given_mesh=given)
+        laid = lay_asked(loaded, settings, supplies)
+        settings, supplies = settle_grain(laid, settings, supplies)
+        laid = keep_clear(laid, settings.ribbons, supplies, np.zeros(0, dtype=np.int64))
+        check = check_object(laid, settings.ribbons, supplies, depth=Depth.ALONG)
+        if not any(finding.severity == "refuse" for finding in check.findings):
+            check = check_object(laid, settings.ribbons, supplies, depth=Depth.NEAR)
+    except FabweaveError as error:
+        return Attempt(asked, loaded, refused(str(error)))
+    verdict = judge(
+        check.findings,
+        narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
+        bodies=count_bodies(laid.weave.threads),
+        left_out=loaded.left_out,
+    )
+    return Attempt(asked, loaded, verdict)
+
+
+def coarser_meshes(
+    asked: Settings,
+    model: LoadedMesh,
+    progress: Progress = no_progress,
+    *,
+    executors: Executors = here,
+    given: PolyMesh | None = None,
+) -> list[Attempt]:
+    """Try coarser meshes for a model, and return those that can be built, the best first.
+
+    Two at first, of quads; if neither is makeable, others beside those that cannot be built, or all
+    bodies wrapped as one where meshes could not be made at all, and a coarser one if none is good;
+    and if none that is near the model can be built, triangles and a coarser one yet. Each round is
+    chosen from what the one before came to, so the result is the same however many work at it. A
+    model of very few faces was drawn face by face, and is left.
+
+    Parameters
+    ----------
+    asked : Settings
+        What is stated there stays.
+    model : LoadedMesh
+        As it comes.
+    progress : callable
+    executors : callable
+        Opens the executor that tries them.
+    given : PolyMesh, optional
+        A mesh from memory.
+    """
+    if model.mesh.n_faces < _STEP * FEWEST:
+        return []
+    most = min(_MOST, model.mesh.n_faces / _STEP)
+    finest = min(most, surface_area(model.mesh) / (_FINEST_MM / WIDTH_SHARE) ** 2)
+    kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
+
+    def mesh(kind: str, step: float, bodies: str = asked.mesh.bodies) -> Settings:
+        share = _TRIANGLES if kind == "triangles" else 1.0
+        number = two_digits(share * max(finest / _STEP**step, FEWEST))
+        return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
+
+    tried: dict[str, Attempt] = {}
+    with executors() as executor:
+
+        def try_all(*some: Settings) -> None:
+            new = {name_of(one, asked): one for one in some}
+            new = {name: one for name, one in new.items() if name not in tried}
+            total = len(tried) + len(new)
+            progress("meshes", len(tried), total)
+            found: dict[int, Attempt] = {}
+            tasks = [(one, given) for one in new.values()]
+            for at, attempt in finished(executor, try_mesh, tasks):
+                found[at] = attempt
+                progress("meshes", len(tried) + len(found), total)
+            tried.update({name: found[at] for at, name in enumerate(new)})
+
+        try_all(mesh(kind, 0), mesh(kind, 1))
+        if all(one.verdict.level != "makeable" for one in tried.values()):
+            failed = [step for step, one in enumerate(tried.values()) if not one.built]
+            beside = [mesh(kind, step - _BESIDE) for step in failed]
+            unmade = any(one.loaded is None for one in tried.values())
+            if len(failed) == len(tried) and unmade and asked.mesh.bodies == "all":
+                # A wrap closes cracks and cavities, which is no small change: only where it helps.
+                beside = [mesh(kind, step, "wrap") for step in failed]
+            if not any(one.built and one.like for one in tried.values()):
+                beside.insert(0, mesh(kind, 2))
+            try_all(*beside)
+        if not any(one.built and one.loss <= _POOR for one in tried.values()):
+            try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
+    return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
+
+
+def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:
+    """Say on which mesh a model is woven, and why not on its own.
+
+    Parameters
+    ----------
+    asked : Settings
+    model : LoadedMesh
+        As it comes.
+    chosen : Attempt
+        The mesh that it is woven on.
+    why : str
+        What its own mesh would need, or that it cannot be built.
+    """
+    options = changed_options(chosen.settings, asked)
+    own = f"the model's own {faces_text(model.mesh)}"
+    return f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
+
+
+def needs(finding: Finding) -> str:
+    """Say what a mesh would need that breaks a rule.
+
+    Examples
+    --------
+    >>> needs(Finding("width", "warn", 0.21, 1.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120))
+    'would need strips of 0.2 mm'
+    """
+    length = f"{finding.value:.0f}" if finding.value >= 1.0 else f"{finding.value:.1g}"
+    bent = "bent to a radius " if finding.rule == "bend" else ""
+    return f"would need strips {bent}of {length} mm"

@@ -1,0 +1,639 @@
+"""Inspect a mesh: what it is, what can be woven on it, and what would help."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.errors import FabweaveError
+from fabweave.core.parallel.executors import Executors, here
+from fabweave.core.records import to_json
+from fabweave.design.candidate import Tried
+from fabweave.design.coarser import is_free
+from fabweave.design.inspection.twill_facts import twill_facts
+from fabweave.design.job import plan_designs
+from fabweave.design.rounds import Search, search_designs
+from fabweave.design.search import ToldDesign, tell_nobody
+from fabweave.design.variety import FEWEST, densities
+from fabweave.estimate.costs import pieces_costs
+from fabweave.estimate.texts import cost_rows
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import find_irregular, interior_valences
+from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.coarse import cages, paired_quads
+from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.mesh.symmetry import EXACT, Symmetry, orbits
+from fabweave.options.command import long_command
+from fabweave.options.settings import Settings
+from fabweave.piece.cut_up import joined_pieces, with_grain
+from fabweave.piece.grain import grain_notes
+from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
+from fabweave.piece.pieces import PieceSet
+from fabweave.piece.split.length_curve import splitting_reason
+from fabweave.piece.split.repeats import Repeats
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.refinement import try_refinement
+from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.plan.verdict import judge, refused
+from fabweave.ribbon.lay import (
+    WovenObject,
+    keep_clear,
+    require_stiffness,
+    require_wide,
+    stiffness_check,
+    width_notes,
+)
+from fabweave.ribbon.measures import NEAR_SIZE, thread_lengths
+from fabweave.ribbon.project import require_no_loop
+from fabweave.ribbon.rules.remedy import SIZED, Depth
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.sheet_size import format_stock
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
+from fabweave.weave.fabrics import parse_fabric, weave_fabric
+from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
+from fabweave.weave.threads import Threads
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+
+#: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
+_DENSITIES = 3
+
+
+def advice(
+    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str, *, tried: bool = False
+) -> list[dict[str, Any]]:
+    """Return what would help, or what makes it, each with its command.
+
+    A size is told only where it is at most ``NEAR_SIZE`` times the present one. Where rules would
+    want more, the mesh is too fine for its size, and a coarser one is named if the mesh is a model
+    that can be remeshed.
+
+    Parameters
+    ----------
+    asked : Settings
+        As they were asked for.
+    woven : WovenObject
+    check : RibbonCheck
+        Of its ribbons.
+    level : str
+        The verdict's.
+    tried : bool
+        Whether coarser meshes are going to be tried: then none is named before that.
+
+    Returns
+    -------
+    list of dict
+        ``text``, which says what it does, and ``command``; the command is None where the text names
+        an option without a value.
+    """
+    ways: list[dict[str, Any]] = []
+
+    def add(text: str, **changes: Any) -> None:
+        command = long_command(asked.but(**changes))
+        ways.append({"text": text, "command": command})
+
+    if level == "makeable":
+        add("this makes it")
+        return ways
+    findings = check.findings
+    sizes = [finding.size_mm for finding in findings if finding.rule in SIZED]
+    known = [size for size in (check.smallest_mm, *sizes) if size is not None]
+    most = max(known, default=0)
+    larger = most > woven.size_mm
+    if larger and most <= NEAR_SIZE * woven.size_mm:
+        rules = [finding.rule for finding in findings if finding.size_mm is not None]
+        what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
+        add(f"at this size {what} would hold", size_mm=float(most))
+    finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
+    for refinement, rule in finer.items():
+        add(f"a finer mesh mends {rule}, as tried", refine=refinement)
+    too_fine = most > NEAR_SIZE * woven.size_mm
+    if too_fine or None in sizes:  # or no size helps, or none was looked for
+        remeshed = (
+            asked.mesh.remesh is not None
+            or asked.mesh.refine is not None
+            or is_shape(asked.mesh.source)
+        )
+        coarser = None if remeshed else _coarser(woven)
+        fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
+        text, command = "a mesh with fewer, larger faces may do", None
+        if coarser is not None and level == "not makeable" and is_free(asked):
+            text, command = "make takes a coarser mesh by itself", long_command(asked)
+        elif coarser is not None and tried:
+            text = "a coarser mesh may do: see the designs below"
+        elif coarser is not None:
+            text = "a coarser mesh may do"
+            command = long_command(asked.but(remesh=f"quads:{coarser}"))
+        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
+    for finding in findings:
+        if finding.width_factor is not None:
+            narrower = round(100 * (1 - finding.width_factor))
+            text = f"ribbons {narrower} % narrower mend {finding.rule}"
+            command = long_command(asked.narrower(finding.width_factor))
+            ways.append({"text": text, "command": command})
+    if not ways and level == "with care":
+        add("this makes it, with care")
+    return ways
+
+
+def _coarser(woven: WovenObject) -> int | None:
+    """Return how many quads a coarse mesh would have; None if this one has no more."""
+    least = densities(woven.mesh, _DENSITIES)[0]
+    return least if FEWEST <= least < woven.mesh.n_faces else None
+
+
+def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
+    """Return the symmetry of a mesh and of its weave.
+
+    Parameters
+    ----------
+    woven : WovenObject
+        The mesh and its weave.
+    n_pieces : int or None
+        How many pieces it is cut from, if that is known.
+    """
+    mesh = nearest_symmetry(woven.mesh, woven.halfedges)
+    tolerance = mesh.tolerance
+    weave = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave, tolerance=tolerance)
+    kinds = None
+    if n_pieces is not None:
+        # Each orbit of threads has kinds of its own, and each kind a place for each rotation; a
+        # piece is not the mirror image of itself.
+        every = np.arange(woven.weave.threads.n_threads)
+        turned = orbits(weave.thread_images(every)[weave.group.proper], len(every))
+        kinds = max(int(turned.max(initial=-1)) + 1, -(-n_pieces // weave.group.n_rotations))
+    return {
+        "tolerance_percent": round(100 * tolerance, 6),
+        "exact": tolerance == EXACT,
+        "mesh": _counts(mesh),
+        "weave": _counts(weave.group),
+        "axes": _axes(weave.group),
+        "orbits": {
+            "threads": int(weave.thread_orbits.max(initial=-1)) + 1,
+            "crossings": int(weave.crossing_orbits.max(initial=-1)) + 1,
+        },
+        "kinds_possible": kinds,
+    }
+
+
+def _counts(group: Symmetry) -> dict[str, int]:
+    return {"rotations": group.n_rotations, "reflections": group.n_reflections}
+
+
+def _axes(group: Symmetry) -> list[dict[str, Any]]:
+    """Return how many axes there are about which the weave may be turned so many times."""
+    turns = np.flatnonzero(group.proper & (group.angle_deg != 0.0))
+    _, line = np.unique(np.round(group.axis[turns], 6), axis=0, return_inverse=True)
+    folds, numbers = np.unique(np.bincount(line.ravel()) + 1, return_counts=True)
+    pairs = zip(folds.tolist(), numbers.tolist(), strict=True)
+    return [{"fold": fold, "count": number} for fold, number in reversed(list(pairs))]
+
+
+#: Fabrics that are tried.
+_FABRICS = ("2/1", "3/1", "2/2", "3/3", "satin:5/2", "satin:8/3")
+
+
+def mesh_facts(mesh: PolyMesh, halfedges: Halfedges, *, brief: bool) -> dict[str, Any]:
+    """Return sizes, topology and regularity; in brief, without what takes long to find."""
+    report = check_mesh(mesh)
+    facts = {
+        "vertices": report.n_vertices,
+        "edges": report.n_edges,
+        "faces": report.n_faces,
+        "face_sizes": {str(size): number for size, number in report.face_sizes},
+        "components": report.n_components,
+        "boundary_loops": report.n_boundary_loops,
+        "genus": report.genus,
+        "size_mm": [round(float(side), 3) for side in np.ptp(mesh.vertices, axis=0)],
+    }
+    if brief:
+        return facts
+    first = halfedges.edge_halfedge
+    ends = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
+    _, valences = interior_valences(halfedges)
+    irregular = find_irregular(mesh)
+    mirror = find_mirror(mesh)
+    return facts | {
+        "valences": {str(k): int(n) for k, n in sorted(Counter(valences.tolist()).items())},
+        "edge_mm": spread(np.linalg.norm(ends[1] - ends[0], axis=1)),
+        "mirror": {
+            "symmetric": mirror.symmetric,
+            "normal": [round(float(x), 4) for x in mirror.normal],
+            "off_percent": round(mirror.rms_percent, 3),
+        },
+        "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
+        "irregular_vertices": len(irregular),
+        "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
+    }
+
+
+def thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray) -> dict[str, Any]:
+    """Return how many threads are woven and how long they are; the longest by name."""
+    longest = np.argsort(-threads.lengths, kind="stable")[:8]
+    return {
+        "count": int(np.count_nonzero(threads.woven)),
+        "closed": int(np.count_nonzero(threads.closed & threads.woven)),
+        "crossings": threads.n_crossings,
+        "crossing_themselves": int(np.count_nonzero(thread_graph(threads).diagonal())),
+        "passes": spread(threads.lengths[threads.woven]),
+        "length_mm": spread(length_mm[threads.woven]),
+        "total_mm": round(float(length_mm.sum()), 1),
+        "longest": [
+            {
+                "label": labels[number],
+                "passes": int(threads.lengths[number]),
+                "length_mm": round(float(length_mm[number]), 1),
+            }
+            for number in longest.tolist()
+        ],
+    }
+
+
+def bunch_facts(threads: Threads) -> dict[str, Any]:
+    """Return how many bunches there are."""
+    bunches = find_bunches(threads)
+    return {
+        "count": bunches.n_bunches,
+        "fewest": bunches.fewest,
+        "warp_and_weft": bunches.warp_and_weft,
+    }
+
+
+def fabric_facts(
+    halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
+) -> dict[str, Any]:
+    """Try the usual fabrics."""
+    exact, reasons = [], {}
+    for number, text in enumerate(_FABRICS):
+        progress("fabrics", number, len(_FABRICS))
+        result = weave_fabric(halfedges, threads, parse_fabric(text), labels=labels)
+        if result.weave is not None:
+            exact.append(text)
+        elif result.obstruction is not None:
+            reasons[text] = result.obstruction.text
+    return {"exact": exact, "because": reasons}
+
+
+def spread(values: FloatArray | IntArray) -> dict[str, float]:
+    """Return the least, the middle and the greatest of some values."""
+    if not len(values):
+        return {"least": 0.0, "median": 0.0, "greatest": 0.0}
+    return {
+        "least": round(float(values.min()), 3),
+        "median": round(float(np.median(values)), 3),
+        "greatest": round(float(values.max()), 3),
+    }
+
+
+#: The answer alone says what pieces come to up to so many crossings: planning them takes a second.
+_MOST_ANSWERED = 500
+#: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
+#: would be made, which is most of the work ...
+_MOST_SEARCHED = 100
+#: ... times and costs are told ...
+_MOST_PRICED = 2000
+#: ... and pieces are planned and ribbons kept clear.
+_MOST_PLANNED = 20_000
+
+#: Told what is found as soon as it is: at first ``mesh``, ``verdict`` and ``notes``, then all but
+#: the designs.
+Told: TypeAlias = Callable[[dict[str, Any]], None]
+
+
+def _nobody(_facts: dict[str, Any]) -> None:
+    """Tell nobody."""
+
+
+@frozen_value
+class Inspection:
+    """What is known about a mesh.
+
+    Parameters
+    ----------
+    woven : WovenObject
+        The mesh, woven as asked.
+    facts : dict
+        Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
+        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
+        ``advice`` (what would help, with the command that does it),
+        ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
+        ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
+        mesh was remeshed, ``alignment`` where along a direction, ``openings`` where faces were left
+        out.
+    designs : tuple of Tried
+        The designs that were tried, from coarse to fine, with their pictures.
+    """
+
+    woven: WovenObject
+    facts: dict[str, Any]
+    designs: tuple[Tried, ...] = ()
+
+
+def inspect_mesh(
+    settings: Settings,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+    *,
+    answer: bool = False,
+    thorough: bool = False,
+    n_designs: int = 0,
+    always: bool = True,
+    executors: Executors = here,
+    told: Told = _nobody,
+    told_design: ToldDesign = tell_nobody,
+) -> Inspection:
+    """Find out what a maker needs to know before deciding how to weave a mesh.
+
+    Parameters
+    ----------
+    settings : Settings
+        The mesh, its size, and how it would be woven.
+    progress : callable
+        Told what is being done.
+    given_mesh : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+    answer : bool
+        Whether to stop at the answer: what the mesh is, whether it can be built, what would help,
+        and what it comes to if there are few crossings. That takes some seconds at most.
+    thorough : bool
+        Whether to plan the pieces and look for every remedy however many crossings there are,
+        which may take an hour. How much is done otherwise depends on the number of crossings
+        alone, so the same mesh is always told the same.
+    n_designs : int
+        How many designs from coarse to fine to try, where the mesh is given as a model to remesh;
+        as many again where few of them can be built.
+    always : bool
+        Whether to try these even if it can be built as asked.
+    executors : callable
+        Opens the executor that tries them; changes no result.
+    told : callable
+        Called twice before designs are tried: with what the mesh is and whether it can be built,
+        within seconds; and with everything but the designs.
+    told_design : callable
+        Called with each design as it is tried.
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        If the mesh cannot be woven at all.
+    """
+    asked = settings
+    settings, supplies = complete_settings(settings)
+    woven = lay_asked(load_asked(settings, progress, given_mesh), settings, supplies, progress)
+    settings, supplies = settle_grain(woven, settings, supplies)
+    mesh, threads = woven.mesh, woven.weave.threads
+    depth = _depth(threads.n_crossings, thorough=thorough)
+    if answer:
+        depth = min(depth, Depth.NEAR)
+    most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
+    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
+    costs, piece_set = None, None
+    if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
+        progress("costs", 0, 1)
+        piece_set = joined_pieces(joined, brief_of(settings, supplies))
+        pieces |= {"kinds": piece_set.kinds.count}
+        costs = _costs(piece_set, woven, settings, supplies)
+    left_out = [] if joined is None or costs is not None else ["times and costs"]
+    if "left_out" in pieces:
+        left_out.append("the pieces")
+        if depth == Depth.ALONG:
+            left_out.append("how near ribbons come to one another")
+        else:
+            woven = keep_clear(woven, settings.ribbons, supplies, np.zeros(0, dtype=np.int64))
+
+    def with_all(check: RibbonCheck) -> RibbonCheck:
+        if joined is None or piece_set is None:
+            return check
+        return with_grain(check, joined, piece_set.pieces, supplies.rotations)
+
+    repeats = joined.repeats if joined is not None else None
+    check = stiff or check_joined(
+        woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR)
+    )
+    facts: dict[str, Any] = {
+        "mesh": mesh_facts(mesh, woven.halfedges, brief=answer),
+        "verdict": _verdict(woven, with_all(check), pieces),
+        "notes": [*woven.source.notes, *woven.result.notes],
+    }
+    told(facts)
+    notes: list[str] = []
+    if depth == Depth.SEARCHED:
+        check, notes = _mended(woven, settings, supplies, repeats, progress)
+    else:
+        if check.findings:
+            left_out.append("the size at which all rules hold, and other remedies")
+        left_out.append("how wide ribbons of constant width could be")
+    check = with_all(check)
+    level = facts["verdict"]["level"]
+    wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
+    woven_facts = _answered if answer else _told_all
+    facts |= {
+        **woven_facts(woven, settings, pieces["count"], left_out, progress, thorough=thorough),
+        "ribbons": spread(check.measured["width"].value),
+        "pieces": pieces,
+        "costs": costs,
+        "checks": {
+            **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
+            "notes": [
+                *notes,
+                *ribbon_notes(check, supplies.materials),
+                *grain_notes(
+                    woven.ribbons,
+                    check.limits,
+                    supplies.materials,
+                    parse_rotations(settings.stock.rotations),
+                ),
+            ],
+        },
+        "advice": advice(asked, woven, check, level, tried=wanted > 0),
+        "designs": [],
+        "designs_why": "",
+        "left_out": left_out,
+        **_changes(woven),
+    }
+    told(facts)
+    found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
+    designs = _shown(found, wanted, asked.search.effort)
+    rows = [to_json(one.candidate) for one in designs]
+    return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
+
+
+def _threads(woven: WovenObject) -> dict[str, Any]:
+    """Return how many threads there are, and how long."""
+    lengths = thread_lengths(woven.ribbons)
+    return thread_facts(woven.weave.threads, woven.labels, lengths)
+
+
+def _answered(woven: WovenObject, *_rest: Any, thorough: bool) -> dict[str, Any]:  # noqa: ARG001
+    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
+    conditions = twill_conditions(woven.halfedges, woven.weave.threads)
+    return {
+        "threads": _threads(woven),
+        "twill": {"exact": decide_twill(conditions).twillable},
+    }
+
+
+def _told_all(
+    woven: WovenObject,
+    settings: Settings,
+    n_pieces: int | None,
+    left_out: list[str],
+    progress: Progress,
+    *,
+    thorough: bool,
+) -> dict[str, Any]:
+    """Return all that is to be told of the weave; add what is left out to a list."""
+    threads = woven.weave.threads
+    return {
+        "symmetry": symmetry_facts(woven, n_pieces),
+        "threads": _threads(woven),
+        "bunches": bunch_facts(threads),
+        "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
+        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+    }
+
+
+def _costs(
+    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
+) -> dict[str, Any]:
+    """Return what pieces would cost, in words too."""
+    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
+    return {"told": dict(cost_rows(costs)), **to_json(costs)}
+
+
+def _mended(
+    woven: WovenObject,
+    settings: Settings,
+    supplies: Supplies,
+    repeats: Repeats | None,
+    progress: Progress,
+) -> tuple[RibbonCheck, list[str]]:
+    """Look for all that would mend broken rules, and tell how wide ribbons could be."""
+    progress("remedies", 0, 1)
+    check = check_joined(woven, brief_of(settings, supplies), repeats, Depth.SEARCHED)
+    progress("refinements as remedy", 0, 1)
+    check = try_refinement(check, woven, settings, supplies)
+    progress("widths", 0, 1)
+    return check, width_notes(woven, settings.ribbons, supplies)
+
+
+def _changes(woven: WovenObject) -> dict[str, Any]:
+    """Return what was done to the mesh, where something was."""
+    facts: dict[str, Any] = {}
+    if woven.source.likeness is not None:
+        facts["likeness"] = woven.source.likeness.record()
+    if woven.source.openings:
+        facts["openings"] = [opening.record() for opening in woven.source.openings]
+    if woven.source.alignment is not None:
+        facts["alignment"] = woven.source.alignment.record()
+    return facts
+
+
+def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) -> dict[str, Any]:
+    """Return whether it can be built, as far as that is known before anything is cut."""
+    verdict = judge(
+        check.findings,
+        narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
+        bodies=count_bodies(woven.weave.threads),
+        left_out=woven.source.left_out,
+    )
+    if "because" in pieces:
+        verdict = refused(pieces["because"], verdict)
+    return to_json(verdict)
+
+
+def tries_designs(settings: Settings) -> bool:
+    """Tell whether designs can be tried: the mesh is a model that may be remeshed."""
+    stated = settings.mesh.remesh is not None or settings.mesh.refine is not None
+    return not stated and not is_shape(settings.mesh.source)
+
+
+def _searched(
+    settings: Settings,
+    count: int,
+    progress: Progress,
+    executors: Executors,
+    given: PolyMesh | None,
+    told: ToldDesign,
+) -> Search:
+    """Try some designs from coarse to fine, and others where few of them can be built."""
+    if not count or not tries_designs(settings):
+        return Search(designs=(), tried=())
+    asked = settings.but(effort="quick")
+    planned = plan_designs(asked, 3 * count, progress, given)[:count]
+    return search_designs(
+        asked, planned, 2 * count, progress=progress, executors=executors, given=given, told=told
+    )
+
+
+def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
+    """Return the designs to show, from coarse to fine: those that can be built go first.
+
+    They were tried quickly; what makes them takes the effort that is asked for.
+    """
+    tried = []
+    for design, one in zip(found.designs, found.tried, strict=True):
+        command = long_command(design.but(effort=effort))
+        tried.append(replace(one, candidate=replace(one.candidate, command=command)))
+    built = sorted((one for one in tried if one.candidate.makeable), key=_crossings_of)
+    if len(built) > count:
+        built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
+    others = [one for one in tried if not one.candidate.makeable]
+    return tuple(sorted([*built, *others][:count], key=_crossings_of))
+
+
+def _crossings_of(tried: Tried) -> float:
+    """Return how many crossings a design has; infinite if that is not known."""
+    figures = tried.candidate.figures
+    return np.inf if figures is None else figures.crossings
+
+
+def _depth(n_crossings: int, *, thorough: bool) -> Depth:
+    """Return how far ribbons are checked."""
+    if thorough or n_crossings <= _MOST_SEARCHED:
+        return Depth.SEARCHED
+    return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
+
+
+def _planned(
+    woven: WovenObject, settings: Settings, supplies: Supplies, most: int, progress: Progress
+) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None, JoinedObject | None]:
+    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them.
+
+    Where there are more than so many crossings, pieces are left out. Also return the check of an
+    object whose material is too stiff, and what is planned.
+    """
+    sheets = [format_stock(sheet) for sheet in settings.stock.sheets]
+    stiff: RibbonCheck | None = None
+    try:
+        require_wide(woven)
+        require_no_loop(woven.weave.threads, woven.halfedges)
+        progress("stiffness", 0, 1)
+        stiff = stiffness_check(woven, settings.ribbons, supplies)
+        if stiff is not None:
+            require_stiffness(woven, settings.ribbons, supplies, stiff)
+        if woven.weave.threads.n_crossings > most:
+            why = f"there are more than {most} crossings"
+            return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
+        progress("pieces", 0, 1)
+        joined = split_object(woven, brief_of(settings, supplies))
+        woven, plan = joined.woven, joined.plan
+    except FabweaveError as error:
+        return woven, {"count": None, "because": str(error), "sheets": sheets}, stiff, None
+    pieces = {
+        "count": len(plan.runs.thread),
+        "sheets": sheets,
+        "max_length_mm": round(plan.length_mm, 1),
+        "prefer": plan.prefer,
+        "chosen": to_json(plan.chosen.record()),
+        "reason": splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices)),
+        "choices": [to_json(choice.record()) for choice in plan.choices],
+    }
+    return woven, pieces, None, joined

@@ -1,0 +1,254 @@
+"""Show designs side by side: a page with their pictures, figures and scatter plots, and tables."""
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.core.messages import agree
+from fabweave.core.records import to_json
+from fabweave.design.candidate import Candidate, Figures, Tried
+from fabweave.design.rounds import Search
+from fabweave.estimate.texts import hours_text
+from fabweave.mesh.io.files import states_up
+from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.show.pages import render
+
+
+def objectives(candidates: Sequence[Candidate]) -> FloatArray:
+    """Return what is to be little, of each candidate, (N, 4): work, unlikeness, narrowness, sheets.
+
+    Work is counted in pieces and crossings; where the likeness was not measured, the mesh is the
+    model itself. What cannot be built is infinitely bad.
+    """
+    rows = np.full((len(candidates), 4), np.inf)
+    for at, candidate in enumerate(candidates):
+        figures = candidate.figures
+        if figures is None or not candidate.makeable:
+            continue
+        rows[at] = (
+            figures.hours[1] if figures.hours is not None else figures.pieces,
+            figures.likeness_mean_mm or 0.0,
+            -figures.narrowest_mm,
+            figures.sheets,
+        )
+    return rows
+
+
+def pareto_front(values: FloatArray) -> BoolArray:
+    """Return which rows no other row is better than: as good in all, and better in one.
+
+    Parameters
+    ----------
+    values : (N, K) float array
+        The less, the better; rows that are not finite are on no front.
+
+    Returns
+    -------
+    (N,) bool array
+
+    Examples
+    --------
+    >>> pareto_front(np.array([[1.0, 9.0], [2.0, 2.0], [3.0, 3.0], [np.inf, 0.0]])).tolist()
+    [True, True, False, False]
+    """
+    no_worse = np.all(values[:, None] <= values[None], axis=2)
+    better = np.any(values[:, None] < values[None], axis=2)
+    return np.asarray(
+        ~np.any(no_worse & better, axis=0) & np.all(np.isfinite(values), axis=1), dtype=np.bool_
+    )
+
+
+SCHEMA = "fabweave.design/1"
+
+#: Columns of the tables: key, heading, digits.
+_COLUMNS = (
+    ("pieces", "pieces", 0),
+    ("kinds", "kinds", 0),
+    ("crossings", "crossings", 0),
+    ("sheets", "sheets", 0),
+    ("use", "used", 2),
+    ("narrowest_mm", "narrowest, mm", 1),
+    ("median_mm", "ribbons, mm", 1),
+    ("longest_mm", "longest piece, mm", 0),
+    ("likeness_mm", "off the model, mm", 1),
+    ("broken", "broken conditions", 0),
+    ("hours", "assembly, h", 1),
+    ("cutting_h", "machine, h", 1),
+    ("price", "price", 0),
+)
+#: The figures that are ranges.
+_RANGES = ("hours", "cutting_h", "price")
+#: What is plotted over what: key and name across, key and name upward.
+_PLOTS = (
+    ("pieces", "pieces", "likeness_mm", "off the model, mm"),
+    ("pieces", "pieces", "narrowest_mm", "narrowest ribbon, mm"),
+    ("hours", "assembly, h", "narrowest_mm", "narrowest ribbon, mm"),
+    ("sheets", "sheets", "use", "share of the sheets used"),
+)
+
+
+def best_of(candidates: Sequence[Candidate]) -> list[bool]:
+    """Return which designs no other is better than in every way."""
+    return pareto_front(objectives(candidates)).tolist() if candidates else []
+
+
+def design_page(title: str, found: Search) -> str:
+    """Return a page that opens by itself: a card for each design, plots, and a table.
+
+    Parameters
+    ----------
+    title : str
+        What is woven.
+    found : Search
+
+    Returns
+    -------
+    str
+        HTML, with the pictures in it.
+    """
+    tried, candidates = found.tried, found.candidates
+    best = best_of(candidates)
+    # The best first, then the others that can be built, from few pieces to many.
+    order = sorted(
+        range(len(tried)),
+        key=lambda at: (
+            not best[at],
+            not candidates[at].makeable,
+            _number(candidates[at], "pieces"),
+        ),
+    )
+    names = {at: f"D{number}" for number, at in enumerate(order, start=1)}
+    plots = []
+    for across, across_name, upward, upward_name in _PLOTS:
+        dots = [
+            {
+                "x": _number(one, across),
+                "y": _number(one, upward),
+                "name": f"{names[at]}: {one.name}",
+                "level": one.verdict.level,
+                "best": best[at],
+            }
+            for at, one in enumerate(candidates)
+            if _ends(one, across) and _ends(one, upward)
+        ]
+        if len(dots) > 1:
+            plots.append((across_name, upward_name, dots))
+    return render(
+        "design.html",
+        title=title,
+        found=found,
+        lying=lying_note(found),
+        designs=[(names[at], tried[at], best[at]) for at in order],
+        instead=[one for one in found.instead if one.candidate.makeable],
+        plots=plots,
+        heads=[head for _, head, _ in _COLUMNS],
+        rows=[_row(candidates[at], names[at]) for at in order],
+        words=words,
+    )
+
+
+def lying_note(found: Search) -> str:
+    """Say what to do where pictures show the model lying; nothing where its up axis is known."""
+    model = found.designs[0]
+    if is_shape(model.mesh.source) or states_up(model.mesh.source) or model.mesh.up is not None:
+        return ""
+    return " If the pictures show it lying, add --up y or --up x."
+
+
+def told_design(candidate: Candidate) -> str:
+    """Return what a design came to, in a line."""
+    figures = "" if candidate.figures is None else f": {brief(candidate.figures)}"
+    return f"{candidate.name}{figures}; {candidate.verdict.level}"
+
+
+def words(figures: Figures) -> str:
+    """Return what a design comes to, in a few words."""
+    text = (
+        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
+        f"mm wide (mostly {figures.median_mm:.0f}), about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
+    )
+    if figures.hours is not None:
+        text += f", {hours_text(figures.hours)} of assembly"
+    if figures.likeness_mm is not None:
+        text += f", at most {figures.likeness_mm:.0f} mm off the model"
+    if figures.lost:
+        text += f" ({'; '.join(figures.lost)})"
+    return text
+
+
+def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
+    """Return a figure of a design: one number, the ends of a range, or nothing if not known."""
+    value = None if candidate.figures is None else getattr(candidate.figures, key)
+    if value is None:
+        return ()
+    return value if isinstance(value, tuple) else (value,)
+
+
+def brief(figures: Figures) -> str:
+    """Return what a design comes to in the fewest words; its sheets are foretold."""
+    hours = figures.hours
+    time = "" if hours is None else f", {hours_text(hours)} of assembly"
+    return (
+        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
+        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
+    )
+
+
+def _number(candidate: Candidate, key: str) -> float:
+    """Return a figure of a design; the middle of a range, and infinite where it is not known."""
+    ends = _ends(candidate, key)
+    return sum(ends) / len(ends) if ends else np.inf
+
+
+def _row(candidate: Candidate, name: str) -> tuple[str, list[str]]:
+    """Return the row of a design in the table, after what its verdict is."""
+    cells = [
+        " to ".join(f"{end:.{digits}f}" for end in _ends(candidate, key))
+        for key, _, digits in _COLUMNS
+    ]
+    return candidate.verdict.level, [f"{name}: {candidate.name}", *cells]
+
+
+def design_json(title: str, found: Search) -> str:
+    """Return what ``design.json`` holds: every design with its figures, and whether it is best.
+
+    Where fewer than two can be built, ``why`` says why; where none can, ``instead`` holds what was
+    tried otherwise.
+    """
+    candidates = found.candidates
+    rows: list[dict[str, Any]] = [
+        {**to_json(candidate), "best": best}
+        for candidate, best in zip(candidates, best_of(candidates), strict=True)
+    ]
+    document: dict[str, Any] = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
+    if found.why:
+        document["why"] = found.why
+        document["instead"] = [to_json(one.candidate) for one in found.instead]
+    return json.dumps(document, indent=1) + "\n"
+
+
+def design_csv(tried: Sequence[Tried]) -> str:
+    """Return the figures as a table: a design a row."""
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    columns = [
+        (key, [f"{key}_low", f"{key}_high"] if key in _RANGES else [key]) for key, _, _ in _COLUMNS
+    ]
+    heads = [head for _, part in columns for head in part]
+    writer.writerow(["key", "name", "verdict", *heads, "command"])
+    for one in tried:
+        candidate = one.candidate
+        cells: list[float | str] = []
+        for key, part in columns:
+            cells += _ends(candidate, key) or [""] * len(part)
+        writer.writerow(
+            [candidate.key, candidate.name, candidate.verdict.level, *cells, candidate.command]
+        )
+    return table.getvalue()

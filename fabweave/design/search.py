@@ -1,0 +1,163 @@
+"""Try many designs side by side, keep what is known, and go on where a search was stopped."""
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import InputError
+from fabweave.core.parallel.executors import Executors, finished, here
+from fabweave.core.records import from_json, to_json
+from fabweave.design.candidate import Candidate, Tried, design_key, mesh_digest, try_design
+from fabweave.design.variety import name_of
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.options.settings import Settings
+from fabweave.options.table import option_of_field
+
+#: Where a search keeps what it tried, in its folder.
+CANDIDATES = "candidates"
+#: What a search changes that comes after the remeshing, each as it is by default.
+_LATER: dict[str, Any] = {
+    field: option_of_field(field).default_value
+    for field in (
+        "refine", "fair", "pattern", "material", "thickness_mm", "gap_mm", "width",
+        "max_length_mm", "prefer",
+    )
+}  # fmt: skip
+
+#: What models were remeshed to, by a digest of all that matters for it; None where they were not.
+Meshes: TypeAlias = dict[str, Remeshed | None]
+#: Told what each design came to.
+ToldDesign: TypeAlias = Callable[[Candidate], None]
+
+
+def tell_nobody(_candidate: Candidate) -> None:
+    """Keep to oneself what a design came to."""
+
+
+def explore(
+    asked: Settings,
+    designs: Sequence[Settings],
+    folder: Path | None = None,
+    progress: Progress = no_progress,
+    *,
+    executors: Executors = here,
+    given: PolyMesh | None = None,
+    meshes: Meshes | None = None,
+    told: ToldDesign = tell_nobody,
+) -> list[Tried]:
+    """Try designs, each once.
+
+    Parameters
+    ----------
+    asked : Settings
+        What was asked for.
+    designs : sequence of Settings
+        What to try.
+    folder : Path, optional
+        Where each is kept as soon as it is tried. What is there already, of this version and the
+        same mesh and settings, is not tried again: a search that was stopped goes on.
+    progress : callable
+    executors : callable
+        Opens the executor that tries them; the result is the same with any.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+    meshes : dict, optional
+        What the model was remeshed to by designs that were tried before; those of these designs
+        come to it. It saves time, and changes no result.
+    told : callable
+        Called with each as soon as it and all before it were tried: in their order, whoever tries
+        them.
+
+    Returns
+    -------
+    list of Tried
+        In the order of the designs.
+    """
+    digest = mesh_digest(asked.mesh.source, given)
+    keys = [design_key(settings, digest) for settings in designs]
+    known: dict[str, Tried] = {}
+    meshes = {} if meshes is None else meshes
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        known = {key: tried for key in keys if (tried := _kept(folder, key)) is not None}
+    left = {key: one for key, one in zip(keys, designs, strict=True) if key not in known}
+    untold = iter(dict.fromkeys(keys))
+    following = next(untold, None)
+
+    def tell() -> None:
+        """Tell what was not told before, up to the first that is not known yet."""
+        nonlocal following
+        while following in known:
+            told(known[following].candidate)
+            following = next(untold, None)
+
+    progress("designs", len(known), len(keys))
+    tell()
+    with executors() as executor:
+        while left:
+            now = _one_of_each_mesh(left, digest, meshes)
+            tasks = [
+                (one, key, name_of(one, asked), given, meshes.get(_mesh_key(one, digest)))
+                for key, one in now.items()
+            ]
+            for _, (tried, remeshed) in finished(executor, try_design, tasks):
+                key = tried.candidate.key
+                known[key] = tried
+                meshes[_mesh_key(left.pop(key), digest)] = remeshed
+                if folder is not None:
+                    _keep(folder, tried)
+                progress("designs", len(known), len(keys))
+                tell()
+    return [known[key] for key in keys]
+
+
+def _one_of_each_mesh(
+    left: dict[str, Settings], digest: str, meshes: Meshes
+) -> dict[str, Settings]:
+    """Return the designs, by their keys, whose mesh is known, or that are the first of theirs."""
+    first: dict[str, str] = {}
+    for key, one in left.items():
+        first.setdefault(_mesh_key(one, digest), key)
+    return {
+        key: one
+        for key, one in left.items()
+        if one.mesh.remesh is None
+        or _mesh_key(one, digest) in meshes
+        or first[_mesh_key(one, digest)] == key
+    }
+
+
+def _mesh_key(settings: Settings, digest: str) -> str:
+    """Return the key of what a design remeshes its model to: only later steps may differ."""
+    return design_key(settings.but(**_LATER), digest)
+
+
+def _keep(folder: Path, tried: Tried) -> None:
+    """Write what was tried; the record last, so that what has one is whole."""
+    key = tried.candidate.key
+    if tried.picture is not None:
+        _write(folder / f"{key}.png", tried.picture)
+    text = json.dumps(to_json(tried.candidate), indent=1)
+    _write(folder / f"{key}.json", f"{text}\n".encode())
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Write a file so that it is there as a whole or not at all."""
+    part = path.with_name(f".{path.name}.part")
+    part.write_bytes(data)
+    os.replace(part, path)
+
+
+def _kept(folder: Path, key: str) -> Tried | None:
+    """Return what was tried before; None where that is not there, or not whole."""
+    record, picture = folder / f"{key}.json", folder / f"{key}.png"
+    try:
+        candidate = from_json(Candidate, json.loads(record.read_text("utf-8")))
+        data = None if candidate.figures is None else picture.read_bytes()
+    except (OSError, ValueError, InputError):
+        return None
+    return Tried(candidate=candidate, picture=data) if candidate.key == key else None

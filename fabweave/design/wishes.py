@@ -1,0 +1,181 @@
+"""Choose the design that comes nearest to what a person wishes for, and say why."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.messages import closest_first, shown
+from fabweave.core.units import parse_length
+from fabweave.design.candidate import Candidate, Figures
+
+#: Nobody wishes for more of anything.
+MOST_WISHED = 1e9
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a design should come to; None where nothing is wished.
+
+    Parameters
+    ----------
+    pieces : int or None
+        About so many pieces.
+    ribbon_mm : float or None
+        Ribbons about so wide, in the middle of them.
+    hours : float or None
+        No more hours of assembly, in the middle of their range.
+    sheets : int or None
+        No more sheets.
+    budget : float or None
+        No more money for sheets and hardware, in the middle of its range.
+    likeness_mm : float or None
+        The surface is nowhere farther from the model.
+    """
+
+    pieces: int | None = None
+    ribbon_mm: float | None = None
+    hours: float | None = None
+    sheets: int | None = None
+    budget: float | None = None
+    likeness_mm: float | None = None
+
+    def __bool__(self) -> bool:
+        """Return whether anything is wished."""
+        return any(getattr(self, field.name) is not None for field in fields(self))
+
+
+def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
+    """Return the wishes that a text states.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"ribbon=15mm,hours=5"``; lengths have units.
+    pieces : int, optional
+        How many pieces, if that is wished apart from the text.
+
+    Raises
+    ------
+    InputError
+        If it wishes for what is no wish, or for a number that nobody can mean.
+
+    Examples
+    --------
+    >>> wishes = parse_wishes("ribbon=1.5cm,hours=5", 150)
+    >>> wishes.pieces, wishes.ribbon_mm, wishes.hours
+    (150, 15.0, 5.0)
+    """
+    fields_of = {field.name.removesuffix("_mm"): field.name for field in fields(Wishes)}
+    found: dict[str, Any] = {} if pieces is None else {"pieces": pieces}
+    for part in filter(None, text.replace(" ", "").split(",")):
+        name, _, value = part.partition("=")
+        if name not in fields_of:
+            known = ", ".join(f"{one}=..." for one in closest_first(name, list(fields_of)))
+            raise InputError(f"there is no goal {shown(name)}: write {known}, with commas between")
+        field = fields_of[name]
+        try:
+            number = parse_length(value, what=name) if field.endswith("_mm") else float(value)
+        except ValueError as error:  # an InputError is a ValueError, too
+            raise InputError(f"the goal {part}: {error}") from error
+        if not 0.0 < number <= MOST_WISHED or (name in ("pieces", "sheets") and number % 1.0):
+            raise InputError(f"the goal {part} is no number that anybody can wish for")
+        found[field] = int(number) if name in ("pieces", "sheets") else number
+    return Wishes(**found)
+
+
+#: What is wished for: whether it is a limit, and how it is said of a candidate.
+_KINDS = {
+    "pieces": (False, "{:.0f} pieces"),
+    "ribbon_mm": (False, "ribbons of {:.1f} mm"),
+    "hours": (True, "{:.1f} hours"),
+    "sheets": (True, "{:.0f} sheets"),
+    "budget": (True, "a price of {:.2f}"),
+    "likeness_mm": (True, "{:.1f} mm from the model"),
+}
+#: What is a limit weighs so much more than what is aimed at.
+_LIMIT = 4.0
+
+
+def come_to(figures: Figures) -> dict[str, float | None]:
+    """Return what a design comes to, by the names of the wishes; None where it is not known."""
+    return {
+        "pieces": float(figures.pieces),
+        "ribbon_mm": figures.median_mm,
+        "hours": None if figures.hours is None else sum(figures.hours) / 2.0,
+        "sheets": float(figures.sheets),
+        "budget": None if figures.price is None else sum(figures.price) / 2.0,
+        "likeness_mm": figures.likeness_mm or 0.0,
+    }
+
+
+def misses(figures: Figures, wishes: Wishes) -> dict[str, float]:
+    """Return by how much a design misses each wish: the logarithm of its value over the wished one.
+
+    A limit is missed only where it is passed. What is not known of a design counts as twice the
+    limit.
+    """
+    found = {}
+    for name, value in come_to(figures).items():
+        wished = getattr(wishes, name)
+        if wished is None:
+            continue
+        ratio = math.log(max(2.0 * wished if value is None else value, 1e-9) / max(wished, 1e-9))
+        found[name] = max(ratio, 0.0) if _KINDS[name][0] else ratio
+    return found
+
+
+def distance(candidate: Candidate, wishes: Wishes) -> float:
+    """Return how far a design is from what is wished: 0 if it meets all, infinite if unbuildable.
+
+    What is aimed at counts by its ratio, whichever way; a limit counts only where it is passed,
+    and four times as much. What is not known of a design counts as twice the limit.
+    """
+    if candidate.figures is None or not candidate.makeable:
+        return math.inf
+    total = sum(
+        (_LIMIT if _KINDS[name][0] else 1.0) * abs(ratio)
+        for name, ratio in misses(candidate.figures, wishes).items()
+    )
+    # Of two that are equally near, the one that wants less care.
+    return total + 0.01 * len(candidate.verdict.reasons)
+
+
+def values_text(figures: Figures, wishes: Wishes, *, compared: bool = False) -> str:
+    """Say what a design comes to of all that is wished, maybe beside what was."""
+    parts = []
+    for name, value in come_to(figures).items():
+        wished = getattr(wishes, name)
+        if wished is not None:
+            limit, text = _KINDS[name]
+            shown = "unknown" if value is None else text.format(value)
+            how = "at most" if limit else "about"
+            parts.append(f"{shown} ({how} {wished:g} wished)" if compared else shown)
+    return ", ".join(parts)
+
+
+def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, str]:
+    """Choose the design that is nearest to what is wished, and say why.
+
+    Raises
+    ------
+    CannotMakeError
+        If none can be built; the message says why not, of each.
+    """
+    best = min(candidates, key=lambda candidate: distance(candidate, wishes), default=None)
+    if best is None or best.figures is None or not best.makeable:
+        reasons = "\n".join(
+            f"  {candidate.name}: {candidate.verdict.reasons[0].text}"
+            for candidate in candidates
+            if candidate.verdict.reasons
+        )
+        raise CannotMakeError(
+            f"none of {len(candidates)} designs can be built:\n{reasons}\n"
+            "A larger --size, or a softer --material, leaves more room"
+        )
+    built = sum(candidate.makeable for candidate in candidates)
+    return best, (
+        f"chosen of {len(candidates)} designs, {built} of them buildable: {best.name}, with "
+        f"{values_text(best.figures, wishes, compared=True)}"
+    )

@@ -1,0 +1,255 @@
+"""Say how long hands take to put an object together, and how difficult it is, from what they do."""
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from statistics import median
+from typing import NamedTuple
+
+from fabweave.core.records import record
+from fabweave.piece.joint.kinds import KINDS
+from fabweave.plan.bill_of_materials import BillOfMaterials
+from fabweave.plan.crossing_map import CrossingMap, HoleRecord, StepRecord
+from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
+from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
+
+#: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
+#: in jobs of 8 to 140 pieces.
+_UNDER = 0.38
+_HOUR_S = 3600.0
+
+
+@record
+class Action:
+    """Something that hands do: how often, and how long it takes each time, in practised hands."""
+
+    action: str
+    count: int
+    each_s: float
+    words: str
+
+
+@record
+class AssemblyTime:
+    """What hands do, how many hours it takes practised ones, and makers: from quick to slow."""
+
+    actions: tuple[Action, ...]
+    practised_h: float
+    hours: Span
+
+    def often(self, action: str) -> int:
+        """Return how often something is done."""
+        return sum(one.count for one in self.actions if one.action == action)
+
+
+class Difficulty(NamedTuple):
+    """How difficult an assembly is, from 0 to 10, and in a word or two."""
+
+    score: float
+    word: str
+
+
+def hardware_for(hole_mm: float, bill: BillOfMaterials) -> list[Hardware]:
+    """Return the sorts of fasteners that holes of a size may take.
+
+    Those that hold a stack of the bill; where none does, those whose own holes are nearest.
+
+    Parameters
+    ----------
+    hole_mm : float
+    bill : BillOfMaterials
+
+    Examples
+    --------
+    >>> from fabweave.plan.bill_of_materials import GlueRow, TapeRow
+    >>> glue, tape = GlueRow(joints=0, area_mm2=0.0), TapeRow(joints=0, length_mm=0.0)
+    >>> bare = BillOfMaterials(fasteners=(), glue=glue, tape=tape)
+    >>> [sort.name for sort in hardware_for(4.7, bare)]
+    ['book-screw']
+    """
+    names = [
+        name for row in bill.fasteners if row.diameter_mm == hole_mm for name in row.fits or ()
+    ]
+    if names:
+        return [hardware_named(name) for name in dict.fromkeys(names)]
+    sorts = list(hardware_catalogue().values())
+    off = [max(sort.hole_mm[0] - hole_mm, hole_mm - sort.hole_mm[1], 0.0) for sort in sorts]
+    return [sort for sort, far in zip(sorts, off, strict=True) if far == min(off)]
+
+
+def job_hands(
+    steps: Sequence[StepRecord], joints: Sequence[str], bill: BillOfMaterials
+) -> AssemblyTime:
+    """Return how long hands take whose steps are known.
+
+    Parameters
+    ----------
+    steps : sequence of StepRecord
+    joints : sequence of str
+        The kind of each joint.
+    bill : BillOfMaterials
+        Whose fasteners are set.
+    """
+    return assembly_time(
+        sum(step.handled for step in steps),
+        sum(len(step.over) for step in steps),
+        sum(len(step.under) for step in steps),
+        joints,
+        bill,
+    )
+
+
+def planned_hands(
+    pieces: int, crossings: int, joints: Sequence[str], bill: BillOfMaterials
+) -> AssemblyTime:
+    """Predict how long hands take, before the order of pieces is known.
+
+    At each crossing one strand is laid over or slid under the other; of two pieces that are joined
+    there, one or both.
+    """
+    placed = crossings + len(joints) // 2
+    under = round(_UNDER * placed)
+    return assembly_time(pieces, placed - under, under, joints, bill)
+
+
+def assembly_time(
+    pieces: int, over: int, under: int, joints: Sequence[str], bill: BillOfMaterials
+) -> AssemblyTime:
+    """Return what actions take together.
+
+    Parameters
+    ----------
+    pieces, over, under : int
+        How many pieces are taken up, and strands laid over others and slid under them.
+    joints : sequence of str
+        The kind of each joint.
+    bill : BillOfMaterials
+        Whose fasteners are set: each takes the middle of what the sorts take that fit.
+    """
+    held = [kind for kind in joints if not KINDS[kind].most_fasteners]
+    set_: dict[float, int] = defaultdict(int)
+    for row in bill.fasteners:
+        set_[row.diameter_mm] += row.needed
+    often = {
+        "sort": pieces,
+        "find": pieces,
+        "take": pieces,
+        "over": over,
+        "under": under,
+        "align": sum(set_.values()) + len(held),
+    }
+    actions = [
+        Action(action=name, count=often[name], each_s=seconds, words=words)
+        for name, (seconds, words) in PRACTISED.items()
+    ]
+    actions += [
+        Action(
+            action=kind,
+            count=held.count(kind),
+            each_s=HOLDING_S[kind],
+            words=f"to make a {kind} joint",
+        )
+        for kind in sorted(set(held))
+    ]
+    actions += [
+        Action(
+            action=_fastening(size),
+            count=set_[size],
+            each_s=median(sort.seconds for sort in hardware_for(size, bill)),
+            words=f"to set a fastener in a hole of {size:g} mm",
+        )
+        for size in sorted(set_)
+    ]
+    practised = sum(action.count * action.each_s for action in actions) / _HOUR_S
+    return AssemblyTime(
+        actions=tuple(action for action in actions if action.count),
+        practised_h=round(practised, 4),
+        hours=(round(PACE[0] * practised, 4), round(PACE[1] * practised, 4)),
+    )
+
+
+def _fastening(hole_mm: float) -> str:
+    """Name what sets a fastener in a hole."""
+    return f"fasten {hole_mm:g} mm"
+
+
+def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
+    """Return about how many seconds each step takes a maker: half way from quick to slow.
+
+    A piece is sorted out of its sheet in the step that places it. Fasteners are set when the last
+    layer of their crossing is in place, or with the ring that they hold.
+
+    Parameters
+    ----------
+    crossing_map : CrossingMap
+    hands : AssemblyTime
+        Of the same job: all steps together take as long as it says.
+    """
+    holes: dict[int, list[str]] = defaultdict(list)
+    for piece in crossing_map.pieces:
+        for cut in piece.cutouts:
+            station = piece.stations[cut.station]
+            if isinstance(cut, HoleRecord) and station.over:
+                holes[station.crossing].append(_fastening(cut.diameter_mm))
+    for crossing in crossing_map.crossings:
+        if crossing.fastened is False:
+            holes.pop(crossing.id, None)
+    kind = {joint.id: joint.kind for joint in crossing_map.joints}
+    each_s = {action.action: action.each_s for action in hands.actions}
+    seconds = []
+    for step in crossing_map.steps:
+        made = [name for key in step.fasten for name in holes.get(key, ())]
+        made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
+        often = {
+            "sort": step.handled,
+            "find": step.handled,
+            "take": step.handled,
+            "over": len(step.over),
+            "under": len(step.under),
+            "align": len(made),
+        }
+        total = sum(count * each_s[name] for name, count in often.items() if count)
+        seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
+    return seconds
+
+
+#: Words for a score, each up to this; nearer to it than ``_BETWEEN``, two words are said.
+_WORDS = ((3.0, "easy"), (5.5, "moderate"), (7.5, "demanding"), (math.inf, "very demanding"))
+_BETWEEN = 0.25
+#: Each of these weighs as much as the others, and all three together make a score of 7.5: hours of
+#: practised hands, strands that are slid under, a piece; and the width of a ribbon. A scale to
+#: compare objects by, and no measurement.
+_HARD_H, _HARD_UNDERS, _HARD_WIDTH_MM = 8.0, 6.0, 4.0
+
+
+def difficulty(practised_h: float, unders: float, width_mm: float) -> Difficulty:
+    """Return how difficult an assembly is.
+
+    The score grows with the hours, with the strands that have to be slid under others, and with
+    narrowness, without steps; where it is near the border of two words, both are said.
+
+    Parameters
+    ----------
+    practised_h : float
+        Hours that it takes practised hands.
+    unders : float
+        How many strands a piece is slid under, in the mean.
+    width_mm : float
+        How wide a piece is at a crossing, in the median.
+
+    Examples
+    --------
+    >>> difficulty(0.1, 1.2, 30.0).word, difficulty(4.2, 1.6, 15.0).word
+    ('easy', 'moderate')
+    >>> difficulty(8.0, 6.0, 4.0).score
+    7.5
+    """
+    load = practised_h / _HARD_H + unders / _HARD_UNDERS + _HARD_WIDTH_MM / max(width_mm, 0.1)
+    score = 10.0 * load / (1.0 + load)
+    at = next(number for number, (most, _) in enumerate(_WORDS) if score <= most)
+    word = _WORDS[at][1]
+    if at and score - _WORDS[at - 1][0] < _BETWEEN:
+        word = f"{_WORDS[at - 1][1]} to {word}"
+    elif _WORDS[at][0] - score < _BETWEEN:
+        word = f"{word} to {_WORDS[at + 1][1]}"
+    return Difficulty(round(score, 2), word)

@@ -1,0 +1,100 @@
+"""Say costs in words, the same wherever they are shown."""
+
+from fabweave.core.messages import agree
+from fabweave.estimate.costs import Costs
+from fabweave.estimate.money import price_text
+from fabweave.stock.machine import Span
+
+_MINUTE_S, _HOUR_S = 60.0, 3600.0
+
+
+def time_text(span: Span | None) -> str:
+    """Return a range of seconds as people say it.
+
+    Examples
+    --------
+    >>> time_text((25.0, 96.0)), time_text((2100.0, 3600.0)), time_text((32400.0, 100800.0))
+    ('0.4 to 1.6 min', '35 to 60 min', '9 to 28 h')
+    >>> time_text((4000.0, 9000.0)), time_text((0.0, 0.0)), time_text(None)
+    ('67 to 150 min', 'none', 'unknown')
+    """
+    if span is None:
+        return "unknown"
+    if span[1] == 0.0:
+        return "none"
+    hours = span[1] > 3 * _HOUR_S
+    low, high = (each / (_HOUR_S if hours else _MINUTE_S) for each in span)
+    digits = 1 if high < 10.0 else 0
+    return f"{low:.{digits}f} to {high:.{digits}f} {'h' if hours else 'min'}"
+
+
+def hours_text(span: Span) -> str:
+    """Return a range of hours as people say it.
+
+    Examples
+    --------
+    >>> hours_text((0.25, 0.8)), hours_text((8.1, 16.2))
+    ('15 to 48 min', '8 to 16 h')
+    """
+    return time_text((_HOUR_S * span[0], _HOUR_S * span[1]))
+
+
+def machine_text(costs: Costs) -> str:
+    """Return what the machine takes."""
+    times = costs.machine
+    return (
+        f"cutting {time_text(times.cut_s)}, engraving {time_text(times.engrave_s)}, moves "
+        f"{time_text(times.travel_s)}; {time_text(costs.machine_s)} in all"
+    )
+
+
+def difficulty_text(costs: Costs) -> str:
+    """Return how difficult the assembly is, and why."""
+    figures = costs.difficulty
+    return (
+        f"{figures.word} ({figures.score:.1f} of 10): {figures.unders:.1f} strands to slide a "
+        f"piece under, ribbons of {figures.width_mm:.0f} mm"
+    )
+
+
+def _sheets(costs: Costs) -> str:
+    """Return what sheets there are."""
+    if costs.planned:
+        return "material"
+    return agree(len(costs.sheets), "{n} sheet[|s]")
+
+
+def _money(costs: Costs) -> str:
+    """Return what all of it costs."""
+    text = (
+        f"{_sheets(costs)} {price_text(costs.sheet_price)}, hardware "
+        f"{price_text(costs.hardware_price)}"
+    )
+    if costs.machine_price is not None:
+        text += f", machine {price_text(costs.machine_price)}"
+    return f"{text}; {price_text(costs.price)} in all"
+
+
+def costs_text(costs: Costs) -> str:
+    """Return everything in a line, for a terminal."""
+    return (
+        f"costs: {machine_text(costs)}; assembly {hours_text(costs.assembly.hours)}, "
+        f"{costs.difficulty.word}; {_money(costs)}"
+    )
+
+
+def cost_rows(costs: Costs) -> tuple[tuple[str, str], ...]:
+    """Return names and texts, as the manual and ``inspect`` list them."""
+    pace = ", ".join(
+        f"{action.each_s:g} s {action.words} ({action.count})" for action in costs.assembly.actions
+    )
+    return (
+        ("Difficulty", difficulty_text(costs)),
+        (
+            "Time",
+            f"{hours_text(costs.assembly.hours)}; practised hands take "
+            f"{hours_text((costs.assembly.practised_h,) * 2).partition(' to ')[2]}, at {pace}",
+        ),
+        ("Machine", machine_text(costs)),
+        ("Cost", _money(costs)),
+    )

@@ -1,1 +1,0 @@
-"""Unfold ribbons to the plane, exactly."""

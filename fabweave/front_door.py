@@ -1,0 +1,1451 @@
+"""Give Python users the stations of a job as values that show themselves, and whole jobs."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import operator
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from PIL import Image
+from shapely import affinity
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen,
+    frozen_value,
+    no_progress,
+)
+from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
+from fabweave.core.job_folder import (
+    check_destination,
+    clear_abandoned,
+    finished_folder,
+    folder_at,
+    folder_is_readable,
+    told_where,
+)
+from fabweave.core.messages import agree, shown
+from fabweave.core.units import parse_length
+from fabweave.design.inspection.facts import Inspection as Facts
+from fabweave.design.inspection.facts import inspect_mesh
+from fabweave.design.inspection.files import inspection_picture
+from fabweave.design.inspection.text import inspection_text
+from fabweave.design.making import make_or_advise
+from fabweave.estimate.costs import Costs, pieces_costs
+from fabweave.job import FinishedJob, write_and_prove
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import PREFIX
+from fabweave.mesh.triangulate import triangulate
+from fabweave.nest.layout import Layout as NestedLayout
+from fabweave.picture.bodies import Body, yarn_bodies
+from fabweave.picture.surfaces import ribbon_triangles, rung_colours
+from fabweave.picture.yarns import Yarns as SpunYarns
+from fabweave.piece.outline import inscribed_polygon
+from fabweave.piece.piece import Piece
+from fabweave.plan.planned_job import PlannedJob
+from fabweave.plan.preflight.preflight_job import Preflight
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.measures import thread_lengths
+from fabweave.ribbon.rules.bends import measure_bends
+from fabweave.show.job import Job, draw_job, start_side_work
+from fabweave.stations import (
+    Request,
+    Stations,
+    asked_colours,
+    clear_ribbons,
+    completed,
+    loaded,
+    there,
+    with_files,
+    with_layout,
+    with_pieces,
+    with_ribbons,
+    woven,
+)
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.verify.proof import verify_job
+from fabweave.verify.report import VerifyReport
+from fabweave.weave.weave_mesh import WovenMesh
+
+if TYPE_CHECKING:
+    import trimesh
+
+    from fabweave.picture.camera import View
+
+
+#: So many outlines stand in a row.
+_COLUMNS = 6
+
+
+def face(title: str, figures: Mapping[str, Any], picture: Image.Image | str | None = None) -> str:
+    """Return HTML that shows a value in a notebook: a picture, and its key figures.
+
+    Parameters
+    ----------
+    title : str
+    figures : mapping
+        Names and what they come to.
+    picture : image or str, optional
+        A picture, or SVG.
+    """
+    if isinstance(picture, Image.Image):
+        small = picture.copy()
+        small.thumbnail((480, 400))
+        data = io.BytesIO()
+        small.save(data, "PNG")
+        picture = f'<img src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
+        f"<td style='text-align:left'>{html.escape(str(value))}</td></tr>"
+        for name, value in figures.items()
+    )
+    return (
+        f"<div><b>{html.escape(title)}</b><div style='display:flex;gap:1em;align-items:start'>"
+        f"{picture or ''}<table>{rows}</table></div></div>"
+    )
+
+
+def outlines_svg(polygons: Sequence[shapely.Polygon], colours: npt.NDArray[np.integer]) -> str:
+    """Return SVG of polygons side by side, in rows, each in its colour.
+
+    Parameters
+    ----------
+    polygons : sequence of N polygons
+    colours : (N, 3) int array
+        Red, green and blue, 0 to 255.
+    """
+    boxes = np.array([polygon.bounds for polygon in polygons]).reshape(-1, 4)
+    wide, high = 1.1 * np.ptp(boxes.reshape(-1, 2, 2), axis=1).max(axis=0, initial=1.0)
+    at = np.arange(len(polygons))
+    places = np.column_stack((at % _COLUMNS * wide, at // _COLUMNS * high)) - boxes[:, :2]
+    rows = -(-len(polygons) // _COLUMNS)
+    return _svg(min(_COLUMNS, len(polygons)) * wide, rows * high, polygons, places, colours)
+
+
+def sheet_svg(
+    size_mm: tuple[float, float],
+    polygons: Sequence[shapely.Polygon],
+    colours: npt.NDArray[np.integer],
+) -> str:
+    """Return SVG of a sheet with the pieces that lie on it, each in its colour."""
+    return _svg(*size_mm, polygons, np.zeros((len(polygons), 2)), colours)
+
+
+def _svg(
+    width_mm: float,
+    height_mm: float,
+    polygons: Sequence[shapely.Polygon],
+    places: npt.NDArray[np.floating],
+    colours: npt.NDArray[np.integer],
+) -> str:
+    """Return SVG of polygons, each moved to its place; y points up."""
+    paths = []
+    for polygon, place, colour in zip(polygons, places, colours.tolist(), strict=True):
+        rings = (polygon.exterior, *polygon.interiors)
+        outline = "".join(_path(shapely.get_coordinates(ring) + place, height_mm) for ring in rings)
+        paths.append(
+            f'<path d="{outline}" fill="rgb({",".join(map(str, colour))})" fill-rule="evenodd"/>'
+        )
+    shown_px = min(480.0, 300.0 * width_mm / height_mm)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{shown_px:.0f}" '
+        f'viewBox="0 0 {width_mm:.1f} {height_mm:.1f}">'
+        f'<rect width="100%" height="100%" fill="#f6f4ef"/>{"".join(paths)}</svg>'
+    )
+
+
+def _path(points: npt.NDArray[np.floating], height_mm: float) -> str:
+    steps = " ".join(f"{x:.1f},{height_mm - y:.1f}" for x, y in points[:-1].tolist())
+    return f"M{steps}z"
+
+
+def length_mm(length: Any) -> float:
+    """Return a length in millimetres: a number, or a text with a unit."""
+    return float(length) if isinstance(length, int | float) else parse_length(length)
+
+
+def seen_from(
+    view: tuple[float, float] | None, across: Any, vertices: FloatArray, triangles: IntArray
+) -> View:
+    """Return the view of an object as users say it.
+
+    Parameters
+    ----------
+    view : (float, float) or None
+        Azimuth and elevation in degrees, as ``--view`` takes them; None chooses.
+    across : length or None
+        How much of the world the picture shows across; None makes the object fill it.
+    vertices : (V, 3) float array
+    triangles : (T, 3) int array
+        The object.
+
+    Raises
+    ------
+    InputError
+        If the length is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> seen_from((-90, 0), "40cm", np.zeros((0, 3)), np.zeros((0, 3), dtype=int))
+    View(azimuth_deg=-90, elevation_deg=0, width_mm=400.0)
+    """
+    from fabweave.picture.camera import View, choose_view  # noqa: PLC0415 - only pictures need it
+
+    seen = choose_view(vertices, triangles) if view is None else View(*view)
+    if across is None:
+        return seen
+    return replace(seen, width_mm=length_mm(across))
+
+
+#: What a file is called in a job's folder, so it must be a plain name.
+_PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_- ")
+_LONGEST_NAME = 80
+
+
+@frozen_value
+class Mesh:
+    """A polygon mesh that is ready to be woven, in millimetres.
+
+    Made by :func:`read`, :func:`mesh` and :func:`shape`; :func:`fabweave.weave` takes it on.
+    """
+
+    stations: Stations
+
+    @property
+    def vertices(self) -> FloatArray:
+        """Positions in millimetres, (V, 3), read-only."""
+        return self.stations.loaded.mesh.vertices
+
+    @property
+    def faces(self) -> list[list[int]]:
+        """The vertices of each face, counter-clockwise seen from outside."""
+        return self.stations.loaded.mesh.faces()
+
+    @property
+    def edges(self) -> IntArray:
+        """The two vertices of each edge, (E, 2)."""
+        halfedges = self.stations.loaded.halfedges
+        first = halfedges.edge_halfedge
+        return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
+
+    @property
+    def size_mm(self) -> tuple[float, float, float]:
+        """Extent along x, y and z, millimetres."""
+        x, y, z = np.ptp(self.vertices, axis=0).tolist()
+        return x, y, z
+
+    @property
+    def title(self) -> str:
+        """What the mesh is called."""
+        return self.stations.loaded.title
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the mesh, and what is worth knowing about it."""
+        return self.stations.loaded.notes
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Return the mesh as ``trimesh.Trimesh``; faces with more corners are cut to triangles.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> fw.shape("cube").to_trimesh().is_watertight
+        True
+        """
+        import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
+
+        triangles = triangulate(self.stations.loaded.mesh)
+        faces = triangles.indices.reshape(-1, 3)
+        return trimesh.Trimesh(triangles.vertices, faces, process=False)
+
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> Image.Image:  # fmt: skip
+        """Return a picture of the mesh, with its irregular vertices marked.
+
+        The arguments are those of ``Ribbons.picture``.
+        """
+        from fabweave.picture.object_picture import irregular_marks, mesh_picture  # noqa: PLC0415
+
+        mesh = self.stations.loaded.mesh
+        corners = triangulate(mesh)
+        triangles = corners.indices.reshape(-1, 3)
+        return mesh_picture(
+            mesh,
+            size_px=size_px,
+            view=seen_from(view, across, corners.vertices, triangles),
+            marks=irregular_marks(mesh),
+            samples=samples,
+        )
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.vertices)} vertices, {len(self.edges)} edges, {len(self.faces)} faces"
+        return f"Mesh({self.title!r}: {counts}, {' × '.join(f'{s:.1f}' for s in self.size_mm)} mm)"
+
+    def _repr_html_(self) -> str:
+        figures = {
+            "vertices": len(self.vertices),
+            "edges": len(self.edges),
+            "faces": len(self.faces),
+            "size, mm": " × ".join(f"{side:.1f}" for side in self.size_mm),
+        }
+        return face(self.title, figures, self.picture())
+
+
+def read(path: str | Path, **options: Any) -> Mesh:
+    """Read a mesh file: OBJ, OFF or PLY with its polygons, STL, GLB or 3MF as triangles.
+
+    Parameters
+    ----------
+    path : str or Path
+    options
+        Of the mesh, as on the command line: ``size="400mm"``, ``up="y"``,
+        ``remesh="quads:300"``, ``refine="catmull-clark:1"``, ``fair=50``. A number without a unit
+        is in millimetres.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or the mesh cannot be woven; it says where and what to do.
+    CannotMakeError
+        If it cannot be remeshed or refined as asked.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile, pathlib
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> _ = fw.shape("cube").to_trimesh().export(folder / "cube.stl")
+    >>> fw.read(folder / "cube.stl", size="30cm").size_mm
+    (300.0, 300.0, 300.0)
+    """
+    return Mesh(loaded(Request(str(path), options)))
+
+
+def mesh(
+    vertices: Any,
+    faces: Sequence[Sequence[int]] | npt.NDArray[np.integer] | None = None,
+    *,
+    name: str = "mesh",
+    **options: Any,
+) -> Mesh:
+    """Take a mesh from memory.
+
+    Parameters
+    ----------
+    vertices : (V, 3) array, or anything with ``vertices`` and ``faces``
+        Positions in millimetres; or a mesh, such as ``trimesh.Trimesh`` or our own.
+    faces : (F, k) int array or sequence of sequences of int
+        Corners of each face, counter-clockwise seen from outside; faces may differ in size. Left
+        out where a mesh is given.
+    name : str
+        What the object is called. A job keeps the mesh as ``NAME.obj`` in its folder, so that its
+        ``job.toml`` can make it again.
+    options
+        As for :func:`read`.
+
+    Raises
+    ------
+    InputError
+        If these are no vertices and faces, or the mesh cannot be woven.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> corners = [[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]]
+    >>> tetrahedron = fw.mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], size=100)
+    >>> tetrahedron
+    Mesh('Mesh': 4 vertices, 6 edges, 4 faces, 100.0 × 100.0 × 100.0 mm)
+    """
+    plain = isinstance(name, str) and name == name.strip() and not set(name) - _PLAIN
+    if not (plain and 0 < len(name) <= _LONGEST_NAME):
+        raise InputError(
+            f"{shown(name)} is no plain name: use letters, digits, spaces, - and _, "
+            f"{_LONGEST_NAME} at most"
+        )
+    if name == "woven_mesh":
+        raise InputError("woven_mesh.obj is a file of the job itself: name the mesh otherwise")
+    return Mesh(loaded(Request(f"{name}.obj", options, _polymesh(vertices, faces))))
+
+
+def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
+    """Build a built-in shape.
+
+    Parameters
+    ----------
+    name : str
+        One of those that ``fabweave shapes`` lists.
+    size : length, optional
+        The largest dimension, such as ``"400mm"``; a number is in millimetres.
+    parameters
+        Of the shape, such as ``m=24, n=12``; and options of the mesh, as for :func:`read`.
+
+    Raises
+    ------
+    InputError
+        If there is no such shape or parameter; it lists those that there are.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> fw.shape("torus", m=24, n=12, size="400mm")
+    Mesh('Torus, 24 by 12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 120.0 mm)
+    """
+    from fabweave.options.table import OPTIONS  # noqa: PLC0415
+
+    known = {option.name.replace("-", "_") for option in OPTIONS}
+    options = {key: value for key, value in parameters.items() if key in known}
+    if size is not None:
+        options["size"] = size
+    query = "&".join(f"{key}={value}" for key, value in parameters.items() if key not in known)
+    return Mesh(loaded(Request(f"{PREFIX}{name}{'?' * bool(query)}{query}", options)))
+
+
+def stations_of(source: Any, options: Mapping[str, Any]) -> Stations:
+    """Return the stations of what stands for a mesh, with more options."""
+    return source.stations if isinstance(source, Mesh) else loaded(request_of(source, options))
+
+
+def request_of(source: Any, options: Mapping[str, Any]) -> Request:
+    """Return the request for what stands for a mesh: a path, a shape's name, or any mesh."""
+    if isinstance(source, Mesh):
+        return source.stations.request.also(options)
+    if isinstance(source, str | Path):
+        return Request(str(source), options)
+    return Request("mesh.obj", options, _polymesh(source, None))
+
+
+def _polymesh(vertices: Any, faces: Any) -> PolyMesh:
+    """Return vertices and faces, or any mesh that has them, as a polygon mesh of its own."""
+    if isinstance(vertices, PolyMesh):
+        return vertices
+    if faces is None:
+        vertices, faces = getattr(vertices, "vertices", None), getattr(vertices, "faces", None)
+        faces = faces() if callable(faces) else faces
+    if vertices is None or faces is None:
+        raise InputError(
+            "this is no mesh: give vertices and faces, or something that has both, such as "
+            "trimesh.Trimesh"
+        )
+    try:
+        return PolyMesh.from_faces(_positions(vertices), _corners(faces))
+    except (OverflowError, TypeError, ValueError) as error:
+        raise InputError(f"this is no mesh of vertices and faces: {error}") from error
+
+
+def _positions(vertices: Any) -> FloatArray:
+    """Return a copy of vertices, so that the caller's array stays as it is; else raise TypeError.
+
+    A complex number has a part that would be lost.
+    """
+    positions = np.array(vertices)
+    if positions.dtype.kind == "c" or positions.ndim != 2 or positions.shape[1] != 3:
+        told = f"{positions.dtype} of shape {positions.shape}"
+        raise TypeError(f"vertices are {told}, and must be real numbers (V, 3)")
+    return positions.astype(np.float64)
+
+
+def _corners(faces: Any) -> Any:
+    """Return faces as they are, if their corners are whole numbers; else raise TypeError."""
+    if hasattr(faces, "__array__") or isinstance(faces, memoryview):
+        faces = np.asarray(faces)  # rows of a matrix are matrices again
+        if faces.dtype.kind not in "iu" or faces.ndim != 2:
+            raise TypeError(f"faces are {faces.ndim}-dimensional {faces.dtype}, not whole numbers")
+        return faces
+    return [[operator.index(corner) for corner in corners] for corners in faces]
+
+
+@frozen_value
+class Yarns:
+    """A closed tube along every thread, over and under the others without touching them.
+
+    Made by :meth:`fabweave.Weave.yarns`; nothing is cut of them.
+    """
+
+    stations: Stations
+    spun: SpunYarns
+
+    @property
+    def woven(self) -> WovenObject:
+        """The woven object whose threads these are."""
+        woven = with_ribbons(self.stations, {}).ribbons
+        assert woven is not None  # noqa: S101 - they were laid to spin these
+        return woven
+
+    @property
+    def radius_mm(self) -> FloatArray:
+        """The radius of each cross-section, (N,)."""
+        return self.spun.radius_mm
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """One closed surface for each thread."""
+        colours = asked_colours(self.stations, self.woven)
+        return yarn_bodies(self.spun, self.woven.labels, colours)
+
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> Image.Image:  # fmt: skip
+        """Return a picture of the yarns; the arguments are those of ``Ribbons.picture``."""
+        from fabweave.picture.object_picture import bodies_picture  # noqa: PLC0415
+
+        vertices = np.concatenate([body.vertices for body in self.bodies])
+        base = np.cumsum([0, *(len(body.vertices) for body in self.bodies)]).tolist()
+        triangles = np.concatenate(
+            [body.all_triangles + first for body, first in zip(self.bodies, base, strict=False)]
+        )
+        seen = seen_from(view, across, vertices, triangles)
+        return bodies_picture(self.bodies, seen, size_px=size_px, samples=samples)
+
+    def _figures(self) -> dict[str, str]:
+        radius = self.radius_mm
+        return {
+            "yarns": str(len(self.bodies)),
+            "radius, mm": f"{radius.min():.2f} to {radius.max():.2f}",
+        }
+
+    def __repr__(self) -> str:
+        figures = self._figures()
+        return (
+            f"Yarns({self.woven.title}: {figures['yarns']} yarns, "
+            f"{figures['radius, mm']} mm in radius)"
+        )
+
+    def _repr_html_(self) -> str:
+        return face(self.woven.title, self._figures(), self.picture())
+
+
+class Thread(NamedTuple):
+    """One thread of a weave.
+
+    ``crossings`` are the numbers of the crossings that it passes, in walking order, (n,), and
+    ``over`` whether it lies on top there, (n,). A closed thread is a ring.
+    """
+
+    label: str
+    closed: bool
+    bunch: int
+    crossings: IntArray
+    over: BoolArray
+
+    def __repr__(self) -> str:
+        kind = "ring" if self.closed else "thread with two ends"
+        return f"Thread({self.label}: {kind}, {len(self.crossings)} crossings)"
+
+
+@frozen_value
+class Weave:
+    """A woven mesh: which threads there are, and which lies on top where two cross.
+
+    Made by :func:`fabweave.weave`; :meth:`ribbons` goes on from here.
+    """
+
+    stations: Stations
+    mesh: Mesh
+
+    @property
+    def woven(self) -> WovenMesh:
+        """The station that stands behind this, as the pipeline hands it on."""
+        return there(self.stations.weave)
+
+    @property
+    def pattern(self) -> str:
+        """The pattern, such as ``"twill"``."""
+        return self.woven.weave.pattern
+
+    @property
+    def threads(self) -> tuple[Thread, ...]:
+        """The threads, in the order of their names."""
+        threads, over = self.woven.weave.threads, self.woven.weave.over
+        bounds = threads.offsets.tolist()
+        return tuple(
+            Thread(
+                label,
+                bool(threads.closed[number]),
+                int(self.woven.bunches[number]),
+                threads.crossing[bounds[number] : bounds[number + 1]],
+                over[bounds[number] : bounds[number + 1]],
+            )
+            for number, label in enumerate(self.woven.labels)
+        )
+
+    @property
+    def crossings(self) -> IntArray:
+        """The mesh edge on which each crossing lies, as two vertices, (X, 2)."""
+        halfedges = self.woven.halfedges
+        first = self.woven.weave.threads.crossing_halfedge
+        return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
+
+    @property
+    def exact(self) -> bool:
+        """Whether the pattern holds everywhere."""
+        return self.woven.weave.exact
+
+    @property
+    def reason(self) -> str | None:
+        """Why there is no exact twill on this mesh; None where the pattern is exact."""
+        twill = self.woven.result.twill
+        if twill is None or twill.obstruction is None:
+            return None
+        return twill.obstruction.text
+
+    @property
+    def broken(self) -> dict[str, int]:
+        """How many conditions of the pattern are broken, by kind: edge, face, vertex."""
+        broken = self.woven.weave.broken
+        return {"edge": broken.edge, "face": broken.face, "vertex": broken.vertex}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is worth knowing about the mesh and its weave."""
+        return (*self.woven.source.notes, *self.woven.result.notes)
+
+    def ribbons(self, **options: Any) -> Ribbons:
+        """Lay a ribbon along every thread.
+
+        Parameters
+        ----------
+        options
+            As on the command line: ``material="card"``, ``thickness="0.4mm"``, ``width="12mm"``,
+            ``smooth=3``, ``crossing=0.7``, ``clearance="0.1mm"``.
+
+        Returns
+        -------
+        Ribbons
+            With room for two layers at each crossing, and for three, where a joint may lie.
+
+        Raises
+        ------
+        InputError
+            If the material is not known, or an option is wrong.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
+        Ribbons(Octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 8.9 mm wide, 1.57 m in all)
+        """
+        stations = with_ribbons(self.stations, options)
+        return Ribbons(stations, Weave(stations, Mesh(stations)))
+
+    def yarns(self, *, radius: Any = None, sides: int = 12) -> Yarns:
+        """Spin a yarn along every thread, for pictures and for printing.
+
+        Parameters
+        ----------
+        radius : length, optional
+            One radius for all; by default, the thickest that have room.
+        sides : int
+            Sides of the tubes.
+
+        Raises
+        ------
+        InputError, CannotMakeError
+            If yarns of this radius have no room, or radius or sides make no sense.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm")
+        Yarns(Tetrahedron: 3 yarns, 3.00 to 3.00 mm in radius)
+        """
+        from fabweave.picture.model_job import YarnOptions, spin_object  # noqa: PLC0415
+
+        stations = with_ribbons(self.stations, {})
+        options = YarnOptions(None if radius is None else length_mm(radius), sides)
+        return Yarns(stations, spin_object(there(stations.ribbons), options))
+
+    def picture(self, **look: Any) -> Image.Image:
+        """Return a picture of the woven object, with ribbons as they come in card.
+
+        The arguments are those of ``Ribbons.picture``.
+        """
+        return self.ribbons().picture(**look)
+
+    def __repr__(self) -> str:
+        return f"Weave({self.woven.title}: {self._kind()}, {self._counts()})"
+
+    def _kind(self) -> str:
+        if self.exact:
+            return f"exact {self.pattern}"
+        return f"{self.pattern} with {self.woven.weave.broken.total} broken conditions"
+
+    def _counts(self) -> str:
+        threads = self.woven.weave.threads
+        return f"{threads.n_threads} threads, {threads.n_crossings} crossings"
+
+    def _repr_html_(self) -> str:
+        threads = self.woven.weave.threads
+        figures: dict[str, Any] = {
+            "weave": self._kind(),
+            "threads": threads.n_threads,
+            "crossings": threads.n_crossings,
+        }
+        if self.reason:
+            figures["why not exact"] = self.reason
+        return face(self.woven.title, figures, self.picture())
+
+
+def weave(mesh: Any, **options: Any) -> Weave:
+    """Weave a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh, path, or anything with vertices and faces
+    options
+        As on the command line: ``pattern="twill"`` (plain, twill, triaxial, ``"3/1"``,
+        ``"satin:5/2"``), ``boundary="turn"``, ``course="straight"``, ``twists="edges.csv"``,
+        ``effort="best"``, ``seed=1``.
+
+    Raises
+    ------
+    InputError
+        If the mesh or an option is bad.
+    CannotMakeError
+        If the pattern cannot be woven on this mesh, and why.
+
+    References
+    ----------
+    E. Akleman, J. Chen, Y. Chen, Q. Xing, J. L. Gross, "Cyclic twill-woven objects", Computers &
+    Graphics 35 (2011), section 5; an m × n quad torus has 2·gcd(m, n) threads.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> twill = fw.weave(fw.shape("torus", m=8, n=4), pattern="twill")
+    >>> twill
+    Weave(Torus, 8 by 4: exact twill, 8 threads, 64 crossings)
+    >>> twill.threads[0].over[:8].tolist()
+    [False, True, True, False, False, True, True, False]
+    """
+    stations = woven(stations_of(mesh, options), options)
+    return Weave(stations, Mesh(stations))
+
+
+@frozen_value
+class Ribbons:
+    """A ribbon along every thread, in space, with room for what lies above and below it.
+
+    Made by :meth:`fabweave.Weave.ribbons`; :meth:`pieces` goes on from here. Where ribbons would
+    come too near to one another they are narrower than elsewhere, unless a width was asked for.
+    """
+
+    stations: Stations
+    weave: Weave
+
+    @cached_property
+    def woven(self) -> WovenObject:
+        """The woven object as ``fabweave model`` writes it."""
+        return clear_ribbons(self.stations)
+
+    @property
+    def vertices(self) -> FloatArray:
+        """Ends of the cross-lines in millimetres, (2 R, 3): right and left by turns."""
+        return frozen(ribbon_triangles(self.woven.ribbons)[0])
+
+    @property
+    def triangles(self) -> IntArray:
+        """The flat facets of all ribbons, (F, 3)."""
+        return frozen(ribbon_triangles(self.woven.ribbons)[1])
+
+    @property
+    def thread_of_triangle(self) -> IntArray:
+        """The number of the thread of each facet, (F,)."""
+        return frozen(ribbon_triangles(self.woven.ribbons)[2])
+
+    @property
+    def widths_mm(self) -> FloatArray:
+        """The width at every cross-line, (R,)."""
+        return frozen(measure_bends(self.woven.ribbons).width_mm)
+
+    @property
+    def lengths_mm(self) -> FloatArray:
+        """The length of each thread along the middle of its ribbon, (T,)."""
+        return frozen(thread_lengths(self.woven.ribbons))
+
+    @property
+    def colours(self) -> Colours:
+        """Red, green and blue at every cross-line, (R, 3)."""
+        colours = asked_colours(self.stations, self.woven)
+        return frozen(rung_colours(self.woven.ribbons, colours))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each thread, as ``pandas.DataFrame`` takes them.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> rows = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().rows()
+        >>> [row["thread"] for row in rows], rows[0]["crossings"]
+        (['A', 'B', 'C', 'D'], 6)
+        """
+        threads, bounds = self.woven.weave.threads, self.woven.ribbons.offsets.tolist()
+        widths, lengths = self.widths_mm, self.lengths_mm.tolist()
+        return [
+            {
+                "thread": label,
+                "closed": bool(threads.closed[number]),
+                "bunch": int(self.woven.bunches[number]),
+                "crossings": int(threads.lengths[number]),
+                "length_mm": lengths[number],
+                "narrowest_mm": float(widths[start:end].min(initial=np.inf)),
+                "widest_mm": float(widths[start:end].max(initial=0.0)),
+            }
+            for number, (label, start, end) in enumerate(
+                zip(self.woven.labels, bounds[:-1], bounds[1:], strict=True)
+            )
+        ]
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Return the ribbons as ``trimesh.Trimesh`` with the colours of the strands.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("cube", size="200mm")).ribbons()
+        >>> len(ribbons.to_trimesh().faces) == len(ribbons.triangles)
+        True
+        """
+        import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
+
+        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
+        shown = np.repeat(self.colours[triangles[::2, 0] // 2], 2, axis=0)
+        return trimesh.Trimesh(vertices, triangles, face_colors=shown, process=False)
+
+    def pieces(self, **options: Any) -> Pieces:
+        """Split the threads into flat pieces that lap and are joined.
+
+        Pieces are as short as waste and joints suggest, unless a length is asked for, and fit the
+        sheets: what is said of sheets belongs here.
+
+        Parameters
+        ----------
+        options
+            As on the command line: ``max_length="200mm"``, ``joint="rivet:2,lap=15mm"``,
+            ``fastener="3.3mm"``, ``sheet="600x400mm:3"`` (or a list of them),
+            ``stock="stock.toml"``, ``margin``, ``gap``, ``rotations="90"``.
+
+        Raises
+        ------
+        InputError
+            If an option is wrong.
+        CannotMakeError
+            If a ribbon is too narrow or too stiff, or no piece fits a sheet; and what would help.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> ribbons.pieces(max_length="400mm")
+        Pieces(Octahedron: 8 pieces, 8 joints, 4 kinds, in Card, 300 g/m², 0.4 mm)
+        """
+        stations = with_pieces(self.stations, options)
+        return Pieces(stations, Ribbons(stations, self.weave))
+
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> Image.Image:  # fmt: skip
+        """Return a picture of the woven object, its strands in their colours.
+
+        Parameters
+        ----------
+        size_px : (int, int)
+            Width and height.
+        view : (float, float), optional
+            Azimuth and elevation in degrees, as ``--view`` takes them; chosen by default.
+        across : length, optional
+            How much of the world the picture shows across, such as ``"400mm"``, so that pictures
+            of several objects have one scale; by default, the object fills it.
+        samples : int
+            Samples of a pixel along each side: more make smoother edges.
+
+        Raises
+        ------
+        InputError
+            If the view or the size makes no sense.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> ribbons.picture(size_px=(300, 240), view=(-90, 20), across="400mm").size
+        (300, 240)
+        """
+        from fabweave.picture.object_picture import weave_picture  # noqa: PLC0415
+
+        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
+        return weave_picture(
+            self.woven.ribbons,
+            asked_colours(self.stations, self.woven),
+            size_px=size_px,
+            view=seen_from(view, across, vertices, triangles),
+            samples=samples,
+        )
+
+    def _figures(self) -> dict[str, str]:
+        supplies = completed(self.stations)[1]
+        widths = self.widths_mm
+        return {
+            "ribbons": str(len(self.woven.labels)),
+            "material": supplies.description,
+            "width, mm": f"{widths.min():.1f} to {widths.max():.1f}",
+            "length in all, m": f"{self.lengths_mm.sum() / 1000:.2f}",
+        }
+
+    def __repr__(self) -> str:
+        figures = self._figures()
+        return (
+            f"Ribbons({self.woven.title}: {figures['ribbons']} ribbons in {figures['material']}, "
+            f"{figures['width, mm']} mm wide, {figures['length in all, m']} m in all)"
+        )
+
+    def _repr_html_(self) -> str:
+        return face(self.woven.title, self._figures(), self.picture())
+
+
+@frozen_value
+class Pieces:
+    """All flat pieces of an object, and how they are joined.
+
+    Made by :meth:`fabweave.Ribbons.pieces`; :meth:`nest` goes on from here. Iterating gives each
+    piece with its outline, stations, holes and joints, in millimetres in its own frame.
+    """
+
+    stations: Stations
+    ribbons: Ribbons
+
+    @property
+    def planned(self) -> PlannedJob:
+        """The station that stands behind this, as the pipeline hands it on."""
+        return there(self.stations.planned)
+
+    def __len__(self) -> int:
+        return len(self.planned.piece_set.pieces)
+
+    def __iter__(self) -> Iterator[Piece]:
+        return iter(self.planned.piece_set.pieces)
+
+    def __getitem__(self, number: int) -> Piece:
+        return self.planned.piece_set.pieces[number]
+
+    @cached_property
+    def polygons(self) -> tuple[shapely.Polygon, ...]:
+        """Each piece as a shapely polygon with its holes, nominal, in its own frame.
+
+        Arcs are polygons within 0.01 mm; a round hole has 64 sides.
+        """
+        return tuple(map(_polygon, self))
+
+    @property
+    def kinds(self) -> IntArray:
+        """Which kind each piece is of, from 1: congruent pieces of a material are one kind."""
+        return self.planned.kinds
+
+    @cached_property
+    def costs(self) -> Costs:
+        """Times of machine and hands, and money, as far as they are known before nesting."""
+        planned = self.planned
+        return pieces_costs(
+            planned.piece_set,
+            planned.woven,
+            planned.settings.pieces,
+            planned.supplies,
+            planned.settings.machine.calibrate,
+        )
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each piece, as ``pandas.DataFrame`` takes them.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
+        >>> sorted(pieces.rows()[0])[:5]
+        ['area_mm2', 'crossings', 'end_joint', 'holes', 'id']
+        """
+        labels = self.planned.woven.labels
+        return [
+            {
+                "id": piece.id,
+                "thread": labels[piece.thread],
+                "kind": kind,
+                "length_mm": float(np.ptp(piece.outline[:, 0])),
+                "width_mm": float(np.ptp(piece.outline[:, 1])),
+                "area_mm2": polygon.area,
+                "crossings": len(piece.crossings),
+                "holes": len(piece.holes) + len(piece.slots),
+                "start_joint": piece.start_joint,
+                "end_joint": piece.end_joint,
+            }
+            for piece, kind, polygon in zip(self, self.kinds.tolist(), self.polygons, strict=True)
+        ]
+
+    def nest(self, **options: Any) -> Layout:
+        """Nest the pieces on sheets, each material on its own.
+
+        Parameters
+        ----------
+        options
+            As on the command line: ``effort="quick"``, ``seed=1``, ``layout=FILE``. If sheets are
+            named here, and differ from those that the pieces were split for, the threads are split
+            anew: the layout's own :attr:`~fabweave.Layout.pieces` are those that lie on it.
+
+        Raises
+        ------
+        CannotMakeError
+            If a piece fits no sheet, or sheets run out; and what would help.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
+        >>> pieces.nest(sheet="400x300mm", effort="quick")
+        Layout(Octahedron: 8 pieces on 1 sheet, 40 % used)
+        """
+        stations = with_layout(self.stations, options)
+        return Layout(stations, Pieces(stations, self.ribbons))
+
+    def _figures(self) -> dict[str, Any]:
+        return {
+            "pieces": len(self),
+            "joints": len(self.planned.piece_set.joints),
+            "kinds": len(np.unique(self.kinds)),
+            "material": self.planned.supplies.description,
+        }
+
+    def __repr__(self) -> str:
+        figures = self._figures()
+        return (
+            f"Pieces({self.planned.woven.title}: {figures['pieces']} pieces, {figures['joints']} "
+            f"joints, {figures['kinds']} kinds, in {figures['material']})"
+        )
+
+    def _repr_html_(self) -> str:
+        colours = self.planned.piece_colours
+        return face(self.planned.woven.title, self._figures(), outlines_svg(self.polygons, colours))
+
+
+def _polygon(piece: Piece) -> shapely.Polygon:
+    """Return a piece as a polygon with its round holes and slots, in its own frame."""
+    holes = [
+        shapely.Point(x, y).buffer(diameter / 2, quad_segs=16).exterior
+        for _, x, y, diameter in piece.holes.tolist()
+    ]
+    slots = [shapely.LinearRing(inscribed_polygon(slot.path)) for slot in piece.slots]
+    return shapely.Polygon(piece.outline, [*holes, *slots])
+
+
+@frozen_value
+class Layout:
+    """Where each piece lies on which sheet.
+
+    Made by :meth:`fabweave.Pieces.nest`; :meth:`write` goes on from here.
+
+    Parameters
+    ----------
+    stations : Stations
+    pieces : Pieces
+        The pieces that lie on the sheets.
+    """
+
+    stations: Stations
+    pieces: Pieces
+
+    @property
+    def planned(self) -> PlannedJob:
+        """The pieces that lie on the sheets, as the pipeline hands them on."""
+        return there(self.stations.planned)
+
+    @property
+    def nested(self) -> NestedLayout:
+        """The station that stands behind this, as the pipeline hands it on."""
+        return there(self.stations.layout)
+
+    @property
+    def sheets(self) -> tuple[SheetSize, ...]:
+        """The sheets in use, with their sizes in millimetres."""
+        return self.nested.sheets
+
+    @cached_property
+    def polygons(self) -> tuple[shapely.Polygon, ...]:
+        """Each piece and spare where it lies on its sheet, as a shapely polygon with holes."""
+        placed = []
+        own, origins = self.pieces.polygons, self.planned.origins.tolist()
+        for origin, place in zip(origins, self.nested.placements, strict=True):
+            turned = affinity.rotate(own[origin], place.rotation_deg, origin=(0, 0))
+            placed.append(affinity.translate(turned, place.x_mm, place.y_mm))
+        return tuple(placed)
+
+    @property
+    def colours(self) -> Colours:
+        """Red, green and blue of each piece, as it is shown in the object, (N, 3)."""
+        return frozen(self.planned.piece_colours)
+
+    @property
+    def utilisation(self) -> FloatArray:
+        """What share of each sheet becomes pieces, holes taken off, (S,)."""
+        used = np.zeros(len(self.sheets))
+        for polygon, place in zip(self.polygons, self.nested.placements, strict=True):
+            used[place.sheet] += polygon.area
+        return frozen(used / [sheet.area_mm2 for sheet in self.sheets])
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each piece and spare, as ``pandas.DataFrame`` takes them.
+
+        A point p of the piece lies at R(rotation_deg) p + (x_mm, y_mm) on its sheet. Sheets are
+        numbered from 1, as their files are.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ball = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
+        >>> list(ball.nest(effort="quick").rows()[0])
+        ['id', 'sheet', 'rotation_deg', 'x_mm', 'y_mm']
+        """
+        return [
+            {
+                "id": piece.id,
+                "sheet": place.sheet + 1,
+                "rotation_deg": place.rotation_deg,
+                "x_mm": place.x_mm,
+                "y_mm": place.y_mm,
+            }
+            for piece, place in zip(self.planned.to_cut, self.nested.placements, strict=True)
+        ]
+
+    def write(self, folder: str | Path, **options: Any) -> WrittenJob:
+        """Write the finished job, and prove the written files.
+
+        Parameters
+        ----------
+        folder : str or Path
+            New, empty, or an older job's folder, which is replaced.
+        options
+            Of files, as on the command line: ``kerf="0.15mm"``, ``preset="glowforge"``,
+            ``labels="numbers"``, ``dxf="R12"``, ``profile="service"``, ``paper="letter"`` …
+
+        Returns
+        -------
+        WrittenJob
+            The same bytes as ``fabweave make`` writes with the same options.
+
+        Raises
+        ------
+        InputError
+            If the folder holds anything but a job, or an option is wrong.
+        CannotMakeError
+            If a rule is broken under ``strict=True``, or a check objects to the files.
+
+        Examples
+        --------
+        >>> import fabweave as fw, tempfile, pathlib
+        >>> ball = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
+        >>> layout = ball.nest(effort="quick")
+        >>> layout.write(pathlib.Path(tempfile.mkdtemp()) / "ball").proof.ok
+        True
+        """
+        stations = with_files(self.stations, options)
+        directory = folder_at(folder)
+        return WrittenJob(directory, write_stations(stations, directory), self)
+
+    def picture(self, sheet: int = 1) -> str:
+        """Return a sheet, counted from 1, as SVG."""
+        size = self.sheets[sheet - 1]
+        lying = [
+            number
+            for number, place in enumerate(self.nested.placements)
+            if place.sheet == sheet - 1
+        ]
+        colours = self.planned.piece_colours[self.planned.origins[lying]]
+        polygons = [self.polygons[number] for number in lying]
+        return sheet_svg((size.width_mm, size.height_mm), polygons, colours)
+
+    def _counts(self) -> str:
+        pieces = agree(len(self.nested.placements), "{n} piece[|s]")
+        return f"{pieces} on {agree(len(self.sheets), '{n} sheet[|s]')}"
+
+    def __repr__(self) -> str:
+        used = self.utilisation.mean()
+        return f"Layout({self.planned.woven.title}: {self._counts()}, {100 * used:.0f} % used)"
+
+    def _repr_html_(self) -> str:
+        figures = {
+            f"sheet {number}": f"{100 * used:.0f} % used"
+            for number, used in enumerate(self.utilisation.tolist(), start=1)
+        }
+        return face(f"{self.planned.woven.title}: {self._counts()}", figures, self.picture())
+
+
+@frozen_value
+class WrittenJob:
+    """A finished job in its folder, with the proof of its files.
+
+    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`. ``chosen`` says which coarser
+    mesh was woven in place of one that cannot be built; it is empty where none was.
+    """
+
+    folder: Path
+    finished: FinishedJob
+    layout: Layout
+    chosen: str = ""
+
+    @property
+    def job(self) -> Job:
+        """Everything that was made: weave, ribbons, pieces, layout and drawings."""
+        return self.finished.job
+
+    @property
+    def pieces(self) -> Pieces:
+        """The flat pieces."""
+        return self.layout.pieces
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.pieces.ribbons.weave
+
+    @property
+    def proof(self) -> VerifyReport:
+        """What was proved about the written files, check by check."""
+        return self.finished.proof
+
+    @property
+    def preflight(self) -> Preflight:
+        """Which rules of the material and of those who cut the pieces break."""
+        return self.finished.preflight
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The papers that could not be made, each with the reason; none in most jobs."""
+        return self.finished.missing
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a maker should know before cutting."""
+        return self.job.notes
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files in the folder, in the order of their names."""
+        return tuple(sorted(path for path in self.folder.rglob("*") if path.is_file()))
+
+    @property
+    def costs(self) -> Costs:
+        """Times of machine and hands, and money, each a range."""
+        return self.job.costs
+
+    def picture(self) -> Image.Image:
+        """Return the picture of the woven object."""
+        from PIL import Image  # noqa: PLC0415 - only pictures need it
+
+        with Image.open(self.folder / "render.png") as picture:
+            return picture.copy()
+
+    def _counts(self) -> dict[str, str]:
+        return {
+            "pieces": agree(len(self.job.piece_set.pieces), "{n} piece[|s]"),
+            "joints": agree(len(self.job.piece_set.joints), "{n} joint[|s]"),
+            "sheets": agree(len(self.job.drawings), "{n} sheet[|s]"),
+            "proof": f"proved by {len(self.proof.checks)} checks",
+        }
+
+    def __repr__(self) -> str:
+        return f"WrittenJob({str(self.folder)!r}: {', '.join(self._counts().values())})"
+
+    def _repr_html_(self) -> str:
+        figures: dict[str, Any] = {**self._counts(), "folder": self.folder}
+        return face(self.job.woven.title, figures, self.picture())
+
+
+def write_stations(stations: Stations, folder: Path) -> FinishedJob:
+    """Write and prove the job that stations lead to."""
+    clear_abandoned(folder)
+    check_destination(folder)
+    planned, layout = there(stations.planned), there(stations.layout)
+    side = start_side_work(planned)
+    job = draw_job(planned, layout, side, given_mesh=stations.request.given)
+    with told_where(folder), finished_folder(folder) as fresh:
+        return write_and_prove(job, fresh)
+
+
+@frozen_value
+class Inspection:
+    """What a mesh is and what can be woven on it, before anything is decided.
+
+    Made by :func:`fabweave.inspect`.
+    """
+
+    inspected: Facts
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Everything as plain values, as ``fabweave inspect --json`` prints it."""
+        return self.inspected.facts
+
+    @property
+    def text(self) -> str:
+        """All of it in words, as ``fabweave inspect`` prints it."""
+        rows = inspection_text(self.facts)
+        return "\n".join(f"{topic + ': ' if topic else '  '}{words}" for topic, words in rows)
+
+    def picture(self) -> Image.Image:
+        """Return a picture of the mesh with its irregular vertices, beside the woven object."""
+        return inspection_picture(self.inspected)
+
+    def __repr__(self) -> str:
+        mesh, twill = self.facts["mesh"], self.facts["twill"]
+        return (
+            f"Inspection({self.inspected.woven.title}: {mesh['faces']} faces, genus "
+            f"{mesh['genus']}, {self.facts['threads']['count']} threads; 2/2 twill "
+            f"{'exact' if twill['exact'] else 'not exact'})"
+        )
+
+    def _repr_html_(self) -> str:
+        figures: dict[str, str] = {}
+        for topic, words in inspection_text(self.facts):
+            if topic or not figures:
+                figures[topic] = words
+            else:  # a line without a topic goes on with the one above
+                last = next(reversed(figures))
+                figures[last] += f"; {words}"
+        return face(self.inspected.woven.title, figures, self.picture())
+
+
+def make(
+    mesh: Any, folder: str | Path, *, progress: Progress = no_progress, workers: int = 0,
+    **options: Any,
+) -> WrittenJob:  # fmt: skip
+    """Make a whole job, as ``fabweave make`` does: from a mesh to a proved folder.
+
+    Where a model is too fine to be built as it is, a coarser mesh is woven, and ``chosen`` of the
+    job says which; ``remesh="none"`` keeps the mesh.
+
+    Parameters
+    ----------
+    mesh : path, shape, Mesh, or anything with vertices and faces
+        A file's name, ``"shape:torus?m=24&n=12"``, what :func:`fabweave.read` gives, or a mesh
+        in memory, such as ``trimesh.Trimesh``.
+    folder : str or Path
+        New, empty, or an older job's folder, which is replaced when the new one is proved.
+    progress : callable, optional
+        Called as ``progress(what, done, total)``.
+    workers : int
+        Processes beside this one; the same bytes are written with any number.
+    options
+        Any option of ``fabweave make``, ``-`` written ``_``: ``size="400mm"``,
+        ``pattern="twill"``, ``material="card"``, ``kerf="0.15mm"``; ``fabweave guide options``
+        lists them all.
+
+    Returns
+    -------
+    WrittenJob
+
+    Raises
+    ------
+    InputError
+        For a bad mesh or option, or a folder with anything else in it.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> job = fw.make("shape:octahedron", folder, size="200mm", effort="quick")
+    >>> job.proof.ok, len(job.pieces)
+    (True, 8)
+    """
+    folder, request = folder_at(folder), request_of(mesh, options)
+    finished, settings, chosen = make_or_advise(
+        request.settings,
+        folder,
+        progress,
+        mesh=request.given,
+        workers=min(workers, os.cpu_count() or 1),
+    )
+    job = finished.job
+    if chosen:  # what other options change is made of the mesh that was taken
+        request = request.also({"remesh": settings.mesh.remesh, "bodies": settings.mesh.bodies})
+    stations = Stations(request, job.woven.source, weave=job.woven, planned=job, layout=job.layout)
+    ribbons = Ribbons(stations, Weave(stations, Mesh(stations)))
+    layout = Layout(stations, Pieces(stations, ribbons))
+    return WrittenJob(folder, finished, layout, chosen)
+
+
+def inspect(
+    mesh: Any, *, progress: Progress = no_progress, thorough: bool = False, **options: Any
+) -> Inspection:
+    """Tell what a mesh is, which weaves are exact on it, and what would make them so.
+
+    Parameters
+    ----------
+    mesh, progress, options
+        As for :func:`make`; options of files are of no account.
+    thorough : bool
+        Whether to tell what takes long of large meshes, too; else ``facts["left_out"]`` names it.
+
+    Returns
+    -------
+    Inspection
+        ``facts`` holds everything as plain values, ``text`` says it in words.
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        If the mesh cannot be woven at all.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> report = fw.inspect("shape:cube", size="200mm")
+    >>> report.facts["threads"]["count"], report.facts["twill"]["exact"]
+    (4, False)
+    """
+    request = request_of(mesh, options)
+    return Inspection(inspect_mesh(request.settings, progress, request.given, thorough=thorough))
+
+
+def verify(folder: str | Path) -> VerifyReport:
+    """Read the files of a finished job back and prove that they rebuild the weave.
+
+    Parameters
+    ----------
+    folder : str or Path
+
+    Returns
+    -------
+    VerifyReport
+        ``ok``, and ``checks`` with what each proves and finds.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> fw.verify(tempfile.mkdtemp()).ok  # an empty folder is no job
+    False
+    """
+    directory = folder_at(folder)
+    folder_is_readable(directory)
+    return verify_job(directory)

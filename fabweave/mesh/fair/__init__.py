@@ -1,1 +1,0 @@
-"""Fair meshes: move vertices along the surface so that threads run straight and even."""

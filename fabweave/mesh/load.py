@@ -1,0 +1,405 @@
+"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.files import read_text
+from fabweave.core.messages import agree
+from fabweave.mesh.bodies import with_bodies
+from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
+from fabweave.mesh.fairing import fair_mesh
+from fabweave.mesh.fairness import portals_of
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.io.files import read_mesh, states_up
+from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
+from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.direction import (
+    AXES,
+    CURVATURE,
+    Alignment,
+    Along,
+    axis_direction,
+    read_directions,
+)
+from fabweave.mesh.remesh.remesh import remesh
+from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.mesh.remesh.request import NONE, parse_remesh
+from fabweave.mesh.settings import MeshSettings
+from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
+from fabweave.mesh.subdivide.primal import mid_edge
+from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
+from fabweave.mesh.symmetrise import symmetrise
+from fabweave.mesh.upright import (
+    Up,
+    guess_up,
+    largest_dimension,
+    resize_mesh,
+    turn_upright,
+    turned_upright,
+)
+from fabweave.mesh.weld import weld_seams
+
+#: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
+_LEAST_MM, _MOST_MM = 0.01, 1e6
+
+
+#: Faces with more corners are slips of an export; looking for intersections takes the square of it.
+_MOST_CORNERS = 2000
+#: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
+MOST_EDGES = 2_000_000
+
+
+@frozen_value
+class LoadedMesh:
+    """The mesh of a job, ready to be woven, with what was done to it.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        In millimetres.
+    halfedges : Halfedges
+        Its connectivity.
+    title : str
+        What to call the job.
+    notes : tuple of str
+        What a person should know about the mesh.
+    up : {"z", "y", "x"} or None
+        The axis that was taken to point up where the format does not say so; job.toml keeps it,
+        so that the same is made again whatever is guessed later.
+    n_old_vertices : int
+        For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
+    clashes : int
+        How many pairs of faces ran through one another, or touched, as the mesh was given.
+    left_out : float
+        The share of the given surface whose bodies were left out.
+    likeness : Likeness or None
+        How like the given mesh the remeshed one is, refined and faired as it may be; None where it
+        was not remeshed.
+    loss : LossMap or None
+        What of the given mesh was lost where, if it was remeshed.
+    alignment : Alignment or None
+        How well new quads follow the direction that was wished for.
+    openings : tuple of Opening
+        What was left out of it.
+    portals : (H,) float array or None
+        Where strands cross their portals, from vertices to centres; None for the middle of all.
+    remeshed : Remeshed or None
+        What the given mesh was remeshed to, before anything else was done to it.
+    ringed : bool
+        Whether its round openings get a ring.
+    """
+
+    mesh: PolyMesh
+    halfedges: Halfedges
+    title: str
+    notes: tuple[str, ...]
+    up: Up | None = None
+    n_old_vertices: int = 0
+    clashes: int = 0
+    left_out: float = 0.0
+    likeness: Likeness | None = None
+    loss: LossMap | None = None
+    alignment: Alignment | None = None
+    openings: tuple[Opening, ...] = ()
+    portals: FloatArray | None = None
+    remeshed: Remeshed | None = None
+    ringed: bool = False
+
+    @property
+    def rims(self) -> tuple[Opening, ...]:
+        """The openings that get a ring."""
+        return tuple(one for one in self.openings if self.ringed and one.diameter_mm is not None)
+
+
+#: What may help against a mesh that cannot be woven.
+_WRAPS = (
+    "\nWhat may help: --bodies wrap, which lays one closed surface around whatever the mesh "
+    "encloses, with --remesh quads:N"
+)
+
+
+def load_mesh(
+    settings: MeshSettings,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+    remeshed: Remeshed | None = None,
+    *,
+    course: str = "auto",
+    triaxial: bool = False,
+    seed: int = 0,
+) -> LoadedMesh:
+    """Read or build the mesh of a job, and do to it what the settings ask for.
+
+    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
+    and brought to size; then remeshed, refined, made symmetric, faired, and brought
+    to size again where that changed it; at last opened, and subdivided for triaxial twill.
+
+    Parameters
+    ----------
+    settings : MeshSettings
+    progress : callable
+    given_mesh : PolyMesh, optional
+        A mesh from memory. It is taken as one read from the file that the settings name would be,
+        from a format that states no unit.
+    remeshed : Remeshed, optional
+        What the mesh was remeshed to before, with the same settings that matter for it.
+    course : str
+        How strands cross faces, as ``--course`` says it.
+    triaxial : bool
+        Whether the mesh is subdivided through the middles of its edges, for triaxial twill.
+    seed : int
+        Of random numbers in remeshing.
+
+    Raises
+    ------
+    InputError
+        If the mesh is bad.
+    CannotMakeError
+        If it cannot be remeshed or refined as asked.
+    """
+    progress("mesh", 0, 1)
+    notes: list[str] = []
+    unit: str | None = None
+    unit_mm = 1.0
+    stated: Up | None = None
+    if given_mesh is not None:
+        mesh = given_mesh
+    elif is_shape(settings.source):
+        mesh, unit, stated = parse_shape(settings.source), "mm", "z"
+    else:
+        file = read_mesh(settings.source)
+        mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
+        stated = file.up if states_up(settings.source) else None
+        notes += file.notes
+    _require_small_faces(mesh)
+    if not settings.remeshed:
+        _require_few(mesh.n_corners // 2)
+    mesh, welded = weld_seams(mesh, settings.weld)
+    mesh, kept, left_out = with_bodies(mesh, settings.bodies)
+    up, said = _upward(mesh, settings, stated, in_memory=given_mesh is not None)
+    notes += [*said, *welded, *kept]
+    mesh = turn_upright(mesh, up)
+    try:
+        mesh, report, repairs = prepare_mesh(mesh)
+    except InputError as error:
+        # The numbers in the message are those of the mesh after what was done to it.
+        done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
+        helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
+        raise InputError(f"{error}{done}{helps}") from None
+    clashes = self_intersections(mesh)
+    notes += [*repairs, *mesh_notes(report, clashes)]
+    if settings.size_mm is None:
+        mesh, factor = resize_mesh(mesh, scale=unit_mm)
+    else:
+        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm)
+    _require_size(largest_dimension(mesh))
+    basis = f"the file states its unit ({unit})" if unit else "the file states no unit"
+    if given_mesh is None and is_shape(settings.source):
+        basis = "built-in shapes are in millimetres"
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
+    along = _wished(settings.along, up, factor)
+    mesh, remeshed, like, loss, changes = _changed(
+        mesh, settings, along, progress, remeshed, course=course, seed=seed
+    )
+    notes += changes
+    mesh, n_old_vertices, openings, changes = _opened(mesh, settings.leave_out, triaxial=triaxial)
+    notes += changes
+    halfedges = build_halfedges(mesh)
+    _require_few(halfedges.n_edges)
+    x, y, z = np.ptp(mesh.vertices, axis=0)
+    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {basis}, and the mesh {how}")
+    return LoadedMesh(
+        mesh=mesh,
+        halfedges=halfedges,
+        up=up if stated is None else None,
+        title=object_title(settings.source, settings.title),
+        notes=tuple(notes),
+        n_old_vertices=n_old_vertices,
+        clashes=len(clashes),
+        left_out=left_out,
+        likeness=like,
+        loss=loss,
+        alignment=None if remeshed is None else remeshed.alignment,
+        openings=openings,
+        portals=portals_of(course, mesh, halfedges),
+        remeshed=remeshed,
+        ringed=settings.rim != "none",
+    )
+
+
+def _upward(
+    mesh: PolyMesh, settings: MeshSettings, stated: Up | None, *, in_memory: bool
+) -> tuple[Up, list[str]]:
+    """Return the axis of a mesh that points up, and what a person should know about it."""
+    if in_memory or (stated is not None and settings.up is not None):
+        return settings.up or "z", []
+    if stated is not None:
+        kind = settings.source.rpartition(".")[2].upper()
+        turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
+        return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
+    guess = guess_up(mesh)
+    up, reason = guess or ("z", "")
+    # The settings of a job say what was guessed for it, and its notes are the same again.
+    if settings.up not in (None, up):
+        return settings.up, []
+    if guess is None:
+        return "z", ["z is taken to point up; if pictures show it lying, add --up y or --up x"]
+    other = "--up y or --up x turns it" if up == "z" else "--up z keeps the axes of the file"
+    return up, [f"up: {up}, guessed from its {reason}; {other}"]
+
+
+def _require_small_faces(mesh: PolyMesh) -> None:
+    """Raise InputError for faces with more corners than ribbons could have room at."""
+    large = np.flatnonzero(mesh.face_sizes > _MOST_CORNERS)
+    if len(large):
+        raise InputError(
+            agree(len(large), "{n} [face has|faces have]")
+            + f" more than {_MOST_CORNERS} corners (face {large[0]} has "
+            f"{mesh.face_sizes[large[0]]}), and a ribbon would cross each of their sides; divide "
+            "them into smaller faces in a modelling program"
+        )
+
+
+def _require_few(n_edges: int) -> None:
+    """Raise CannotMakeError for more edges than can be woven."""
+    if n_edges > MOST_EDGES:
+        raise CannotMakeError(
+            f"the mesh to be woven has {n_edges} edges, each a crossing, but at most {MOST_EDGES} "
+            "can be woven; use a coarser mesh or fewer steps of refinement"
+        )
+
+
+def _require_size(size_mm: float) -> None:
+    """Raise InputError for an object that nobody can mean."""
+    if not _LEAST_MM <= size_mm <= _MOST_MM:
+        raise InputError(
+            f"the mesh would be {size_mm:.3g} mm in size, but woven objects measure {_LEAST_MM:g} "
+            f"to {_MOST_MM:g} mm: set the size, such as --size 400mm"
+        )
+
+
+def _wished(along: str | None, up: Up, factor: float) -> Along | None:
+    """Return the direction that strands should have, in the turned and scaled mesh.
+
+    Raises
+    ------
+    InputError
+        If it is a list that cannot be read.
+    """
+    if along is None:
+        return None
+    if along == CURVATURE:
+        return CURVATURE
+    if along in AXES:
+        return axis_direction(along)
+    path = Path(along)
+    listed = read_directions(read_text(path, "the list of directions"), path.name)
+    return replace(
+        listed,
+        points=turned_upright(listed.points, up) * factor,
+        vectors=turned_upright(listed.vectors, up),
+    )
+
+
+def _changed(
+    mesh: PolyMesh,
+    settings: MeshSettings,
+    along: Along | None,
+    progress: Progress,
+    remeshed: Remeshed | None,
+    *,
+    course: str,
+    seed: int,
+) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, list[str]]:
+    """Remesh, refine, symmetrise and fair as the settings ask, and tell what was done."""
+    notes: list[str] = []
+    done = []
+    model: PolyMesh | None = None
+    growth = 1.0
+    wanted = parse_remesh(settings.remesh or NONE)
+    if wanted.kind != NONE:
+        remeshed = remeshed or remesh(
+            mesh,
+            wanted,
+            seed=seed,
+            along=along,
+            progress=progress,
+        )
+        notes += remeshed.notes
+        if remeshed.method != "unchanged":
+            model = mesh
+            if remeshed.mesh.n_faces < mesh.n_faces:
+                notes.append(
+                    f"the model's own {faces_text(mesh)} became {faces_text(remeshed.mesh)} "
+                    f"(--remesh {settings.remesh})"
+                )
+        mesh = remeshed.mesh
+        kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
+        done.append(f"remeshed to {kind} ({remeshed.method})")
+    refinements = parse_refinements(settings.refine or "")
+    if refinements:
+        mesh = refine_mesh(mesh, refinements, progress=progress)
+        done.append(f"refined by {format_refinements(refinements)}")
+    if settings.symmetrise:
+        symmetric = symmetrise(mesh)
+        mesh = symmetric.mesh
+        notes.append(symmetric.note)
+        done.append("made symmetric")
+    if done and settings.size_mm is not None:
+        mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
+    if settings.fair:
+        portals = portals_of(course, mesh, build_halfedges(mesh))
+        faired = fair_mesh(mesh, settings.fair, portals=portals, progress=progress)
+        mesh, scale = faired.mesh, 1.0
+        if settings.size_mm is not None:
+            mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
+        notes.append(faired.note(scale))
+        done.append("faired")
+        growth *= scale
+    like = loss = None
+    if model is not None:
+        progress("likeness", 0, 1)
+        # Where it is, not where it went when it was brought to size again.
+        there = mesh.with_vertices(mesh.vertices / growth)
+        like, loss = likeness(model, there), loss_map(model, there)
+        notes.append(like.note)
+    mesh, changes = _prepared(mesh, done)
+    return mesh, remeshed, like, loss, [*notes, *changes]
+
+
+def _opened(
+    mesh: PolyMesh, left_out: str | None, *, triaxial: bool
+) -> tuple[PolyMesh, int, tuple[Opening, ...], list[str]]:
+    """Leave out faces, and subdivide for triaxial twill, and tell what was done.
+
+    The second is how many vertices there were before a subdivision.
+    """
+    notes: list[str] = []
+    done = []
+    openings: tuple[Opening, ...] = ()
+    if left_out is not None:
+        mesh, openings = leave_out(mesh, parse_leave_out(left_out))
+        notes += [opening.note for opening in openings]
+        done.append("opened")
+    n_old_vertices = 0
+    if triaxial:
+        n_old_vertices = mesh.n_vertices
+        mesh = mid_edge(mesh)
+        done.append("subdivided through the middles of its edges for triaxial twill")
+    mesh, changes = _prepared(mesh, done)
+    return mesh, n_old_vertices, openings, [*notes, *changes]
+
+
+def _prepared(mesh: PolyMesh, done: list[str]) -> tuple[PolyMesh, list[str]]:
+    """Make a mesh ready to weave after what was done to it, and tell what that was."""
+    if not done:
+        return mesh, []
+    mesh, report, repairs = prepare_mesh(mesh)
+    return mesh, [*repairs, f"the mesh was {', '.join(done)}: {mesh_counts(report)}"]

@@ -1,0 +1,296 @@
+"""Check that a remeshed surface is the surface that was given."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.messages import agree
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.irregular import Irregular, interior_valences
+from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner, triangle_normals
+from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.direction import Alignment
+from fabweave.mesh.triangulate import fans, triangulate
+from fabweave.mesh.weld import weld_mesh
+
+
+@frozen_value
+class Remeshed:
+    """A remeshed surface, and how it came about.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Quads or triangles; some other faces may have stayed if it was paired or unrefined, and a
+        note says so.
+    method : str
+        ``unchanged``, ``pairing``, ``unrefining``, or the name of the remesher.
+    notes : tuple of str
+        What a person should know.
+    irregular : Irregular
+        The irregular vertices that remain: inside, those with other than four edges in meshes of
+        quads, other than six in meshes of triangles.
+    alignment : Alignment or None
+        How well quads follow the direction that was wished for.
+    """
+
+    mesh: PolyMesh
+    method: str
+    notes: tuple[str, ...]
+    irregular: Irregular
+    alignment: Alignment | None = None
+
+
+def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
+    """Join vertices at the same place and orient the faces, so that remeshers can see the mesh.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh.
+
+    Returns
+    -------
+    source : PolyMesh
+        An oriented manifold surface.
+    notes : list of str
+        What was done.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made one.
+    """
+    if check_mesh(mesh).codes & {"index-range", "small-face"} or not mesh.n_faces:
+        prepare_mesh(mesh)  # says what is wrong
+    welded, joined, dropped = weld_mesh(mesh)
+    notes: list[str] = []
+    source = mesh
+    # Bodies that only touch are better left apart than joined to something that cannot be woven.
+    if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
+        source = welded
+        notes.append(
+            agree(
+                joined,
+                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
+                "with it",
+            )
+            + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
+        )
+    source, _, repairs = prepare_mesh(source)
+    return source, [*notes, *repairs]
+
+
+def cut_surface(source: PolyMesh) -> PolyMesh:
+    """Cut a surface into triangles that are a manifold surface too.
+
+    Faces are cut along their shorter diagonals; where two faces then share a diagonal, all faces
+    are cut around their centres instead.
+
+    Parameters
+    ----------
+    source : PolyMesh
+        An oriented manifold surface.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> cut_surface(cube()).n_faces
+    12
+    """
+    surface = triangulate(source)
+    return surface if not check_mesh(surface).fatal else PolyMesh.from_faces(*fans(source))
+
+
+#: The share of the edges that may be short.
+_FEW = 0.05
+
+
+def edge_lengths(mesh: PolyMesh) -> FloatArray:
+    """Return the length of each half-edge, (H,)."""
+    here = mesh.vertices[mesh.indices]
+    lengths: FloatArray = np.linalg.norm(here[next_corner(mesh)] - here, axis=1)
+    return lengths
+
+
+def evenness(mesh: PolyMesh) -> float:
+    """Return how long all but the shortest twentieth of the edges are, over the median edge.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+
+    Returns
+    -------
+    float
+        From 0 to 1; 1 if all edges are as long.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> round(evenness(parse_shape("shape:cube")), 9)
+    1.0
+    """
+    short, middle = np.quantile(edge_lengths(mesh), (_FEW, 0.5)).tolist()
+    return float(short / middle) if middle > 0 else 0.0
+
+
+#: All bounds are shares of the mean edge of the quads. How far a new vertex may be off the given
+#: surface, ...
+_OFF_MAX = 1.0
+#: ... and how far the given vertices may be off the new surface: in the mean, and at worst
+#: (a horn thinner than a quad loses its tip).
+_LOST_MEAN = 0.5
+_LOST_MAX = 3.0
+#: Which share of the faces may look away from the given surface (where two sheets of it are near
+#: one another, the nearest point may be on the wrong one).
+_REVERSED = 0.05
+#: Fewer edges at a vertex inside would make two faces lie on one another.
+_LEAST_EDGES = 3
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a remeshed surface agrees with the given one.
+
+    Parameters
+    ----------
+    faults : tuple of str
+        What is wrong; empty if the result can be used.
+    off_max, lost_max : float
+        Largest distance of a new vertex from the given surface, and of a given vertex from the
+        new surface, in the mesh's unit; NaN if it was not measured.
+    """
+
+    faults: tuple[str, ...]
+    off_max: float = np.nan
+    lost_max: float = np.nan
+
+
+def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> Fit:
+    """Check a remeshed surface against the given one.
+
+    Every face has as many corners as it should; the surface is a consistently oriented manifold
+    without odd places that the given one does not have; components, boundary loops, Euler
+    characteristic and genus of each component are those of the given one; no vertex is far off,
+    nothing of the given surface is lost, and outside is where it was.
+
+    Parameters
+    ----------
+    given : PolyMesh
+        An oriented manifold mesh.
+    result : PolyMesh
+        Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
+
+    Returns
+    -------
+    Fit
+        What is wrong with the result, and how well it fits.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(12, 8, 3.0, 1.0)).faults
+    ()
+    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0)).faults[0][:42]
+    'vertices are up to 4 off the given surface'
+    """
+    faults = surface_faults(given, result, corners)
+    # Distances are measured by foreign code that must not see a broken mesh.
+    if not result.n_faces or check_mesh(result).fatal:
+        return Fit(faults)
+    wrong, off_max, lost_max = _distance_faults(given, result)
+    return Fit((*faults, *wrong), off_max, lost_max)
+
+
+def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
+    """Say how a result differs from the given surface as a surface, wherever its vertices are.
+
+    Parameters
+    ----------
+    given : PolyMesh
+        An oriented manifold mesh.
+    result : PolyMesh
+        Any mesh.
+    corners : int or None
+        How many corners each face should have; None for any number.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import sphere, torus
+    >>> surface_faults(torus(9, 6, 3.0, 1.0), sphere(2, 1.0))
+    ('Euler characteristic: 2 instead of 0',)
+    """
+    before, after = check_mesh(given), check_mesh(result)
+    faults = [
+        f"{number} faces have {size} corners"
+        for size, number in after.face_sizes
+        if corners not in (None, size)
+    ]
+    if not after.n_faces:
+        faults.append("there are no faces")
+    faults += [problem.message for problem in after.problems if problem.code not in before.codes]
+    counts = (
+        ("bodies", before.n_components, after.n_components),
+        ("boundary loops", before.n_boundary_loops, after.n_boundary_loops),
+        ("Euler characteristic", before.euler, after.euler),
+    )
+    faults += [f"{what}: {now} instead of {once}" for what, once, now in counts if once != now]
+    if not faults and sorted(map(str, before.component_genus)) != sorted(
+        map(str, after.component_genus)
+    ):
+        faults.append(f"genus: {after.component_genus} instead of {before.component_genus}")
+    if not faults:
+        few = int(np.count_nonzero(interior_valences(build_halfedges(result))[1] < _LEAST_EDGES))
+        if few:
+            faults.append(agree(few, "{n} [vertex|vertices] inside with two edges only"))
+    return tuple(faults)
+
+
+def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], float, float]:
+    """Say how the surface differs in space."""
+    old, new = triangulate(given), triangulate(result)
+    edge = float(edge_lengths(result).mean())
+    off = _distances(result.vertices, old)[0]
+    lost = _distances(given.vertices, new)[0]
+    faults = []
+    if not edge > 0 or off.max() > _OFF_MAX * edge:
+        faults.append(
+            f"vertices are up to {off.max():.3g} off the given surface (an edge is {edge:.3g})"
+        )
+    if lost.mean() > _LOST_MEAN * edge or lost.max() > _LOST_MAX * edge:
+        faults.append(
+            f"the given vertices are up to {lost.max():.3g} off the new surface, "
+            f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more faces would "
+            "follow it better"
+        )
+    near = _distances(face_centres(result), old)[1]
+    reversed_share = float(np.mean(_inward(result, triangle_normals(old)[near])))
+    if reversed_share > _REVERSED:
+        faults.append(f"{reversed_share:.0%} of the faces point the wrong way")
+    return faults, float(off.max()), float(lost.max())
+
+
+def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntArray]:
+    """Return the distance of points from a surface of triangles, and the nearest triangles."""
+    # igl takes a while to import, and most jobs never need it.
+    from igl import point_mesh_squared_distance  # noqa: PLC0415 -- see above
+
+    triangles = np.ascontiguousarray(surface.indices.reshape(-1, 3))
+    square, nearest, _ = point_mesh_squared_distance(
+        np.array(points), np.array(surface.vertices), triangles
+    )
+    return np.sqrt(np.maximum(square, 0.0)), np.asarray(nearest, dtype=np.int64).reshape(-1)
+
+
+def _inward(mesh: PolyMesh, outward: FloatArray) -> FloatArray:
+    """Return 1 for each face whose normal points against a given direction, else 0, (F,)."""
+    here = mesh.vertices[mesh.indices]
+    there = here[next_corner(mesh)]
+    origin = np.repeat(face_centres(mesh), mesh.face_sizes, axis=0)
+    normal = np.add.reduceat(np.cross(here - origin, there - origin), mesh.offsets[:-1], axis=0)
+    return (np.einsum("ij,ij->i", normal, outward) < 0).astype(np.float64)

@@ -1,0 +1,33 @@
+"""Hold what is asked of a mesh; the table of options says what each field means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fabweave.mesh.upright import Up
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Which mesh is woven, and what is done to it before."""
+
+    source: str
+    title: str | None
+    up: Up | None
+    weld: bool | None
+    bodies: str
+    size_mm: float | None
+    remesh: str | None
+    along: str | None
+    refine: str | None
+    symmetrise: bool
+    fair: int
+    leave_out: str | None
+    rim: str
+
+    @property
+    def remeshed(self) -> bool:
+        """Whether the mesh is made anew before it is woven."""
+        return self.remesh not in (None, "none")

@@ -1,1 +1,0 @@
-"""Find the rotations and reflections that map a mesh onto itself."""

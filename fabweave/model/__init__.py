@@ -1,1 +1,0 @@
-"""Turn ribbons and yarns into bodies, and write model files."""

@@ -1,0 +1,167 @@
+"""Say what options take that may come from a file, and that job.toml keeps all of."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fabweave.core.entries import check_document, in_range, read_toml
+from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
+from fabweave.options.kinds import Kind, load, place
+
+#: The file of a finished job in which its layout is recorded; job.toml lies beside it.
+LAYOUT_FILE = "crossing_map.json"
+
+
+def calibration() -> Kind:
+    """Return the kind of a factor, or of a finished job's folder and what its machine took."""
+    least, most = 0.02, 50.0
+
+    def accept(value: Any) -> float | None:
+        return in_range(least, most)(value)
+
+    def read(text: str) -> float:
+        factor: float = load("fabweave.options.calibration.parse_calibration")(text)
+        if accept(factor) is None:
+            raise InputError(f"{shown(text)} is a factor of {factor:g}, not {expected}")
+        return factor
+
+    def write(value: float) -> float | None:
+        return None if value == 1.0 else value
+
+    expected = f"a number from {least:g} to {most:g}, or a folder and a time such as 'torus:42min'"
+    return Kind("FACTOR|DIR:TIME", expected, accept, read, write)
+
+
+def layout() -> Kind:
+    """Return the kind of files with a recorded layout; a finished job has its own beside it."""
+
+    def write(value: str | None) -> str | None:
+        return None if value is None else LAYOUT_FILE
+
+    return place("FILE", "the name of a crossing_map.json", write)
+
+
+def leave_out() -> Kind:
+    """Return the kind of openings and faces that are left out; a file's faces take its place."""
+    module = "fabweave.mesh.leave_out."
+
+    def accept(value: Any) -> str | None:
+        if not isinstance(value, str):
+            return None
+        tidy: str = load(module + "tidy_leave_out")(value)
+        return tidy
+
+    def read(text: str) -> Any:
+        return load(module + "read_leave_out")(text)
+
+    expected = "openings such as 'top:80mm', numbers of faces such as '12,13', or a file of these"
+    return Kind("top:D|bottom:D|FILE|N,N,…", expected, accept, read, textual=True)
+
+
+def preset() -> Kind:
+    """Return the kind of a preset's name, a file that ends in .toml, or a table of job.toml."""
+    module = "fabweave.sheet.presets."
+
+    def accept(value: Any) -> Any:
+        return value if isinstance(value, load(module + "Preset")) else None
+
+    def read(text: str) -> Any:
+        return load(module + "find_preset")(text)
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load(module + "read_preset")(table, "the preset in job.toml")
+
+    def names() -> Iterable[str]:
+        return load(module + "preset_names")()
+
+    def write(value: Any) -> Any:
+        # All of it, if it is the user's own, so that the job can be made again.
+        known = value.name in names() and load(module + "preset_named")(value.name) == value
+        return value.name if known else value.table
+
+    expected = "a Preset, one of {choices}, or a file that ends in .toml"
+    return Kind("NAME|FILE.toml", expected, accept, read, write, words=names, of_table=of_table)
+
+
+def sheets() -> Kind:
+    """Return the kind of sheets of which there is nothing to know but size, number and bunch."""
+
+    def read(text: str) -> Any:
+        return load("fabweave.stock.sheet_size.parse_stock")(text)
+
+    def write(value: Any) -> list[str]:
+        stock = load("fabweave.stock.sheet_size.format_stock")
+        return [stock(sheet) for sheet in value if sheet.plain]
+
+    expected = "a sheet such as '600x400mm:3', or a list of them"
+    return Kind("WxH[:N]", expected, _accept_sheets, read, write, repeatable=True)
+
+
+def stock_list() -> Kind:
+    """Return the kind of files that list stock, or of the tables that job.toml keeps of one."""
+
+    def read(text: str) -> Any:
+        return load("fabweave.stock.stock_file.read_stock")(Path(text))
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load("fabweave.stock.stock_file.stock_of")(table, "the stock in job.toml")
+
+    def write(value: Any) -> Any:
+        kept = [sheet for sheet in value if not sheet.plain]
+        return load("fabweave.stock.sheet_size.stock_table")(kept)
+
+    expected = "a list of stock, such as stock.toml"
+    return Kind("FILE", expected, _accept_sheets, read, write, of_table=of_table)
+
+
+def _accept_sheets(value: Any) -> Any:
+    """Return sheets, if they are some that can be cut from."""
+    kind = load("fabweave.stock.sheet_size.SheetSize")
+    found = (value,) if isinstance(value, kind) else value
+    if not isinstance(found, list | tuple) or not all(isinstance(one, kind) for one in found):
+        return None
+    try:
+        if found:
+            load("fabweave.stock.sheet_size.check_stock")(found, 0.0)
+        for sheet in found:
+            if sheet.bunch:
+                load("fabweave.stock.per_bunch.bunch_number")(sheet.bunch)
+    except TypeError:  # a text in place of a number
+        return None
+    return tuple(found)
+
+
+def library(what: str, module: str) -> Kind:
+    """Return the kind of files with entries of the user's own, or of what job.toml keeps of them.
+
+    Parameters
+    ----------
+    what : str
+        What an entry is: ``material`` or ``target``.
+    module : str
+        Where ``materials_of`` or ``targets_of`` stands, and ``material_table`` or ``target_table``.
+    """
+
+    def accept(value: Any) -> Any:
+        kind = load(f"{module}.{what.title()}")
+        found = (value,) if isinstance(value, kind) else value
+        if not isinstance(found, list | tuple) or not all(isinstance(one, kind) for one in found):
+            return None
+        # Of two entries of one name, the later counts.
+        named = {one.name: one for one in found}
+        check_document(named, f"the {what}s")
+        return tuple(named.values())
+
+    def read(text: str) -> Any:
+        return load(f"{module}.{what}s_of")(read_toml(Path(text), f"{what}s"), text)
+
+    def of_table(table: Mapping[str, Any]) -> Any:
+        return load(f"{module}.{what}s_of")(table, f"the {what}s in job.toml")
+
+    def write(value: Any) -> Any:
+        table = load(f"{module}.{what}_table")
+        return {one.name: table(one) for one in value} or None
+
+    expected = f"a file of {what}s such as {what}s.toml"
+    return Kind("FILE", expected, accept, read, write, repeatable=True, of_table=of_table)

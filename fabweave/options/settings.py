@@ -1,0 +1,367 @@
+"""Hold the settings of a job, make them of options, and keep them in job.toml."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
+
+from fabweave import __version__
+from fabweave.core.entries import read_toml
+from fabweave.core.errors import InputError
+from fabweave.core.messages import closest_first
+from fabweave.options.kinds import load
+from fabweave.options.option import GROUPS
+from fabweave.options.table import OPTIONS, option_named, option_of_field
+from fabweave.options.user_files import user_entries
+
+if TYPE_CHECKING:  # what options are is imported when they are used
+    from collections.abc import Iterator, Mapping
+
+    from fabweave.core.search import Search
+    from fabweave.mesh.settings import MeshSettings
+    from fabweave.options.option import Option
+    from fabweave.piece.settings import PieceSettings
+    from fabweave.ribbon.settings import RibbonSettings
+    from fabweave.ribbon.width import WidthRule
+    from fabweave.sheet.settings import MachineSettings
+    from fabweave.stock.settings import StockSettings
+    from fabweave.weave.settings import WeaveSettings
+
+#: What --along takes but the name of a file.
+ALONG_WORDS = ("x", "y", "z", "curvature")
+#: Options that were, what they were where nobody asked for them, and what to write in their place.
+_GONE: dict[str, tuple[str | None, str]] = {
+    "scale": (None, "write the size that the object gets, such as size = '400mm'"),
+    "handle": (None, "join the faces in a modelling program, and weave that mesh"),
+    "irregular": ("any", "leave it out, and choose among numbers of quads"),
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that decides what a job makes, by the rooms that it concerns; in millimetres.
+
+    What each field means, which values it takes and its default stand in the table of options
+    (:mod:`fabweave.options.table`, and :func:`fabweave.options.page.options_page` for people). None
+    means that fabweave chooses. :meth:`of` and :meth:`but` check them: whoever has settings has a
+    job that can be meant.
+    """
+
+    mesh: MeshSettings
+    weave: WeaveSettings
+    ribbons: RibbonSettings
+    pieces: PieceSettings
+    stock: StockSettings
+    search: Search
+    machine: MachineSettings
+
+    @classmethod
+    def of(cls, source: str, **values: Any) -> Settings:
+        """Return the settings of a job on a mesh, with defaults for what is not said.
+
+        Parameters
+        ----------
+        source : str
+            A file, or a shape such as ``shape:torus?m=24&n=12``.
+        **values
+            By the names of their fields, whatever group holds them.
+
+        Raises
+        ------
+        InputError
+            If a field is not what its option takes; the message names each that is wrong, and what
+            it must be.
+
+        Examples
+        --------
+        >>> Settings.of("shape:cube", size_mm=300.0).mesh.size_mm
+        300.0
+        >>> Settings.of("shape:cube", boundary="open")
+        Traceback (most recent call last):
+            ...
+        fabweave.core.errors.InputError: boundary: 'open' is not one of end, turn
+        """
+        defaults = {option.field: option_of_field(option.field).default_value for option in OPTIONS}
+        return cls._held({**defaults, "source": source, **values})
+
+    def but(self, **values: Any) -> Settings:
+        """Return the settings with other values of some fields, whatever group holds them.
+
+        Raises
+        ------
+        InputError
+            As for :meth:`of`.
+        """
+        return self._held({**self.values, **values})
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All fields of all groups, by their names."""
+        return {name: value for one in vars(self).values() for name, value in vars(one).items()}
+
+    @classmethod
+    def _held(cls, values: Mapping[str, Any]) -> Settings:
+        """Hold each value as its option does, and say what is wrong with those that are not it."""
+        groups: dict[str, dict[str, Any]] = {option.group: {} for option in OPTIONS}
+        wrong = []
+        for name, value in values.items():
+            option = option_of_field(name)
+            usual = option.default_value
+            try:
+                # What is left as it was needs no parser to be imported; a mesh must be named.
+                same = type(value) is type(usual) and value == usual and option.name != "mesh"
+                groups[option.group][name] = value if same else option.kind.hold(value)
+            except InputError as error:
+                wrong.append(f"{option.name if name == 'source' else name}: {error}")
+        if wrong:
+            raise InputError("\n".join(wrong))
+        settings = cls(
+            **{group.lower(): load(kind)(**groups[group.lower()]) for group, kind in GROUPS.items()}
+        )
+        wrong = list(_at_odds(settings))
+        if wrong:
+            raise InputError("\n".join(wrong))
+        return settings
+
+    @property
+    def width_rule(self) -> WidthRule:
+        """How wide ribbons are.
+
+        Where that is left to fabweave, they have one width. On a built-in shape they take a share
+        of their room, as its faces are alike, or get larger and smaller by degrees.
+        """
+        from fabweave.ribbon.width import EVEN, PROPORTIONAL  # noqa: PLC0415 - not for help
+
+        if self.ribbons.width is not None:
+            return self.ribbons.width
+        regular = self.mesh.source.startswith("shape:") and self.mesh.remesh is None
+        return PROPORTIONAL if regular else EVEN
+
+    @property
+    def narrowable(self) -> bool:
+        """Whether ribbons may be narrower than they are, as their width is left to fabweave."""
+        return self.width_rule.auto
+
+    def narrower(self, factor: float) -> Settings:
+        """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
+        width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))
+        return self.but(width=width)
+
+
+def _at_odds(settings: Settings) -> Iterator[str]:
+    """Say which fields, each good in itself, do not go together."""
+    # These rooms are needed only here, and not for help.
+    from fabweave.mesh.leave_out import parse_leave_out  # noqa: PLC0415
+    from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
+    from fabweave.sheet.targets import target_named  # noqa: PLC0415
+    from fabweave.stock.supplies import parse_materials, sort_of_material  # noqa: PLC0415
+
+    mesh, weave = settings.mesh, settings.weave
+    if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
+        yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
+    quads = parse_remesh(mesh.remesh).kind == "quads" if mesh.remesh else False
+    if mesh.along and not quads:
+        yield "along: only new quads can be laid so; say --remesh quads:300, too"
+    if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
+        yield "a pattern and twists were both given; give one of them"
+    if weave.twill_symmetry > 1 and weave.twill_method == "voting":
+        yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
+    try:
+        for _, name in parse_materials(settings.stock.material):
+            sort_of_material(name, settings.stock.materials)
+    except InputError as error:
+        yield f"material: {error}"
+    try:
+        target_named(settings.machine.target, settings.machine.targets)
+    except InputError as error:
+        yield f"target: {error}"
+
+
+def settings_from_options(mesh: str, **options: Any) -> Settings:
+    """Return the settings that options spelled as on the command line come to.
+
+    Materials and targets of the user's own are known, from the configuration folder too.
+
+    Parameters
+    ----------
+    mesh : str
+        A file, or a shape such as ``"shape:torus?m=24&n=12"``.
+    **options
+        As on the command line, with underscores for hyphens: texts with units, plain numbers
+        (lengths in millimetres), or what settings hold. None is as if nothing were said.
+        ``machine`` names a machine profile, whose options count where they are not said.
+
+    Raises
+    ------
+    InputError
+        If there is no such option, or it does not take the value; the message says what it takes.
+
+    Examples
+    --------
+    >>> settings = settings_from_options("shape:cube", size="40cm", kerf=0.15, sheet=["60x40cm:3"])
+    >>> settings.mesh.size_mm, settings.machine.kerf_mm, settings.stock.sheets[0].quantity
+    (400.0, 0.15, 3)
+    """
+    return _settings({"mesh": mesh, **options}, kept={}, where="")
+
+
+def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that the named machine profile sets; none where none is named."""
+    from fabweave.options.machines import machine_profile  # noqa: PLC0415 - it reads the table
+
+    named = given.get("machine")
+    return {} if named is None else machine_profile(str(named))
+
+
+def settings_from_job(path: Path, **options: Any) -> Settings:
+    """Return the settings of a finished job, but for the options that are given.
+
+    Parameters
+    ----------
+    path : Path
+        Its job.toml. A mesh, twists or a layout that it names may lie beside it.
+    **options
+        As :func:`settings_from_options` takes them, the mesh too.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is no job's, or an option does not take its value.
+    """
+    kept = read_job_options(path)
+    _fold(kept)
+    for name, (usual, instead) in _GONE.items():
+        if kept.pop(name, usual) != usual:
+            raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
+    unknown = sorted(set(kept) - {option.name for option in OPTIONS})
+    if unknown:
+        known = ", ".join(sorted(option.name for option in OPTIONS))
+        raise InputError(
+            f"{path} sets {len(unknown)} unknown options: {', '.join(unknown)}; known are {known}"
+        )
+    if isinstance(kept.get("layout"), str):
+        kept["layout"] = str(path.parent / kept["layout"])
+    settings = _settings(options, kept, where=f"{path}, ")
+    mesh, twists = settings.mesh, settings.weave.twists
+    if not mesh.source.startswith("shape:"):
+        settings = settings.but(source=_found(mesh.source, path.parent))
+    if twists is not None:
+        settings = settings.but(twists=_found(twists, path.parent))
+    if mesh.along not in (None, *ALONG_WORDS):
+        settings = settings.but(along=_found(str(mesh.along), path.parent))
+    return settings
+
+
+def _fold(kept: dict[str, Any]) -> None:
+    """Say options of an older job.toml as they are said now: two were folded into one."""
+    if "open" in kept:
+        kept["width"] = f"open:{kept.pop('open'):g}"
+    fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
+    if fastener:
+        kept["fastener"] = ",".join(fastener)
+    lap, slots = kept.pop("lap", None), kept.pop("slots", False)
+    more = [f"lap={lap}"] * (lap is not None) + ["slots"] * bool(slots)
+    if more:
+        kept["joint"] = ",".join([kept.get("joint", "rivet"), *more])
+
+
+def _found(name: str, folder: Path) -> str:
+    """Return where a file is: where it is said to be, or else in a folder, if it is there."""
+    beside = folder / name
+    return str(beside) if not os.path.exists(name) and os.path.exists(beside) else name
+
+
+def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
+    """Make settings of options that are given, and of those that a profile and a job.toml keep."""
+    kept = {**kept, **_of_machine(given)}
+    given = {name: value for name, value in given.items() if name != "machine"}
+    for name in given:
+        if all(name != option.name for option in OPTIONS):
+            closest = closest_first(name, [option.name for option in OPTIONS])[0]
+            raise InputError(f"there is no option {name!r}; the nearest is {closest!r}")
+    values: dict[str, Any] = {}
+    for option in OPTIONS:
+        if given.get(option.name) is not None:
+            value = _parsed(option, given, "")
+        elif kept.get(option.name) is not None:
+            value = _parsed(option, kept, where)
+        else:
+            continue
+        # Sheets that are plain come after those of a list of stock.
+        plain = values.get(option.field, ()) if option.field == "sheets" else ()
+        values[option.field] = (*value, *plain) if plain else value
+    if "source" not in values:
+        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
+    return Settings.of(**(values | _user_library(values, given, kept, where)))
+
+
+def _parsed(option: Option, told: Mapping[str, Any], where: str) -> Any:
+    """Return what is told of an option, as settings hold it."""
+    try:
+        return option.kind.parse(told[option.name])
+    except InputError as error:
+        raise InputError(f"{where}{option.name}: {error}") from error
+
+
+def _user_library(
+    values: Mapping[str, Any], given: Mapping[str, Any], kept: Mapping[str, Any], where: str
+) -> dict[str, Any]:
+    """Return those of the user's own materials and targets that the settings name.
+
+    What a finished job names is as its job.toml has it, whatever is in the configuration folder.
+    """
+    from fabweave.sheet.targets import targets_in_use  # noqa: PLC0415 - not for help
+    from fabweave.stock.supplies import materials_in_use, parse_materials  # noqa: PLC0415
+
+    known: dict[str, tuple[Any, ...]] = {}
+    for name, naming in (("materials", "material"), ("targets", "target")):
+        option = option_named(name)
+        from_job = naming in kept and given.get(naming) is None
+        known[name] = () if from_job else user_entries(name)
+        for told, source in ((kept, where), (given, "")):
+            if told.get(name) is not None:
+                known[name] += _parsed(option, told, source)
+    material = values.get("material", option_named("material").default)
+    target = values.get("target", option_named("target").default)
+    return {
+        "materials": materials_in_use(parse_materials(material), known["materials"]),
+        "targets": targets_in_use(target, known["targets"]),
+    }
+
+
+def settings_table(settings: Settings) -> dict[str, Any]:
+    """Return the settings under the names and in the form of the command line's options."""
+    told = {
+        option.name: option.kind.write(getattr(getattr(settings, option.group), option.field))
+        for option in OPTIONS
+    }
+    return {name: value for name, value in told.items() if value is not None}
+
+
+def job_toml(settings: Settings, outcome: dict[str, Any]) -> str:
+    """Return the text of job.toml: the settings in force, and what they came to."""
+    head = (
+        f"# Made by fabweave {__version__}. Make it again with:\n"
+        "#   fabweave make --config job.toml -o DIR\n"
+    )
+    return head + tomli_w.dumps(
+        {"fabweave": __version__, "job": settings_table(settings), "outcome": outcome}
+    )
+
+
+def read_job_options(path: Path) -> dict[str, Any]:
+    """Return the options that a job.toml sets.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML, or has no table ``[job]``.
+    """
+    job = read_toml(path, "the settings").get("job")
+    if not isinstance(job, dict):
+        raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
+    return job

@@ -1,0 +1,458 @@
+"""Spin yarns along the threads: tubes that cross over and under and do not touch."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.picture.yarn_course import Course, Spines, draw_spines, lay_course, tapered
+from fabweave.ribbon.measures import size_for
+from fabweave.ribbon.project import number_rungs
+from fabweave.ribbon.rules.clearance import segment_distances
+from fabweave.weave.pattern import Weave
+
+#: Segments are looked up in batches of this many, which bounds the memory.
+_BATCH = 4096
+
+
+def bends_too_tightly(spines: Spines) -> IntArray:
+    """Return the points at which a yarn's cross-sections would cut one another.
+
+    Cross-sections stand at right angles to the curve. Each must lie wholly behind the next one's
+    plane, and in front of the one before; then the stretches between them meet in the
+    cross-sections only.
+
+    Returns
+    -------
+    int array
+        Points that are too near to the next one for the angles there.
+    """
+    following = spines.following
+    here = np.flatnonzero(following >= 0)
+    after = following[here]
+    edge = spines.point[after] - spines.point[here]
+    tangent, radius = spines.direction, spines.radius_mm
+    # The sine of the angle between the two planes bounds what a section reaches towards the other.
+    sine = np.linalg.norm(np.cross(tangent[here], tangent[after]), axis=1)
+    ahead = np.einsum("ij,ij->i", edge, tangent[here])
+    behind = np.einsum("ij,ij->i", edge, tangent[after])
+    turned = np.einsum("ij,ij->i", tangent[here], tangent[after]) <= 0.0
+    bad = (ahead <= radius[after] * sine) | (behind <= radius[here] * sine) | turned
+    return here[bad]
+
+
+def touching_points(spines: Spines, *, enough: int | None = None) -> IntArray:
+    """Return where yarns touch that are not the same bit of yarn, (K, 2) pairs of points.
+
+    Yarns whose middle lines are everywhere farther apart than both radii together do not touch,
+    and nor do their facets: every point of a facet is nearer to the middle line than the radius.
+    Along one and the same yarn, points nearer than half a turn of the tightest bend are left to
+    ``bends_too_tightly``.
+
+    Parameters
+    ----------
+    spines : Spines
+    enough : int or None
+        Of more pairs than these, not all need be found.
+
+    Returns
+    -------
+    (K, 2) int array
+        The stretches from these points to the next ones touch.
+    """
+    following = spines.following
+    here = np.flatnonzero(following >= 0)
+    ends = spines.point[here], spines.point[following[here]]
+    length = np.linalg.norm(ends[1] - ends[0], axis=1)
+    radius = np.maximum(spines.radius_mm[here], spines.radius_mm[following[here]])
+    thread = spines.thread[here]
+    past = np.cumsum(length)
+    around = np.bincount(thread, weights=length, minlength=len(spines.closed))
+    around = np.where(spines.closed, around, np.inf)
+    middle = (ends[0] + ends[1]) / 2
+    found, count = [np.zeros((0, 2), dtype=np.int64)], 0
+    for one, other in _near_pairs(middle, radius + length / 2):
+        same = thread[one] == thread[other]
+        away = np.abs((past - length / 2)[one] - (past - length / 2)[other])
+        away = np.minimum(away, around[thread[one]] - away) - (length[one] + length[other]) / 2
+        reach = np.maximum(radius[one], radius[other])
+        apart = np.flatnonzero(~same | (away >= np.pi * reach))
+        one, other = one[apart], other[apart]  # noqa: PLW2901 - the batch, thinned out
+        segments = (end[of].T for of in (one, other) for end in ends)
+        distance, _ = segment_distances(*segments)
+        bad = np.flatnonzero(distance <= radius[one] + radius[other])
+        found.append(np.column_stack((here[one[bad]], here[other[bad]])))
+        count += len(bad)
+        if enough is not None and count > enough:
+            break
+    return np.concatenate(found)
+
+
+def _near_pairs(middle: FloatArray, reach: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Yield pairs of balls that overlap, each once, in batches."""
+    tree, most = cKDTree(middle), float(reach.max(initial=0.0))
+    for first in range(0, len(middle), _BATCH):
+        rows = np.arange(first, min(first + _BATCH, len(middle)))
+        found = tree.query_ball_point(middle[rows], reach[rows] + most)
+        one = np.repeat(rows, [len(near) for near in found])
+        other = np.concatenate(found).astype(np.int64)
+        away = middle[one] - middle[other]
+        near = np.einsum("ij,ij->i", away, away) <= (reach[one] + reach[other]) ** 2
+        kept = near & (one < other)
+        yield one[kept], other[kept]
+
+
+def sweep(spines: Spines, sides: int) -> FloatArray:
+    """Return the corners of a regular polygon around each point, turned as little as can be.
+
+    From point to point the frame is carried on by two reflections, which turn it about the
+    curve's direction as little as can be. Around a ring some angle is left over; it is spread
+    evenly over the ring's length, so that the ends meet.
+
+    Parameters
+    ----------
+    spines : Spines
+        The middle lines.
+    sides : int
+        Corners of each polygon.
+
+    Returns
+    -------
+    (N, sides, 3) float array
+        Counter-clockwise around the walking direction, at the radius of each point.
+
+    References
+    ----------
+    Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames", ACM TOG 27(1), 2008.
+    """
+    direction = spines.direction
+    first = _any_normals(direction)
+    second = np.cross(direction, first)
+    turn = _frame_angles(spines, direction, first, second)
+    around = turn[:, None] + 2.0 * np.pi * np.arange(sides) / sides
+    radius = spines.radius_mm[:, None]
+    corner = (radius * np.cos(around))[:, :, None] * first[:, None, :]
+    corner += (radius * np.sin(around))[:, :, None] * second[:, None, :]
+    return np.asarray(spines.point[:, None, :] + corner, dtype=np.float64)
+
+
+def _any_normals(direction: FloatArray) -> FloatArray:
+    """Return some unit vector at right angles to each direction."""
+    axis = np.eye(3)[np.argmin(np.abs(direction), axis=1)]
+    normal = np.cross(direction, axis)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+def _frame_angles(
+    spines: Spines, direction: FloatArray, first: FloatArray, second: FloatArray
+) -> FloatArray:
+    """Return how far the least turned frame stands from the given one at each point, (N,)."""
+    following = spines.following
+    here = np.flatnonzero(following >= 0)
+    after = following[here]
+    edge = spines.point[after] - spines.point[here]
+    carried = _carried(first[here], direction[here], direction[after], edge)
+    step = np.zeros(len(direction))
+    step[here] = np.arctan2(
+        np.einsum("ij,ij->i", carried, second[after]), np.einsum("ij,ij->i", carried, first[after])
+    )
+    length = np.zeros(len(direction))
+    length[here] = np.linalg.norm(edge, axis=1)
+    turn, way = _running(step, spines.offsets), _running(length, spines.offsets)
+    filled = np.flatnonzero(np.diff(spines.offsets) > 0)
+    last = spines.offsets[filled + 1] - 1
+    around, total = np.zeros(len(spines.closed)), np.ones(len(spines.closed))
+    # What is left over after a ring, the nearer way round.
+    left_over = np.remainder(turn[last] + step[last] + np.pi, 2.0 * np.pi) - np.pi
+    around[filled] = np.where(spines.closed[filled], left_over, 0.0)
+    total[filled] = np.maximum(way[last] + length[last], 1e-300)
+    thread = spines.thread
+    return turn - around[thread] * way / total[thread]
+
+
+def _carried(
+    normal: FloatArray, direction: FloatArray, onward: FloatArray, edge: FloatArray
+) -> FloatArray:
+    """Carry normals by two reflections: across each edge's middle, then into the new plane."""
+    normal, reflected = _reflected(normal, edge), _reflected(direction, edge)
+    return _reflected(normal, onward - reflected)
+
+
+def _reflected(vector: FloatArray, mirror: FloatArray) -> FloatArray:
+    """Reflect vectors in the planes across others; where these vanish, nothing changes."""
+    size = np.einsum("ij,ij->i", mirror, mirror)
+    share = np.einsum("ij,ij->i", vector, mirror) / np.where(size > 1e-300, size, 1.0)
+    return np.asarray(vector - 2.0 * np.where(size > 1e-300, share, 0.0)[:, None] * mirror)
+
+
+def _running(values: FloatArray, offsets: IntArray) -> FloatArray:
+    """Return the sum of all values of the same thread before each one."""
+    before = np.concatenate(([0.0], np.cumsum(values)))[:-1]
+    filled = np.diff(offsets) > 0
+    return before - np.repeat(before[offsets[:-1][filled]], np.diff(offsets)[filled])
+
+
+#: Sides of a tube: fewer than three are none, and more than these are never seen.
+_FEWEST_SIDES, _MOST_SIDES = 3, 128
+#: Yarns without a radius are so thick, relative to the thickest that have room.
+_THICKNESS = 0.95
+#: No yarn is thicker than this share of its room; how much thinner the next one tried is; and how
+#: finely the thickest is found.
+_LARGEST, _SHRINK, _FINER = 0.75, 0.85, 4
+#: The share of guides about which yarns may be thinner than the rest, and how much at a time.
+_FEW, _THIN = 0.03, 0.85
+#: No guide has more points about it, or pairs of stretches that touch, than these; more of them
+#: belong to several guides.
+_MOST_BENDS, _MOST_PAIRS = 100, 400
+#: Thinner than this share of the room there is no yarn left.
+_THINNEST = 0.01
+
+
+@frozen_value
+class Yarns:
+    """Yarns as tubes.
+
+    Parameters
+    ----------
+    offsets : (T + 1,) int array
+        Thread ``t`` owns the cross-sections ``offsets[t]:offsets[t + 1]``; none if it has no
+        crossing.
+    closed : (T,) bool array
+        Whether the yarn is a ring; others end in flat caps.
+    spine : (N, 3) float array
+        The middle of each cross-section, in millimetres.
+    radius_mm : (N,) float array
+        Its radius.
+    rim : (N, S, 3) float array
+        Its S corners, counter-clockwise around the walking direction.
+    pass_offsets : (T + 1,) int array
+        Thread ``t`` makes the passes ``pass_offsets[t]:pass_offsets[t + 1]``.
+    entry : (P,) int array
+        The cross-section at which each pass is at its crossing.
+    most : float
+        How many times as thick the yarns could be without touching, at least 1.
+    """
+
+    offsets: IntArray
+    closed: BoolArray
+    spine: FloatArray
+    radius_mm: FloatArray
+    rim: FloatArray
+    pass_offsets: IntArray
+    entry: IntArray
+    most: float
+
+    @property
+    def sides(self) -> int:
+        """Number of sides of the tubes."""
+        return self.rim.shape[1]
+
+
+def spin_yarns(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    weave: Weave,
+    labels: Sequence[str],
+    *,
+    radius_mm: float | None = None,
+    sides: int = 12,
+    portals: FloatArray | None = None,
+    progress: Progress = no_progress,
+) -> Yarns:
+    """Spin a tube along every thread, as thick as can be or as asked.
+
+    Each tube follows a curve through the thread's crossings that lies a little more than its
+    radius above or below the surface there. Without a radius, yarns are thick where the weave is
+    wide and thin where it is narrow: the radius is a share of the room at each crossing, and the
+    share is the largest at which hardly any yarns touch, less 5 %. About the
+    few crossings where some still do, they are made thinner.
+
+    Parameters
+    ----------
+    mesh, halfedges, weave
+        A mesh, its connectivity, and the weave on it.
+    labels : sequence of str
+        Names of the threads, for messages.
+    radius_mm : float or None
+        One radius for all yarns, or None for the thickest that have room.
+    sides : int
+        Sides of the tubes, at least 3.
+    portals : (H,) float array, optional
+        Where yarns cross their portals, from vertices to centres; in the middle by default.
+    progress : callable
+        Told which radius is being tried.
+
+    Returns
+    -------
+    Yarns
+        Closed surfaces, one for each thread with a crossing, that touch neither themselves nor
+        one another.
+
+    Raises
+    ------
+    InputError
+        If the radius or number of sides makes no sense.
+    CannotMakeError
+        If yarns of the radius touch, or yarns of any radius do.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), section 9: yarns.
+    Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames" (2008).
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> mesh = torus(8, 4, 35.0, 15.0)
+    >>> halfedges = build_halfedges(mesh)
+    >>> weave = plain_weave(trace_threads(halfedges))
+    >>> yarns = spin_yarns(mesh, halfedges, weave, "ABCDEFGH", radius_mm=1.0, sides=6)
+    >>> len(yarns.closed), yarns.sides, bool(yarns.most > 1.5)
+    (8, 6, True)
+    """
+    if not _FEWEST_SIDES <= sides <= _MOST_SIDES:
+        raise InputError(
+            f"a yarn has {sides} sides; it needs {_FEWEST_SIDES} at least, and {_MOST_SIDES} do"
+        )
+    if radius_mm is not None and not (np.isfinite(radius_mm) and radius_mm > 0.0):
+        raise InputError(f"the radius of the yarns is {radius_mm} mm; it must be positive")
+    course = lay_course(mesh, halfedges, weave, portals)
+    if len(course.place) == 0:
+        raise CannotMakeError("there is nothing to spin: nothing crosses anything on this mesh")
+    if radius_mm is None:
+        few = int(_FEW * len(course.place))
+        most, _ = _largest_share(course, course.room_mm, few, progress)
+        course = _thinned(course, _THICKNESS * most, labels, progress)
+        radii, times = _THICKNESS * most * course.room_mm, 1.0 / _THICKNESS
+    else:
+        radii, times = _even_radii(course, radius_mm, mesh, labels, progress)
+    spines = draw_spines(course, radii)
+    return Yarns(
+        offsets=spines.offsets,
+        closed=spines.closed,
+        spine=spines.point,
+        radius_mm=spines.radius_mm,
+        rim=sweep(spines, sides),
+        pass_offsets=weave.threads.offsets,
+        entry=np.searchsorted(spines.guide, number_rungs(weave.threads, 1, 1)[1]),
+        most=times,
+    )
+
+
+def _even_radii(
+    course: Course,
+    radius_mm: float,
+    mesh: PolyMesh,
+    labels: Sequence[str],
+    progress: Progress,
+) -> tuple[FloatArray, float]:
+    """Return the same radius for all guides, if yarns have room for it; and how often it fits."""
+    # Shares are those of the narrowest room.
+    shape = np.full(len(course.place), float(course.room_mm.min()))
+    share, hampered = _largest_share(course, shape, 0, progress)
+    most_mm = share * float(shape[0])
+    radii = np.full(len(shape), radius_mm)
+    if radius_mm <= most_mm and len(_hampered(course, radii, allowed=0)) == 0:
+        return radii, max(most_mm / radius_mm, 1.0)
+    if len(hampered):
+        raise _no_room(course, labels, hampered)
+    size_mm = float(np.ptp(mesh.vertices, axis=0).max())
+    raise CannotMakeError(
+        f"yarns with a radius of {radius_mm:g} mm would touch: {most_mm:.3g} mm is the largest "
+        f"that has room; use --yarn-radius {_rounded_down(most_mm):g}mm, or "
+        f"--size {size_for(most_mm, radius_mm, size_mm)}mm, or leave the radius to fabweave"
+    )
+
+
+def _rounded_down(value: float) -> float:
+    """Return a value with two digits that is not larger."""
+    unit = 10.0 ** (np.floor(np.log10(value)) - 1)
+    return float(np.round(np.floor(value / unit * (1 + 1e-9)) * unit, 9))
+
+
+def _hampered(course: Course, radius_mm: FloatArray, *, allowed: int | None = None) -> IntArray:
+    """Return the guides about which yarns of given radii (G,) get in their own or others' way.
+
+    If these are more than allowed, only some of them are returned.
+    """
+    spines = draw_spines(course, radius_mm)
+    following = spines.following
+    bad = bends_too_tightly(spines)
+    if allowed is None or len(bad) <= allowed * _MOST_BENDS:
+        enough = None if allowed is None else _MOST_PAIRS * allowed
+        bad = np.concatenate((bad, touching_points(spines, enough=enough).ravel()))
+    return np.unique(spines.guide[np.concatenate((bad, following[bad]))])
+
+
+def _largest_share(
+    course: Course, shape: FloatArray, allowed: int, progress: Progress
+) -> tuple[float, IntArray]:
+    """Return the largest share of the room at which yarns touch about few guides, and these."""
+    share, tried = _LARGEST, 0
+    while True:
+        progress("yarns", tried, tried + _FINER)
+        hampered = _hampered(course, share * shape, allowed=allowed)
+        if len(hampered) <= allowed or share < _THINNEST:
+            break
+        share *= _SHRINK
+        tried += 1
+    too_large = min(share / _SHRINK, _LARGEST)
+    for step in range(_FINER if share >= _THINNEST else 0):
+        progress("yarns", tried + step, tried + _FINER)
+        middle = (share + too_large) / 2
+        found = _hampered(course, middle * shape, allowed=allowed)
+        if len(found) <= allowed:
+            share, hampered = middle, found
+        else:
+            too_large = middle
+    return share, hampered
+
+
+def _thinned(course: Course, share: float, labels: Sequence[str], progress: Progress) -> Course:
+    """Return the course with less room about places where yarns would touch, so that none do.
+
+    Raises
+    ------
+    CannotMakeError
+        If they touch though hardly any room is left.
+    """
+    whole, tried = course.room_mm, 0
+    while True:
+        progress("yarns", tried, tried + 1)
+        hampered = _hampered(course, share * course.room_mm)
+        if len(hampered) == 0:
+            return course
+        room = course.room_mm.copy()
+        room[hampered] *= _THIN
+        course = tapered(replace(course, room_mm=room))
+        tried += 1
+        lost = hampered[room[hampered] < _THINNEST * whole[hampered]]
+        if len(lost):
+            raise _no_room(course, labels, lost)
+
+
+def _no_room(course: Course, labels: Sequence[str], lost: IntArray) -> CannotMakeError:
+    """Say where yarns touch however thin they are."""
+    threads = np.searchsorted(course.offsets, lost, side="right") - 1
+    names = " and ".join(sorted({labels[thread] for thread in threads[:4]}))
+    x, y, z = course.place[lost[0]]
+    return CannotMakeError(
+        f"yarns of any radius would touch about {len(lost)} crossings (thread {names} at "
+        f"{x:.1f}, {y:.1f}, {z:.1f} mm): the surface runs through itself there, or a face is too "
+        "thin; move its vertices apart"
+    )

@@ -1,0 +1,151 @@
+"""Complete what is asked of pieces: how they lie, which crossings are fastened, and with what."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from fabweave.core.arrays import IntArray
+from fabweave.core.errors import InputError
+from fabweave.piece.grain import tight_along
+from fabweave.piece.joint.holes import HoleRule
+from fabweave.piece.joint.kinds import parse_joint
+from fabweave.piece.settings import PieceSettings
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.settings import RibbonSettings
+from fabweave.stock.hardware import hardware_catalogue, parse_fastener
+from fabweave.stock.material import hole_edge_mm, min_hole_mm
+from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.stock.rotations import AUTO
+from fabweave.stock.supplies import Supplies
+
+#: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.
+HOLES_MM = (4.1, 3.3, 2.5, 2.0, 1.6, 1.3, 1.0)
+#: How pieces lie where bends ask for it; as pieces are wavy, some places are off by more.
+ACROSS = "across:10deg"
+
+
+@dataclass(frozen=True)
+class Brief:
+    """All that pieces are made by, beside the woven object.
+
+    Parameters
+    ----------
+    ribbons : RibbonSettings
+    pieces : PieceSettings
+    supplies : Supplies
+    effort : str
+        How hard it is looked for a place on a sheet.
+    holes : str
+        Which crossings have holes.
+    rules : tuple of HoleRule
+        The holes that may be used, the largest first; none if none are wanted.
+    """
+
+    ribbons: RibbonSettings
+    pieces: PieceSettings
+    supplies: Supplies
+    effort: str
+    holes: str
+    rules: tuple[HoleRule, ...]
+
+    @property
+    def fasten(self) -> str:
+        """Which crossings take a fastener: as asked, or else those where the weave is loose.
+
+        Slots are for the fasteners of crossings without joints, so who asks for them wants all.
+        """
+        slots = parse_joint(self.pieces.joint).slots
+        return self.pieces.fasten or ("all" if slots else "loose")
+
+
+def make_brief(
+    ribbons: RibbonSettings,
+    pieces: PieceSettings,
+    supplies: Supplies,
+    effort: str,
+    *,
+    service: bool = False,
+) -> Brief:
+    """Return what pieces are made by, with the holes that were asked for, or that suit the job.
+
+    Where pieces of one kind are to be interchangeable, they have the same holes.
+
+    Parameters
+    ----------
+    ribbons, pieces, supplies, effort
+        Complete.
+    service : bool
+        Whether others cut the pieces, and have a file for each kind.
+
+    Raises
+    ------
+    InputError
+        If the hole is too small to burn.
+    """
+    by_kind = pieces.labels == "kinds" or service or pieces.kinds == "fewest"
+    holes = pieces.holes or ("alike" if by_kind else "fastened")
+    return Brief(ribbons, pieces, supplies, effort, holes, _hole_rules(pieces, supplies, holes))
+
+
+def chosen_grain(ribbons: Ribbons, bunches: IntArray, supplies: Supplies) -> Supplies:
+    """Lay pieces across the grain if that is left to fabweave, and bends ask for it.
+
+    They do where a ribbon must bend, from crossing to crossing, more tightly than a strip along the
+    grain can, if its material bends better across.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        As wide as asked.
+    bunches : (T,) int array
+        The bunch of each thread.
+    supplies : Supplies
+
+    Returns
+    -------
+    Supplies
+        The same, or with rotations ``across:10deg`` and the radius of strips that lie so.
+    """
+    limits = thread_limits(supplies, bunches)
+    if supplies.rotations != AUTO or not tight_along(ribbons, limits).any():
+        return supplies
+    return replace(supplies.across(), rotations=ACROSS)
+
+
+def _hole_rules(pieces: PieceSettings, supplies: Supplies, holes: str) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted.
+
+    A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
+    size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
+    """
+    fastener = parse_fastener(pieces.fastener)
+    if fastener.hole_mm == 0 or (pieces.fasten == "none" and holes != "all"):
+        return ()
+    material = max(supplies.materials, key=min_hole_mm)
+    least = min_hole_mm(material)
+    sort, hole = fastener.sort, fastener.hole_mm
+    if hole is not None:
+        if hole < least:
+            raise InputError(
+                f"a hole of {hole:g} mm is too small for a laser in "
+                f"{material.description}: use {least:g} mm or more, "
+                "or --fastener none"
+            )
+        sizes: Sequence[float] = (hole,)
+    else:
+        sizes = [size for size in HOLES_MM if size >= least] or [least]
+        sizes = [size for size in sizes if _is_sold_for(size, supplies)] or sizes
+    # A head that reached over the edge would show, and hold nothing there.
+    head = 0.0 if sort is None else sort.head_mm / 2.0
+    return tuple(
+        HoleRule(size, max(head, *(hole_edge_mm(one, size) for one in supplies.materials)))
+        for size in sizes
+    )
+
+
+def _is_sold_for(hole_mm: float, supplies: Supplies) -> bool:
+    """Say whether there is hardware for a hole through two layers, and through three at a lap."""
+    thickness = [material.thickness_mm for material in supplies.materials]
+    return all(
+        any(sort.fits(hole_mm, grip_mm) for sort in hardware_catalogue().values())
+        for grip_mm in (2.0 * min(thickness), 3.0 * max(thickness))
+    )

@@ -1,0 +1,148 @@
+"""Build the pieces of an object whose strips are known, and the rings of its openings."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray
+from fabweave.mesh.leave_out import Opening
+from fabweave.piece.brief import Brief
+from fabweave.piece.congruence import DECIMALS
+from fabweave.piece.grain import grain_findings, tight_along
+from fabweave.piece.joined_strands import JoinedObject
+from fabweave.piece.joint.fastening import (
+    beside_edges,
+    fastened_crossings,
+    hanging_crossings,
+    loose_shares,
+    parse_fastening,
+    parse_hanging,
+)
+from fabweave.piece.joint.kinds import parse_joint
+from fabweave.piece.on_stock import rings_fit
+from fabweave.piece.piece import Piece
+from fabweave.piece.pieces import PieceSet, build_pieces
+from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
+from fabweave.piece.split.preferences import KIND_PRICES
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.stock.material import min_bend_radius_mm
+from fabweave.stock.rotations import parse_rotations
+
+#: A ring is not cut into more pieces to make them fit on a sheet.
+MOST_RING_PIECES = 12
+#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
+_ON_RIM_MM = 1e-3
+
+
+def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
+    """Build the pieces of an object, with their holes and joints."""
+    woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
+    fastening = parse_fastening(brief.fasten)
+    fastened = fastened_crossings(
+        fastening,
+        woven.weave,
+        woven.halfedges,
+        joined.joints.crossing,
+    )
+    openings = woven.source.rims
+    beside = [beside_opening(woven, opening) for opening in openings]
+    for crossings in beside:
+        fastened |= crossings
+    hanging = hung(woven, asked.hang)
+    fastened |= hanging
+    bend_t = min(
+        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
+    )
+    piece_set = build_pieces(
+        woven.ribbons,
+        woven.weave,
+        joined.plan.runs,
+        woven.labels,
+        brief.rules,
+        joined.joints,
+        slots=parse_joint(asked.joint).slots,
+        cut=joined.cut,
+        fastened=fastened,
+        loose=loose_shares(woven.ribbons, woven.weave.threads, bend_t)
+        if fastening.kind == "loose"
+        else None,
+        holed=np.ones_like(fastened) if brief.holes == "all" else None,
+        alike=brief.holes == "alike",
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[asked.kinds] is not None,
+    )
+    rings = _rings(openings, beside, piece_set, woven, brief)
+    return replace(piece_set, rings=rings, hanging=hanging)
+
+
+def hung(woven: WovenObject, hang: str | None) -> BoolArray:
+    """Return the crossings that carry something, (X,)."""
+    if hang is None:
+        return np.zeros(woven.weave.threads.n_crossings, dtype=np.bool_)
+    # As the map tells where they are: of two that are as high, both choose the same.
+    places = woven.ribbons.centre.round(DECIMALS)
+    return hanging_crossings(parse_hanging(hang), places)
+
+
+def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:
+    """Return which crossings lie beside the rim of a round opening, (X,)."""
+    halfedges, vertices = woven.halfedges, woven.mesh.vertices
+    away = np.hypot(vertices[:, 0] - (opening.x_mm or 0.0), vertices[:, 1] - (opening.y_mm or 0.0))
+    near = np.abs(away - (opening.diameter_mm or 0.0) / 2.0) <= opening.off_mm + _ON_RIM_MM
+    rim = (halfedges.twin < 0) & near[halfedges.tail] & near[halfedges.tail[halfedges.next]]
+    return beside_edges(woven.weave.threads, halfedges, rim)
+
+
+def _rings(
+    openings: Sequence[Opening],
+    beside: Sequence[BoolArray],
+    piece_set: PieceSet,
+    woven: WovenObject,
+    brief: Brief,
+) -> tuple[RimRing, ...]:
+    """Plan a ring for each opening, of as few pieces as fit on a sheet of the first material."""
+    rings: list[RimRing] = []
+    # Around the widest hole there is the most room to keep.
+    edge_mm = piece_set.rules[0].edge_mm if piece_set.rules else 0.0
+    thickness = brief.supplies.materials[0].thickness_mm
+    for opening, crossings in zip(openings, beside, strict=True):
+        held = np.flatnonzero(crossings & piece_set.fastened)
+        first = 1 + sum(len(ring.pieces) for ring in rings)
+        for count in range(2, MOST_RING_PIECES + 1):
+            ring = plan_ring(
+                opening.side,
+                held,
+                woven.ribbons.centre[held],
+                (opening.x_mm or 0.0, opening.y_mm or 0.0),
+                opening.diameter_mm or 0.0,
+                count=count,
+                first=first,
+                hole_mm=piece_set.size_mm[held],
+                edge_mm=edge_mm,
+                thickness_mm=thickness,
+                clearance_mm=brief.ribbons.clearance_mm,
+                prefix=ring_prefix(woven.labels),
+            )
+            if count == MOST_RING_PIECES or rings_fit(ring, brief.supplies, brief.effort):
+                break
+        rings.append(ring)
+    return tuple(rings)
+
+
+def with_grain(
+    check: RibbonCheck, joined: JoinedObject, pieces: Sequence[Piece], rotations: str
+) -> RibbonCheck:
+    """Return a check that also says which tight bends may lie off the line across the grain."""
+    woven = joined.woven
+    found = grain_findings(
+        pieces,
+        joined.plan.runs,
+        woven.weave.threads,
+        tight_along(woven.ribbons, check.limits),
+        parse_rotations(rotations),
+        woven.labels,
+        woven.ribbons.centre,
+    )
+    return replace(check, findings=(*check.findings, *found))

@@ -1,0 +1,125 @@
+"""Ask what room outlines find on the stock: alone, or nested roughly."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+)
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.nest.effort import ROUGH
+from fabweave.nest.fits import fits_stock
+from fabweave.nest.nesting import nest
+from fabweave.piece.rim_ring import RimRing
+from fabweave.piece.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets
+from fabweave.stock.material import Material
+from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.supplies import Supplies
+
+#: Arcs of rings are nested as chords that are off by this at most, millimetres.
+FLAT_MM = 0.01
+
+
+def rough_nesting(
+    supplies: Supplies,
+) -> Callable[[Sequence[FloatArray], IntArray], SheetsNeeded | None]:
+    """Return what nests outlines roughly, and tells the sheets that they take.
+
+    Parameters
+    ----------
+    supplies : Supplies
+
+    Returns
+    -------
+    callable
+        Of outlines and the supply of each, (P,); its answer is None where the stock has no room for
+        them.
+    """
+    rotations = parse_rotations(supplies.rotations)
+
+    def needed(outlines: Sequence[FloatArray], supply_of: IntArray) -> SheetsNeeded | None:
+        found = []
+        for number, supply in enumerate(supplies.each):
+            try:
+                layout = nest(
+                    [outlines[piece] for piece in np.flatnonzero(supply_of == number).tolist()],
+                    supplies.as_nested(supply.sheets),
+                    margin_mm=supplies.margin_mm,
+                    gap_mm=supply.gap_mm,
+                    effort=ROUGH,
+                    rotations=rotations,
+                    workers=1,
+                )
+            except (CannotMakeError, InputError):
+                # No room, or outlines that cross themselves, and will be cut elsewhere.
+                return None
+            found += [
+                SheetsNeeded(1, sheet.area_mm2, sheet_price(sheet, supply.material), 0.0)
+                for sheet in layout.sheets
+            ]
+        return sum_sheets(found)
+
+    return needed
+
+
+def sheet_price(sheet: SheetSize, material: Material) -> float:
+    """Return the price of a sheet: its own, none for an offcut, or by the material's area.
+
+    Where the material's is a range, its middle counts.
+    """
+    if sheet.price is not None or sheet.offcut:
+        return sheet.price or 0.0
+    by_area = SHEET_EUR_M2 if material.price_per_m2 is None else np.mean(material.price_per_m2)
+    return float(by_area) * sheet.area_mm2 * 1e-6
+
+
+def outlines_with_place(
+    outlines: Sequence[FloatArray],
+    threads: IntArray,
+    supplies: Supplies,
+    bunches: IntArray,
+    effort: str,
+) -> BoolArray:
+    """Return which pieces fit on a sheet of their own supply, each alone, (N,).
+
+    Parameters
+    ----------
+    outlines : sequence of (K, 2) float arrays
+        The pieces as they are cut.
+    threads : (N,) int array
+        The thread of each.
+    supplies, bunches, effort
+        As for :func:`nest_pieces`.
+    """
+    placed = np.zeros(len(outlines), dtype=np.bool_)
+    supply_of_piece = supplies.of(bunches)[threads]
+    for index, supply in enumerate(supplies.each):
+        group = np.flatnonzero(supply_of_piece == index)
+        placed[group] = fits_stock(
+            [outlines[piece] for piece in group.tolist()],
+            supplies.as_nested(supply.sheets),
+            margin_mm=supplies.margin_mm,
+            gap_mm=supply.gap_mm,
+            effort=effort,
+            rotations=parse_rotations(supplies.rotations),
+        )
+    return placed
+
+
+def rings_fit(ring: RimRing, supplies: Supplies, effort: str) -> bool:
+    """Return whether each piece of a ring fits on a sheet of the first material, alone."""
+    supply = supplies.each[0]
+    return bool(
+        fits_stock(
+            [piece.path.flattened(FLAT_MM) for piece in ring.pieces],
+            supplies.as_nested(supply.sheets),
+            margin_mm=supplies.margin_mm,
+            gap_mm=supply.gap_mm,
+            effort=effort,
+            rotations=parse_rotations(supplies.rotations),
+        ).all()
+    )

@@ -1,0 +1,41 @@
+"""Hold what is asked of pieces; the table of options says what each field means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fabweave.weave.strand_colours import Strategy
+
+
+@dataclass(frozen=True)
+class PieceSettings:
+    """How threads are cut into pieces, how these are joined and held, and what they carry."""
+
+    max_length_mm: float | None
+    prefer: str
+    kinds: str
+    spares: str | None
+    fastener: str | None
+    holes: str | None
+    fasten: str | None
+    hang: str | None
+    joint: str
+    colours: Strategy
+    force: bool
+    labels: str
+    label_side: str
+
+    @property
+    def hardware(self) -> str | None:
+        """The name of the fastener to be used; None for any that fits."""
+        from fabweave.stock.hardware import parse_fastener  # noqa: PLC0415 - not for help
+
+        sort = parse_fastener(self.fastener).sort
+        return None if sort is None else sort.name
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether sheets are drawn mirrored, since the inside is engraved."""
+        return self.label_side == "inside"

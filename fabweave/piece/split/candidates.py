@@ -1,0 +1,433 @@
+"""Measure every piece that a thread could be cut into, by array code.
+
+Every thread is unfolded once, rings for two laps. Unfolding is rigid, so the stretch between two
+sites of a whole strip is congruent to the piece that would be cut there. Lengths and areas are
+differences of running sums, convex hulls come from running extremes in a fan of directions.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.piece.development import Strips, run_rungs, unfold
+from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.weave.pattern import Weave
+
+
+@frozen_value
+class Sites:
+    """Where each thread may be cut, in compressed rows, in walking order.
+
+    A ring may be cut at any of its sites. An open thread has its first and its last pass as its
+    outer sites: there it ends, whether it is cut or not.
+
+    Parameters
+    ----------
+    offsets : (T + 1,) int array
+        Thread ``t`` owns the sites ``offsets[t]:offsets[t + 1]``; none if it has no crossing.
+    position : (N,) int array
+        The pass of each site, counted from the start of its thread.
+    crossing : (N,) int array
+        The crossing of each site.
+    closed : (T,) bool array
+        Whether the thread is a ring.
+    lengths : (T,) int array
+        Number of passes of each thread.
+    """
+
+    offsets: IntArray
+    position: IntArray
+    crossing: IntArray
+    closed: BoolArray
+    lengths: IntArray
+
+    @property
+    def thread(self) -> IntArray:
+        """The thread of each site, (N,)."""
+        return np.repeat(np.arange(len(self.closed)), np.diff(self.offsets))
+
+    @property
+    def outer(self) -> BoolArray:
+        """Whether each site is the end of an open thread and so carries no joint, (N,)."""
+        thread = self.thread
+        end = (self.position == 0) | (self.position == self.lengths[thread] - 1)
+        return np.asarray(end & ~self.closed[thread])
+
+    @property
+    def steps(self) -> IntArray:
+        """How many passes on the next site of the thread is, (N,); 0 at the end of an open one."""
+        filled = np.flatnonzero(np.diff(self.offsets))
+        final = self.offsets[filled + 1] - 1
+        steps = np.diff(self.position, append=0)
+        back = self.position[self.offsets[filled]] + self.lengths[filled] - self.position[final]
+        steps[final] = np.where(self.closed[filled], back, 0)
+        return steps
+
+    def of(self, threads: IntArray) -> "Sites":
+        """Return the sites of some threads only; the others keep none."""
+        chosen = np.zeros(len(self.closed), dtype=bool)
+        chosen[threads] = True
+        keep = chosen[self.thread]
+        return Sites(
+            offsets=offsets_of(np.where(chosen, np.diff(self.offsets), 0)),
+            position=self.position[keep],
+            crossing=self.crossing[keep],
+            closed=self.closed,
+            lengths=self.lengths,
+        )
+
+
+def list_sites(weave: Weave) -> Sites:
+    """List where threads go under, and the ends of open threads.
+
+    A ring that never goes under may be cut anywhere.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.solids import tetrahedron
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> weave = plain_weave(trace_threads(build_halfedges(tetrahedron())))
+    >>> sites = list_sites(weave)
+    >>> np.diff(sites.offsets).tolist(), sites.position.tolist()
+    ([2, 2, 2], [1, 3, 1, 3, 1, 3])
+    """
+    threads = weave.threads
+    thread, lengths = threads.thread_of_pass, threads.lengths
+    position = np.arange(len(thread)) - threads.offsets[thread]
+    under = np.bincount(thread[~weave.over], minlength=threads.n_threads)
+    chosen = ~weave.over | (threads.closed & (under == 0))[thread]
+    ends = (position == 0) | (position == lengths[thread] - 1)
+    chosen = np.flatnonzero(chosen | (ends & ~threads.closed[thread]))
+    return Sites(
+        offsets=offsets_of(np.bincount(thread[chosen], minlength=threads.n_threads)),
+        position=position[chosen],
+        crossing=threads.crossing[chosen],
+        closed=threads.closed,
+        lengths=lengths,
+    )
+
+
+ComplexArray: TypeAlias = npt.NDArray[np.complex128]
+
+#: Directions in which hulls are sampled; every vertex of a hull that is extreme in one is found.
+_DIRECTIONS = 48
+#: Hulls of so many windows are worked on at a time.
+_BATCH = 20_000
+
+
+@frozen_value
+class Course:
+    """Whole strips, unfolded once, with the passes along them; a ring for up to two laps.
+
+    Parameters
+    ----------
+    strips : Strips
+        One for each thread.
+    offsets : (T + 1,) int array
+        Thread ``t`` has the stations ``offsets[t]:offsets[t + 1]``, one for each of its passes and
+        again for those of the second lap.
+    begin, end : (M,) int arrays
+        The rungs of the strips where a piece begins that has its first station here, and where one
+        ends that has its last station here.
+    """
+
+    strips: Strips
+    offsets: IntArray
+    begin: IntArray
+    end: IntArray
+
+    def stretches(self, first: IntArray, last: IntArray) -> Strips:
+        """Return the pieces from station to station, cut out of the whole strips."""
+        begin, end = self.begin[first], self.end[last]
+        offsets = offsets_of(end - begin + 1)
+        rung = np.arange(offsets[-1]) - np.repeat(offsets[:-1] - begin, np.diff(offsets))
+        strips = self.strips
+        return Strips(offsets, strips.rung[rung], strips.right[rung], strips.left[rung])
+
+
+@frozen_value
+class Windows:
+    """All stretches between two sites that could become a piece: row by first, column by last.
+
+    Column ``d`` of row ``i`` is the stretch from site ``i`` to site ``i + 1 + d`` of its thread,
+    counted around a ring. Where there is none, lengths are infinite.
+
+    Parameters
+    ----------
+    passes : (N, D) int array
+        Number of stations; 0 where there is no stretch.
+    length_mm : (N, D) float array
+        Length along the middle.
+    area_mm2 : (N, D) float array
+        Area of the outline.
+    rim_mm : (N, D) float array
+        Length of the outline.
+    hull_mm2 : (N, D) float array
+        Area of the convex hull.
+    extent_mm : (N, D) float array
+        How far apart two of its points are at most.
+    room_mm : (N, D) float array
+        Least distance that is left in the best sheet at the best of all whole degrees, infinite
+        where there is plenty, negative if it does not fit.
+    """
+
+    passes: IntArray
+    length_mm: FloatArray
+    area_mm2: FloatArray
+    rim_mm: FloatArray
+    hull_mm2: FloatArray
+    extent_mm: FloatArray
+    room_mm: FloatArray
+
+
+def lay_course(ribbons: Ribbons, most_passes: int) -> Course:
+    """Unfold every thread once, and rings so far into a second lap that no window is cut short.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    most_passes : int
+        No window has more stations than this.
+    """
+    count = np.diff(ribbons.pass_offsets)
+    more = np.where(ribbons.closed, np.minimum(count, most_passes), 0)
+    stations = offsets_of(count + more)
+    thread = np.repeat(np.arange(len(count)), np.diff(stations))
+    position = np.arange(stations[-1]) - stations[thread]
+    size = np.diff(ribbons.offsets)
+    final = local_entry(ribbons, thread, position)
+    last = np.full(len(count), -1)
+    last[thread] = final + 1  # the last assignment of each thread stays
+    last = np.where(ribbons.closed | (count == 0), last, size - 1)
+    offsets, rung = run_rungs(ribbons, np.arange(len(count)), np.zeros_like(last), last)
+    strips = unfold(ribbons, offsets, rung)
+    begin = offsets[thread] + final
+    end = begin + 1
+    filled = np.flatnonzero((count > 0) & ~ribbons.closed)
+    begin[stations[filled]] = offsets[filled]
+    end[stations[filled + 1] - 1] = offsets[filled + 1] - 1
+    return Course(strips, stations, begin, end)
+
+
+def station_of_site(course: Course, sites: Sites) -> IntArray:
+    """Return the station of each site on the first lap, (N,)."""
+    return np.asarray(course.offsets[:-1][sites.thread] + sites.position)
+
+
+def measure_windows(
+    course: Course,
+    sites: Sites,
+    *,
+    most_passes: int,
+    longest_mm: float,
+    usable: Sequence[tuple[float, float]] = (),
+) -> Windows:
+    """Measure every stretch between two sites of one thread.
+
+    Parameters
+    ----------
+    course : Course
+        The unfolded threads, laid for at least as many passes.
+    sites : Sites
+        Where pieces may begin and end.
+    most_passes : int
+        Windows have at most so many stations.
+    longest_mm : float
+        Windows are at most so long along their middle.
+    usable : sequence of (float, float)
+        What the margin leaves of each sheet; none for sheets without bounds.
+    """
+    thread = sites.thread
+    at = station_of_site(course, sites)
+    first, last, ahead = _pairs(sites, at, most_passes)
+    strips = course.strips
+    middle = (strips.right + strips.left) / 2
+    along = _running_length(middle)
+    length = along[course.end[last]] - along[course.begin[first]]
+    keep = length <= longest_mm + 1e-9
+    first, last, ahead, length = first[keep], last[keep], ahead[keep], length[keep]
+    begin, end = course.begin[first], course.end[last]
+    right, left = _running_length(strips.right), _running_length(strips.left)
+    breadth = np.hypot(*(strips.left - strips.right).T)
+    area = _running_area(strips)
+    hull, extent, room = _hulls(course, first, last, usable)
+
+    row = np.full(len(course.begin), -1)
+    row[at] = np.arange(len(at))
+    row = row[first]
+    shape = (len(thread), int(ahead.max(initial=0)))
+
+    def table(values: FloatArray | IntArray, empty: float) -> FloatArray:
+        result = np.full(shape, empty)
+        result[row, ahead - 1] = values
+        return result
+
+    rim = right[end] - right[begin] + left[end] - left[begin] + breadth[begin] + breadth[end]
+    return Windows(
+        passes=table(last - first + 1, 0).astype(np.int64),
+        length_mm=table(length, np.inf),
+        area_mm2=table(area[end] - area[begin], np.inf),
+        rim_mm=table(rim, np.inf),
+        hull_mm2=table(hull, np.inf),
+        extent_mm=table(extent, np.inf),
+        room_mm=table(room, -np.inf),
+    )
+
+
+def _pairs(sites: Sites, at: IntArray, most_passes: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Return first and last station of every window, and how many sites it goes ahead."""
+    count = np.diff(sites.offsets)
+    thread = sites.thread
+    place = np.arange(len(thread)) - sites.offsets[thread]
+    # A whole ring is not a window as long as it can be cut in two.
+    most = np.where(sites.closed, np.maximum(count - 1, np.minimum(count, 1)), count - 1)
+    windows = []
+    for ahead in range(1, int(most.max(initial=0)) + 1):
+        site = np.flatnonzero(
+            (ahead <= most[thread]) & (sites.closed[thread] | (place + ahead < count[thread]))
+        )
+        around, target = np.divmod(place[site] + ahead, count[thread[site]])
+        target = sites.offsets[thread[site]] + target
+        step = at[target] + around * sites.lengths[thread[site]] - at[site]
+        short = step < most_passes
+        if not short.any():
+            break
+        site, step = site[short], step[short]
+        windows.append((at[site], at[site] + step, np.full(len(site), ahead)))
+    if not windows:
+        none = np.zeros(0, dtype=np.int64)
+        return none, none, none
+    first, last, far = (np.concatenate(parts) for parts in zip(*windows, strict=True))
+    return first, last, far
+
+
+def _running_length(points: FloatArray) -> FloatArray:
+    """Return the length of a polyline up to each of its points."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    return np.concatenate((np.zeros(min(len(points), 1)), np.cumsum(steps)))
+
+
+def _running_area(strips: Strips) -> FloatArray:
+    """Return the area of the quads before each rung; quads between two strips do not count."""
+    a, b = strips.right[:-1], strips.right[1:]
+    c, d = strips.left[1:], strips.left[:-1]
+    diagonal, other = c - a, d - b
+    quads = (diagonal[:, 0] * other[:, 1] - diagonal[:, 1] * other[:, 0]) / 2
+    return np.concatenate((np.zeros(min(len(strips.rung), 1)), np.cumsum(quads)))
+
+
+def _hulls(
+    course: Course, first: IntArray, last: IntArray, usable: Sequence[tuple[float, float]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the hull's area, the extent, and the room on the best sheet of each window."""
+    hull, extent, room = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.inf)
+    if not len(first):
+        return hull, extent, room
+    points = np.concatenate((course.strips.right, course.strips.left)) @ np.array([1.0, 1.0j])
+    chunk, tip = _extremes(course, points)
+    starts, row = np.unique(first, return_inverse=True)
+    step = last - first
+    by_step = np.argsort(step, kind="stable")
+    for low in range(0, len(starts), _BATCH):
+        mine = by_step[(row[by_step] >= low) & (row[by_step] < low + _BATCH)]
+        bounds = np.searchsorted(step[mine], np.arange(1, int(step[mine[-1]]) + 2))
+        at = starts[low : low + _BATCH]
+        held = chunk.rows(at)
+        for own in np.split(mine, bounds)[1:-1]:
+            if len(own):
+                outermost = held.rows(row[own] - low)
+                outermost.widen(tip.rows(last[own]))
+                hull[own], extent[own], room[own] = _hull_facts(
+                    points[outermost.point], outermost.reach, usable
+                )
+            at = np.minimum(at + 1, len(chunk.reach) - 1)
+            held.widen(chunk.rows(at))
+    return hull, extent, room
+
+
+@dataclass(eq=False)
+class _Extremes:
+    """The outermost point of some things in each direction of a fan, and how far out it lies."""
+
+    reach: FloatArray
+    point: IntArray
+
+    def rows(self, index: IntArray) -> "_Extremes":
+        """Return a copy of some rows."""
+        return _Extremes(self.reach[index], self.point[index])
+
+    def widen(self, other: "_Extremes") -> None:
+        """Take the outer one of two points everywhere."""
+        np.copyto(self.point, other.point, where=other.reach > self.reach)
+        np.maximum(self.reach, other.reach, out=self.reach)
+
+
+def _extremes(course: Course, points: ComplexArray) -> tuple[_Extremes, _Extremes]:
+    """Return the outermost points of short stretches.
+
+    Returns
+    -------
+    chunk : _Extremes
+        From where a piece would begin at a station to where one would begin at the next.
+    tip : _Extremes
+        From where a piece would begin at a station to where one would end there.
+    """
+    rungs = len(points) // 2
+    shape = (len(course.begin), _DIRECTIONS)
+    chunk = _Extremes(np.empty(shape), np.empty(shape, dtype=np.int64))
+    tip = _Extremes(np.empty(shape), np.empty(shape, dtype=np.int64))
+    skipped = int(course.begin[0])
+    chunks = course.begin - skipped
+    number = np.repeat(np.arange(len(chunks)), np.diff(np.append(course.begin, rungs)))
+    for k, way in enumerate(_fan()):
+        reach = (points * way.conj()).real
+        outer = np.where(reach[:rungs] >= reach[rungs:], 0, rungs) + np.arange(rungs)
+        reach = reach[outer]
+        chunk.reach[:, k] = np.maximum.reduceat(reach[skipped:], chunks)
+        outermost = reach[skipped:] == chunk.reach[number, k]
+        there = np.where(outermost, np.arange(skipped, rungs), rungs)
+        chunk.point[:, k] = outer[np.minimum.reduceat(there, chunks)]
+        rung = course.begin
+        for other in (course.begin + 1, course.end):
+            rung = np.where(reach[other] > reach[rung], other, rung)
+        tip.reach[:, k], tip.point[:, k] = reach[rung], outer[rung]
+    return chunk, tip
+
+
+def _fan() -> ComplexArray:
+    """Return the directions in which hulls are sampled."""
+    return np.exp(2j * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS)
+
+
+def _hull_facts(
+    hull: ComplexArray, reach: FloatArray, usable: Sequence[tuple[float, float]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the area, the extent, and the room on the best sheet of hulls (N, K)."""
+    hull = hull - hull[:, :1]  # areas of hulls far away would be rounded
+    area = np.einsum("nk,nk->n", hull[:, :-1].conj(), hull[:, 1:]).imag / 2
+    room = np.full(len(hull), np.inf)
+    half = _DIRECTIONS // 2
+    across = reach[:, :half] + reach[:, half:]
+    if usable:
+        wide, high = across[:, 0], across[:, half // 2]
+        tight = np.flatnonzero(np.hypot(wide, high) > max(min(sheet) for sheet in usable))
+        for low in range(0, len(tight), 300):
+            block = tight[low : low + 300]
+            room[block] = _best_room(hull[block], usable)
+    return area, across.max(axis=1), room
+
+
+def _best_room(hull: ComplexArray, usable: Sequence[tuple[float, float]]) -> FloatArray:
+    """Return the room at the best of all whole degrees."""
+    angle = np.deg2rad(np.arange(180.0))
+    turned = np.stack((hull.real, hull.imag), axis=2) @ [np.cos(angle), np.sin(angle)]
+    across = np.ptp(turned, axis=1)
+    high = np.roll(across, -90, axis=1)
+    rooms = [np.minimum(w - across, h - high).max(axis=1) for w, h in usable]
+    return np.asarray(np.max(rooms, axis=0))

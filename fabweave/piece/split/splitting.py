@@ -1,0 +1,545 @@
+"""Choose where to cut long strips into pieces: at the least cost, exactly for each thread.
+
+Every thread is unfolded once, and everything that it could be cut into is measured
+(``candidates``), priced (``cost``) and chosen from (``shortest_path``). Joints of different threads
+should not lie side by side, which couples the threads: they are cut one after another, each knowing
+where those before it have their joints, and then each once more, knowing all others. So each thread
+is cut at the least cost for the joints of the others, which is the optimum of that thread and not
+of all.
+"""
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
+from fabweave.piece.development import Runs, Strips, unfold_runs
+from fabweave.piece.outline import resting_frame, simple, strip_outlines
+from fabweave.piece.split.candidate_costs import (
+    MOST_PASSES,
+    SELF_CLEARANCE_MM,
+    Bed,
+    Candidates,
+    joint_price,
+    keeps_clear,
+    last_clear,
+    list_candidates,
+    price_candidates,
+)
+from fabweave.piece.split.candidates import Sites, lay_course, station_of_site
+from fabweave.piece.split.repeats import KindPrices, Repeats
+from fabweave.piece.split.shortest_path import Joints, Orbit, Solve, list_orbits
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+
+@frozen_value
+class SelfCrossing:
+    """Stretches of threads that cross themselves when they are unfolded.
+
+    Parameters
+    ----------
+    loops : Runs
+        Those that are apart when the thread is cut at one of the crossings within: no piece may
+        carry such a stretch.
+    kinks : Runs
+        Those that no cut mends, as the thread nowhere goes under within. Only a narrower ribbon
+        may.
+    """
+
+    loops: Runs
+    kinks: Runs
+
+    def __bool__(self) -> bool:
+        return bool(len(self.loops.thread) or len(self.kinks.thread))
+
+
+def find_self_crossing(
+    ribbons: Ribbons, weave: Weave, runs: Runs, outlines: Sequence[FloatArray]
+) -> SelfCrossing:
+    """Find what makes pieces cross themselves.
+
+    Where any piece of a thread does, whatever else in that thread would not keep clear of itself
+    in one piece is found, too: so that other cuts do not lead to the next such piece.
+
+    Parameters
+    ----------
+    ribbons, weave
+        The ribbons as they are cut, and who goes under where.
+    runs : Runs
+        Which passes each piece carries.
+    outlines : sequence of (K, 2) float arrays
+        The pieces as they are cut.
+    """
+    crossed = np.flatnonzero(~simple(outlines))
+    if not len(crossed):
+        return SelfCrossing(some_runs(runs, crossed), some_runs(runs, crossed))
+    shortest = _shortest(ribbons, some_runs(runs, crossed))
+    inside = np.array(
+        [
+            _goes_under(weave, *stretch)
+            for stretch in zip(
+                shortest.thread.tolist(),
+                shortest.first.tolist(),
+                shortest.last.tolist(),
+                strict=True,
+            )
+        ]
+    )
+    loops = joined_runs(some_runs(shortest, inside), _loops(ribbons, np.unique(shortest.thread)))
+    return SelfCrossing(loops, some_runs(shortest, ~inside))
+
+
+def joined_runs(*parts: Runs) -> Runs:
+    """Return runs one after another, each once."""
+    rows = np.unique(
+        np.concatenate([np.column_stack((p.thread, p.first, p.last)) for p in parts]), axis=0
+    )
+    return Runs(*rows.T)
+
+
+def some_runs(runs: Runs, chosen: IntArray | BoolArray) -> Runs:
+    """Return some of the runs."""
+    return Runs(runs.thread[chosen], runs.first[chosen], runs.last[chosen])
+
+
+def _shortest(ribbons: Ribbons, runs: Runs) -> Runs:
+    """Return of each run the shortest stretch that crosses itself, the first to be closed.
+
+    All of it where only the shape of the ends is to blame.
+    """
+    rows = [
+        _shortest_within(ribbons, *run)
+        for run in zip(runs.thread.tolist(), runs.first.tolist(), runs.last.tolist(), strict=True)
+    ]
+    return Runs(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+
+
+def _shortest_within(ribbons: Ribbons, thread: int, first: int, last: int) -> tuple[int, int, int]:
+    def crosses(low: int, high: int) -> bool:
+        run = Runs(*(np.array([value]) for value in (thread, low, high)))
+        return not simple(strip_outlines(unfold_runs(ribbons, run)))[0]
+
+    if not crosses(first, last):
+        return thread, first, last
+    # What contains a stretch that crosses itself does so, too.
+    ends = range(first, last)
+    high = first + bisect_left(ends, True, key=lambda end: crosses(first, end))
+    starts = range(high, first, -1)
+    return thread, high - bisect_left(starts, True, key=lambda low: crosses(low, high)), high
+
+
+def _goes_under(weave: Weave, thread: int, first: int, last: int) -> bool:
+    """Say whether a thread goes under strictly between two of its passes."""
+    count = int(weave.threads.lengths[thread])
+    within = weave.threads.offsets[thread] + np.arange(first + 1, last) % count
+    return not weave.over[within].all()
+
+
+def _loops(ribbons: Ribbons, threads: IntArray) -> Runs:
+    """Return the stretches of some threads that come too near to themselves."""
+    course = lay_course(ribbons, MOST_PASSES)
+    behind = last_clear(course, MOST_PASSES)
+    before = np.append(-1, behind[:-1])
+    before[course.offsets[:-1][np.diff(course.offsets) > 0]] = -1
+    rows = []
+    for thread in threads.tolist():
+        start = int(course.offsets[thread])
+        own = start + np.flatnonzero((behind > before)[start : int(course.offsets[thread + 1])])
+        rows += [(thread, int(behind[at]) - start, at - start) for at in own.tolist()]
+    return Runs(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+
+
+#: So many stretches are named.
+_NAMED = 4
+#: What lies on itself by less only comes too near to itself.
+_LEAST_OVERLAP_MM2 = 0.1
+#: What makes strips that come back to themselves keep clear.
+_APART = ("a smaller --width", "a smoother mesh (--fair)")
+
+
+@dataclass(frozen=True)
+class _Cause:
+    """Why a stretch can be no piece.
+
+    Parameters
+    ----------
+    measured : str
+        What was found of it.
+    rule : str
+        What it breaks, the same for all that do; may be empty.
+    remedies : tuple of str
+        What would help.
+    """
+
+    measured: str
+    rule: str
+    remedies: tuple[str, ...]
+
+
+def splitting_refusal(
+    candidates: Candidates,
+    bed: Bed,
+    threads: Sequence[int],
+    labels: Sequence[str],
+    longest_mm: float,
+) -> str:
+    """Return a message that says why some threads cannot be cut into pieces.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        The pieces to choose from, no longer than ``longest_mm``.
+    bed : Bed
+        What pieces must fit on.
+    threads : sequence of int
+        Threads that cannot be cut.
+    labels : sequence of str
+        Names of all threads.
+    longest_mm : float
+        No piece may be longer along its middle.
+    """
+    said: list[str] = []
+    rules: dict[str, None] = {}
+    remedies: dict[str, None] = {}
+    for thread in threads:
+        for first, last, strip, clear in _stretches(candidates, thread):
+            causes = _causes(strip, bed, longest_mm, clear=clear)
+            if causes:
+                what = ", ".join(cause.measured for cause in causes)
+                said.append(f"{labels[thread]} between its crossings {first} and {last} ({what})")
+            for cause in causes:
+                rules[cause.rule] = None
+                remedies.update(dict.fromkeys(cause.remedies))
+    helps = f"{', '.join(remedies)} or a finer mesh (--refine) would help"
+    return (
+        agree(len(said), "{n} stretch[|es] of thread [has|have] ")
+        + f"no crossing for a joint, and can be no piece: {'; '.join(said[:_NAMED])}"
+        + (f"; and {len(said) - _NAMED} more" if len(said) > _NAMED else "")
+        + f". {'. '.join([*filter(None, rules), helps[0].upper() + helps[1:]])}"
+    )
+
+
+def _stretches(candidates: Candidates, thread: int) -> list[tuple[int, int, Strips, bool]]:
+    """Return the stretches of a thread between neighbouring sites, the shortest pieces there are.
+
+    Returns
+    -------
+    list of (int, int, Strips, bool)
+        Its first and last pass, its strip, and whether a piece may carry it so far as it keeps
+        clear of itself.
+    """
+    sites, course = candidates.sites, candidates.course
+    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    begin, start = sites.position[rows], station_of_site(course, sites)[rows]
+    steps = sites.steps[rows]
+    if not sites.closed[thread] and len(steps) > 1:
+        begin, start, steps = begin[:-1], start[:-1], steps[:-1]
+    measured = candidates.windows.passes.shape[1] > 0
+    clear = candidates.clear[rows, 0] if measured else np.ones(len(start), dtype=bool)
+    lap = int(sites.lengths[thread])
+    return [
+        (first, (first + step) % lap, course.stretches(*np.array([[at], [at + step]])), free)
+        for first, step, at, free in zip(
+            begin.tolist(), steps.tolist(), start.tolist(), clear.tolist(), strict=False
+        )
+    ]
+
+
+def _causes(strip: Strips, bed: Bed, longest_mm: float, *, clear: bool) -> list[_Cause]:
+    """Return why a strip can be no piece; nothing if it can."""
+    causes = []
+    middle = (strip.right + strip.left) / 2
+    length = float(np.hypot(*np.diff(middle, axis=0).T).sum())
+    if length > longest_mm:
+        rule = f"No piece may be longer than {longest_mm:g} mm"
+        causes.append(_Cause(f"{length:.1f} mm long", rule, ("a longer --max-length",)))
+    if not keeps_clear(strip)[0]:
+        overlap = _overlap_mm2(strip)
+        near = f"nearer than {SELF_CLEARANCE_MM:g} mm to itself when unfolded"
+        lying = f"lying on itself over {overlap:.1f} mm² when unfolded"
+        return [*causes, _Cause(lying if overlap > _LEAST_OVERLAP_MM2 else near, "", _APART)]
+    outline = strip_outlines(strip)[0]
+    if not bed.fits(outline):
+        causes.append(_too_large(outline, middle, bed))
+    elif not causes and not clear:
+        causes.append(_Cause("crossing itself as it is cut, laps and all", "", _APART))
+    return causes
+
+
+def _too_large(outline: FloatArray, middle: FloatArray, bed: Bed) -> _Cause:
+    """Say by how much a piece is too large for the stock."""
+    size = np.ptp(resting_frame(outline, middle[0], middle[-1]).apply(outline), axis=0)
+    said = f"{size.max():.1f} × {size.min():.1f} mm"
+    larger = ("a larger --sheet", "a smaller --size")
+    if bed.free_mm is None:
+        return _Cause(said, "That is too large for the sheet", larger)
+    room = f"{max(bed.free_mm):.1f} × {min(bed.free_mm):.1f} mm"
+    rule = f"The sheets have {room} free, inside margins, defects and laps"
+    if np.all(np.sort(size) <= np.sort(bed.free_mm)):
+        return _Cause(f"{said} at no allowed angle", rule, ("--rotations free", *larger))
+    return _Cause(said, rule, larger)
+
+
+def _overlap_mm2(strip: Strips) -> float:
+    """Return over what area an unfolded strip lies on itself."""
+    corners = (strip.right[:-1], strip.right[1:], strip.left[1:], strip.left[:-1])
+    facets = shapely.make_valid(shapely.polygons(np.stack(corners, axis=1)))
+    return float(shapely.area(facets).sum() - shapely.union_all(facets).area)
+
+
+#: A joint beside another strand's joint costs more by this share of a joint.
+_NEAR_SHARE = 0.25
+
+
+def choose_runs(
+    candidates: Candidates,
+    weave: Weave,
+    bed: Bed,
+    labels: tuple[str, ...],
+    length_mm: float,
+    max_length_mm: float,
+    room: BoolArray | None,
+    threads: IntArray | None = None,
+    *,
+    repeats: Repeats | None = None,
+    kind_price: float = 0.0,
+    likes: IntArray | None = None,
+) -> Runs:
+    """Cut every thread at crossings where it goes under, at the least cost.
+
+    The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
+    and for joints beside one another. A closed thread is always opened, into two pieces at least
+    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
+    joints at one crossing are avoided where that is possible at all.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        The pieces to choose from. Those that are longer than ``length_mm`` serve the threads that
+        cannot be cut so short.
+    weave : Weave
+    bed : Bed
+        What pieces must fit on.
+    labels : tuple of str
+        Names of the threads, for messages.
+    length_mm : float
+        Pieces are no longer than this, measured along their unfolded middle, laps included, but
+        for threads that cannot be cut so short.
+    max_length_mm : float
+        No piece is longer than this in any case.
+    room : (X,) bool array, optional
+        Which crossings have room for a joint's fasteners; by default all.
+    threads : (K,) int array, optional
+        The threads that are cut; by default all.
+    repeats : Repeats, optional
+        Which stretches repeat others: threads that do are cut alike. By default each is cut by
+        itself.
+    kind_price : float
+        What a kind of piece costs more, in joints.
+    likes : (N, D) int array, optional
+        The kind of each candidate, as of :func:`window_kinds`, where threads are cut so that pieces
+        repeat although no rotation carries them onto one another.
+
+    Raises
+    ------
+    CannotMakeError
+        If a stretch without any crossing to join at is still too long, too large or too curled.
+    """
+    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
+    if threads is None:
+        threads = np.flatnonzero(np.diff(candidates.sites.offsets))
+    price_mm2 = kind_price * joint_price(candidates)
+    kinds = repeats, price_mm2
+    priced = None if likes is None else KindPrices(likes, price_mm2)
+    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads, *kinds, priced)
+    lost = _lost(cuts)
+    if len(lost) and length_mm < max_length_mm:
+        cuts |= _cut(candidates, joints, bed, max_length_mm, lost, *kinds, priced)
+        lost = _lost(cuts)
+    if len(lost):
+        # What contains a stretch that can be no piece cannot be one, either: where there is any
+        # way to cut a thread, cutting it at all its sites is one.
+        most = max(MOST_PASSES, int(candidates.sites.steps.max()) + 1)
+        wider = list_candidates(
+            candidates.ribbons, weave, bed, max_length_mm, lost, most, candidates.barred
+        )
+        cuts |= _cut(wider, joints, bed, max_length_mm, lost, *kinds)
+        stuck = _lost(cuts).tolist()
+        if stuck:
+            raise CannotMakeError(splitting_refusal(wider, bed, stuck, labels, max_length_mm))
+    return _runs_of_cuts(
+        {thread: cut for thread, cut in cuts.items() if cut is not None}, candidates.sites
+    )
+
+
+def _lost(cuts: Mapping[int, IntArray | None]) -> IntArray:
+    """Return the threads that could not be cut."""
+    return np.array([thread for thread, cut in cuts.items() if cut is None], dtype=np.int64)
+
+
+def _cut(
+    candidates: Candidates,
+    joints: Joints,
+    bed: Bed,
+    longest_mm: float,
+    threads: IntArray,
+    repeats: Repeats | None,
+    kind_mm2: float,
+    likes: KindPrices | None = None,
+) -> dict[int, IntArray | None]:
+    """Cut some threads; None for those that cannot be cut so short.
+
+    Returns
+    -------
+    dict
+        For each thread the sites, counted in it, at which its pieces begin.
+    """
+    sites, price = candidates.sites, joint_price(candidates)
+    cost = price_candidates(candidates, bed, longest_mm)
+    fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
+    orbits = list(list_orbits(sites, threads, repeats))
+    outer = sites.outer
+    cuts: dict[int, IntArray | None] = {}
+    width = cost.shape[1]
+    for _sweep in range(2):
+        for orbit in orbits:
+            begin = sites.offsets[orbit.threads]
+            rows = begin[:, None] + orbit.there
+            for thread, row in zip(orbit.threads.tolist(), begin, strict=True):
+                earlier = cuts.get(thread)
+                if earlier is not None:
+                    at = row + earlier
+                    joints.add(sites.crossing[at[~outer[at]]], -1)
+                    if likes is not None:
+                        likes.add(at, _ahead(sites, thread, earlier), -1)
+            beside = orbit.beside(sites.crossing[rows], joints)
+            joint = np.where(outer[rows[0]], 0.0, price + beside)
+            more = joint[_targets(orbit, width)]
+            if likes is not None:
+                more += likes.costs(rows[0])
+            cut = _cut_orbit(candidates, orbit, cost, more, fitting, bed, kind_mm2)
+            for number, thread in enumerate(orbit.threads.tolist()):
+                cuts[thread] = None
+                if cut is not None:
+                    ways = begin[number] + orbit.ways(cut, number)
+                    inner = ~outer[ways]
+                    prices = np.where(inner, joints.costs(sites.crossing[ways]), 0.0).sum(axis=1)
+                    at = ways[int(np.argmin(np.round(prices, 3)))]
+                    cuts[thread] = chosen = at - begin[number]
+                    joints.add(sites.crossing[at[~outer[at]]])
+                    if likes is not None:
+                        likes.add(at, _ahead(sites, thread, chosen))
+    return cuts
+
+
+def _targets(orbit: Orbit, width: int) -> IntArray:
+    """Return the site at which each candidate of the first thread of an orbit ends, (N, D)."""
+    count = orbit.there.shape[1]
+    target = np.arange(count)[:, None] + np.arange(1, width + 1)
+    return target % count if orbit.closed else np.minimum(target, count - 1)
+
+
+def _ahead(sites: Sites, thread: int, cut: IntArray) -> IntArray:
+    """Return how many sites beyond the next one each piece of a thread ends."""
+    count = int(sites.offsets[thread + 1] - sites.offsets[thread])
+    after = np.append(cut[1:], cut[0] + count if sites.closed[thread] else count - 1)
+    return np.asarray(after - cut - 1)
+
+
+def _cut_orbit(
+    candidates: Candidates,
+    orbit: Orbit,
+    cost: FloatArray,
+    more: FloatArray,
+    fitting: BoolArray,
+    bed: Bed,
+    kind_mm2: float,
+) -> IntArray | None:
+    """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price.
+
+    What candidates cost ``more`` than their sheet is known of the first thread only, (n, D).
+    """
+    best, chosen = np.inf, None
+    for times, solve in orbit.plans():
+        total, cut = _cut_thread(
+            candidates, int(orbit.threads[0]), cost, more, fitting, bed, solve, times
+        )
+        if cut is None:
+            continue
+        # Pieces of one kind cost the same, so a kind more or less is all that they differ by.
+        total = len(orbit.threads) * times * total + kind_mm2 * orbit.kinds(cut)
+        if total < best:
+            best, chosen = total, cut
+    return chosen
+
+
+def _cut_thread(
+    candidates: Candidates,
+    thread: int,
+    cost: FloatArray,
+    more: FloatArray,
+    fitting: BoolArray,
+    bed: Bed,
+    solve: Solve,
+    times: int,
+) -> tuple[float, IntArray | None]:
+    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``.
+
+    A ring is cut to so many equal repeats, ``times``.
+    """
+    sites = candidates.sites
+    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
+    ring = bool(sites.closed[thread])
+    count = len(cost[rows])
+    if count == 1 and not ring:
+        station = np.array([candidates.course.offsets[thread]])
+        outline = strip_outlines(candidates.course.stretches(station, station))[0]
+        return 0.0, np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
+    block = count // times
+    while True:
+        total, cut = solve((cost[rows] + more)[:block])
+        if not np.isfinite(total):
+            return np.inf, None
+        cut = (np.arange(times)[:, None] * block + cut).ravel()
+        row, ahead = sites.offsets[thread] + cut, _ahead(sites, thread, cut)
+        doubtful = ~fitting[row, ahead]
+        row, ahead = row[doubtful], ahead[doubtful]
+        if not len(row):
+            return total, cut
+        fits = _fits(candidates, row, ahead, bed)
+        fitting[row[fits], ahead[fits]] = True
+        cost[row[~fits], ahead[~fits]] = np.inf
+        if fits.all():
+            return total, cut
+
+
+def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
+    """Ask whether candidates fit the stock."""
+    if not len(row):
+        return np.zeros(0, dtype=bool)
+    first = station_of_site(candidates.course, candidates.sites)[row]
+    last = first + candidates.windows.passes[row, ahead] - 1
+    outlines = strip_outlines(candidates.course.stretches(first, last))
+    return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
+
+
+def _runs_of_cuts(cuts: dict[int, IntArray], sites: Sites) -> Runs:
+    """Turn the sites where pieces begin into runs of passes."""
+    thread, first, last = [], [], []
+    for number in sorted(cuts):
+        count = int(sites.lengths[number])
+        begins = sites.position[sites.offsets[number] + cuts[number]]
+        end = begins[0] + count if sites.closed[number] else count - 1
+        thread.append(np.full(len(begins), number))
+        first.append(begins)
+        last.append(np.append(begins[1:], end))
+    if not thread:
+        none = np.zeros(0, dtype=np.int64)
+        return Runs(none, none.copy(), none.copy())
+    return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))

@@ -1,0 +1,111 @@
+"""Complete what is asked of a job, and take its first steps: mesh, weave, ribbons as asked."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.mesh.load import LoadedMesh, load_mesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.options.settings import Settings
+from fabweave.piece.brief import Brief, chosen_grain, make_brief
+from fabweave.plan.crossing_map import read_crossing_map
+from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.sheet.kerf import check_kerf
+from fabweave.stock.per_bunch import by_bunch
+from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.sheet_size import check_stock
+from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
+from fabweave.weave.weave_mesh import weave_mesh
+
+
+def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
+    """Fill in what was left to fabweave: thickness, gap, sheet and width.
+
+    Raises
+    ------
+    InputError
+        If settings by bunch name other bunches than the rest, the kerf wants a larger gap, the
+        hole is too small to burn, the margin leaves nothing of a sheet, or the layout to be taken
+        cannot be read.
+    """
+    stock = settings.stock
+    supplies = plan_supplies(
+        parse_materials(stock.material),
+        by_bunch(stock.thickness_mm),
+        by_bunch(stock.gap_mm),
+        stock.sheets,
+        stock.materials,
+    )
+    supplies = replace(
+        supplies,
+        margin_mm=stock.margin_mm,
+        rotations=stock.rotations,
+        mirrored=settings.pieces.mirrored,
+    )
+    if parse_rotations(stock.rotations).across:
+        supplies = supplies.across()
+    check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    # What cannot be is refused before the work, though it is needed only later.
+    brief_of(settings, supplies)
+    for supply in supplies.each:
+        check_stock(supply.sheets, stock.margin_mm)
+    if settings.search.layout is not None:
+        read_crossing_map(Path(settings.search.layout))
+    completed = settings.but(
+        thickness_mm=supplies.by_bunch(lambda supply: supply.material.thickness_mm),
+        sheets=supplies.sheets,
+        gap_mm=supplies.by_bunch(lambda supply: supply.gap_mm),
+        width=settings.width_rule,
+    )
+    return completed, supplies
+
+
+def brief_of(settings: Settings, supplies: Supplies) -> Brief:
+    """Return what the pieces of a job are made by."""
+    service = settings.machine.profile == "service"
+    return make_brief(
+        settings.ribbons, settings.pieces, supplies, settings.search.effort, service=service
+    )
+
+
+def settle_grain(
+    woven: WovenObject, settings: Settings, supplies: Supplies
+) -> tuple[Settings, Supplies]:
+    """Lay pieces across the grain if that is left to fabweave, and bends ask for it."""
+    supplies = chosen_grain(woven.ribbons, woven.bunches, supplies)
+    return settings.but(rotations=supplies.rotations), supplies
+
+
+def load_asked(
+    settings: Settings,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+    remeshed: Remeshed | None = None,
+) -> LoadedMesh:
+    """Load the mesh of a job, see :func:`fabweave.mesh.load.load_mesh`."""
+    return load_mesh(
+        settings.mesh,
+        progress,
+        given_mesh,
+        remeshed,
+        course=settings.weave.course,
+        triaxial=settings.weave.triaxial,
+        seed=settings.search.seed,
+    )
+
+
+def lay_asked(
+    loaded: LoadedMesh, settings: Settings, supplies: Supplies, progress: Progress = no_progress
+) -> WovenObject:
+    """Weave the loaded mesh of a job, and lay its ribbons as wide as asked.
+
+    Raises
+    ------
+    InputError
+        For bad settings.
+    CannotMakeError
+        For what cannot be made as asked; the message says what would help.
+    """
+    woven = weave_mesh(loaded, settings.weave, settings.search, supplies, progress)
+    return lay_object(woven, settings.ribbons, supplies, progress)

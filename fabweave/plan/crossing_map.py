@@ -1,0 +1,484 @@
+"""Hold the crossing map: what crosses what, and where everything is; ``crossing_map.json``.
+
+The map is built by ``fabweave.plan.map_builder`` when a job is complete, and read again when a
+finished job is nested anew, checked before cutting, or tested with a coupon. So its values stand
+above all these rooms, and know nothing of them. Lengths are in millimetres, rounded to a millionth,
+and angles in degrees.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import InputError
+from fabweave.core.messages import few_of
+from fabweave.core.records import from_json, key, optional, read_json, record, to_json
+from fabweave.weave.twill.conditions import Broken
+from fabweave.weave.weave_pattern import WeaveResult
+
+
+@record
+class WeaveRecord:
+    """The weave: its pattern, whether it is exact, and how many conditions of a twill it breaks.
+
+    ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
+    where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
+    each crossing. ``rotations`` is how many carry the weave onto itself, the one that leaves all in
+    place among them, where a twill was to keep some.
+    """
+
+    pattern: str
+    exact: bool
+    broken: Broken
+    voted: Broken | None = optional(default=None)
+    at_least_broken: int | None = optional(default=None)
+    warp: tuple[int, ...] | None = optional(default=None)
+    labels: tuple[int, ...] | None = optional(default=None)
+    rotations: int | None = optional(default=None)
+
+
+def weave_record(result: WeaveResult) -> WeaveRecord:
+    """Return what the map says about the weave."""
+    weave, twill = result.weave, result.twill
+    return WeaveRecord(
+        pattern=weave.pattern,
+        exact=weave.exact,
+        broken=weave.broken,
+        voted=None if twill is None else twill.voted,
+        at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
+        warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
+        labels=None if result.label is None else tuple(result.label.tolist()),
+        rotations=result.rotations,
+    )
+
+
+@record
+class RotationRecord:
+    """The angles at which pieces may lie: multiples of a step, None for any, give or take.
+
+    They count from the grain, or from so many degrees off it.
+    """
+
+    step_deg: float | None
+    tolerance_deg: float
+    from_grain_deg: float | None = optional()
+
+
+@record
+class LayoutRecord:
+    """What the layout keeps: margin of sheets, gap between pieces, angles; and notes about it.
+
+    ``recorded`` says that another run may not find it again, so that it is to be taken from here.
+    """
+
+    margin_mm: float
+    gap_mm: float
+    rotations: RotationRecord
+    notes: tuple[str, ...]
+    recorded: bool | None = optional()
+
+
+@record
+class LayerRecord:
+    """The colour of a layer, ``#RRGGBB``, and as an AutoCAD colour index."""
+
+    layer: str
+    colour: str
+    aci: int
+
+
+@record
+class CutRecord:
+    """What the files for the cutter are like; ``code`` is the text of the sheets' QR code."""
+
+    profile: str
+    preset: str
+    dxf: str
+    svg_units: str
+    hairline_mm: float
+    labels: str | None = optional()
+    layers: tuple[LayerRecord, ...]
+    code: str
+
+
+#: x and y, or x, y and the bulge of the side that leaves the corner.
+Point: TypeAlias = tuple[float, float]
+Corner: TypeAlias = tuple[float, float, float]
+
+
+@record
+class RestRecord:
+    """What is kept of a sheet: the name of the offcut, and its outline as it is drawn."""
+
+    name: str
+    outline: tuple[Point, ...]
+
+
+@record
+class CodeRecord:
+    """Where a sheet has its QR code: the lower left corner of its dots, and their size."""
+
+    x_mm: float
+    y_mm: float
+    dot_mm: float
+
+
+@record
+class SheetRecord:
+    """A sheet as it lies on the bed.
+
+    ``number`` counts from 1; ``mirrored`` says that the sheet is drawn from its back. ``stock`` is
+    its name in the list of stock, empty if it is in none; ``grain_deg`` the direction of its grain.
+    """
+
+    number: int = key("sheet")
+    name: str
+    width_mm: float
+    height_mm: float
+    mirrored: bool
+    stock: str
+    offcut: bool
+    price: float | None
+    grain_deg: float | None
+    outline: tuple[Point, ...]
+    defects: tuple[tuple[Point, ...], ...]
+    rest: RestRecord | None = None
+    material: str
+    thickness_mm: float
+    code: CodeRecord | None = None
+
+
+@record
+class ThreadRecord:
+    """A thread: its crossings in walking order, whether it is over at each, and its pieces."""
+
+    id: int
+    label: str
+    closed: bool
+    bunch: int
+    crossings: tuple[int, ...]
+    over: tuple[bool, ...]
+    pieces: tuple[str, ...]
+
+
+@record
+class StrandRecord:
+    """One strand of a crossing: its thread, piece and station; at a joint, the piece that ends."""
+
+    thread: int
+    piece: str
+    station: int
+
+
+@record
+class CrossingRecord:
+    """A crossing: the ends of its edge in the woven mesh, its place in space, and both strands.
+
+    ``fastened`` says whether a fastener goes through it, ``hang`` whether it carries something
+    besides the weave.
+    """
+
+    id: int
+    edge: tuple[int, int]
+    position_mm: tuple[float, float, float] = key("position")
+    over: StrandRecord
+    under: StrandRecord
+    fastened: bool | None = optional()
+    hang: bool | None = optional()
+
+
+@record
+class PlacementRecord:
+    """The motion of a piece onto its sheet: a point p stands at R(rotation) p + (x, y)."""
+
+    rotation_deg: float
+    x_mm: float
+    y_mm: float
+
+
+@record
+class StationRecord:
+    """A crossing as seen from a piece: the piece it meets there, the hole and the joint, if any."""
+
+    crossing: int
+    over: bool
+    partner: str
+    x_mm: float = key("x")
+    y_mm: float = key("y")
+    hole_mm: float | None
+    joint: int | None
+
+
+@record
+class HoleRecord:
+    """A round hole."""
+
+    station: int
+    kind: Literal["hole"] = "hole"
+    x_mm: float = key("x")
+    y_mm: float = key("y")
+    diameter_mm: float
+
+
+@record
+class SlotRecord:
+    """A cut-out that is not a circle."""
+
+    station: int
+    kind: Literal["slot"] = "slot"
+    path: tuple[Corner, ...]
+
+
+@record
+class LabelRecord:
+    """A lettered text: the height of a capital, the middle of its box, and its reading direction.
+
+    ``box_mm`` is its length along that direction and its height; ``station`` is None for what is
+    said of the whole piece. What is ``hidden`` is covered by strands in the woven object.
+    """
+
+    kind: str
+    text: str
+    station: int | None
+    height_mm: float
+    x_mm: float = key("x")
+    y_mm: float = key("y")
+    rotation_deg: float
+    box_mm: tuple[float, float]
+    hidden: bool | None = optional()
+
+
+@record
+class DroppedRecord:
+    """A label that found no room."""
+
+    kind: str
+    text: str
+    station: int | None
+
+
+@record
+class PieceRecord:
+    """A piece in its own coordinates, with its place on a sheet.
+
+    Pieces of one ``kind`` are congruent; one that is ``turned`` covers the first of its kind when
+    it is turned end for end, and one that is ``fitted_mm`` was moved so far to be equal to it.
+    ``joints`` are those at its first and its last station; ``path`` is what is cut, ``outline`` a
+    polygon near it.
+    """
+
+    id: str
+    kind: int
+    turned: bool | None = optional()
+    fitted_mm: float | None = optional()
+    thread: int
+    sheet: int
+    placement: PlacementRecord
+    joints: tuple[int | None, int | None]
+    path: tuple[Corner, ...]
+    outline: tuple[Point, ...]
+    stations: tuple[StationRecord, ...]
+    cutouts: tuple[HoleRecord | SlotRecord, ...]
+    labels: tuple[LabelRecord, ...]
+    dropped: tuple[DroppedRecord, ...]
+
+
+@record
+class SpareRecord:
+    """A piece that is cut once more: ``of`` which piece it is a copy, and its own place."""
+
+    id: str
+    of: str
+    sheet: int
+    placement: PlacementRecord
+    labels: tuple[LabelRecord, ...]
+    dropped: tuple[DroppedRecord, ...]
+
+
+@record
+class JointRecord:
+    """A joint: the piece that ends there, the one that begins there, and what holds them.
+
+    ``holes`` are its fasteners: for each the point on the first and on the second piece.
+    ``hole_mm`` is their diameter and ``grip_mm`` the thickness of all layers, None without any.
+    """
+
+    id: int
+    pieces: tuple[str, str]
+    crossing: int
+    kind: str
+    holes: tuple[tuple[Point, Point], ...]
+    hole_mm: float | None
+    lap_mm: float
+    grip_mm: float | None
+
+    def mate(self, piece: str) -> str:
+        """Return the piece that is joined to a piece here; a piece may be joined to itself."""
+        first, second = self.pieces
+        return second if first == piece else first
+
+
+@record
+class AssemblyRecord:
+    """What the assembly costs, where 1 is laying a strand over another.
+
+    ``by_thread`` and ``by_number`` are what two naive orders cost; ``last_tenth`` is the mean
+    effort of the last tenth of the pieces, as a multiple of that of all.
+    """
+
+    effort: float
+    by_thread: float
+    by_number: float
+    last_tenth: float
+
+
+@record
+class StepRecord:
+    """A step of the assembly, its pieces in the order in which they are placed.
+
+    ``crossings`` are made in it, both strands being there for the first time; at ``over`` and
+    ``under`` a new piece lies over, or slides below, what is in place. ``joints`` are made, and at
+    ``fasten`` the last layer comes. ``closes`` says that a piece is joined at both ends. The last
+    steps lay each a ``ring``: it has these pieces of its own, and ``fasten`` are those that it
+    holds, which wait for it.
+    """
+
+    number: int = key("step")
+    pieces: tuple[str, ...]
+    crossings: tuple[int, ...]
+    over: tuple[int, ...]
+    under: tuple[int, ...]
+    joints: tuple[int, ...]
+    fasten: tuple[int, ...]
+    closes: bool
+    effort: float
+    text: str
+    ring: tuple[str, ...] | None = optional()
+
+    @property
+    def handled(self) -> int:
+        """How many pieces are taken in hand, those of a ring, too."""
+        return len(self.pieces) + len(self.ring or ())
+
+
+@record
+class CrossingMap:
+    """A whole job: its threads, crossings, pieces, joints, sheets and steps.
+
+    Threads and crossings stand at the place of their number, sheets at that of their number less
+    one, steps in their order.
+    """
+
+    schema: Literal["fabweave.crossing-map/1"] = "fabweave.crossing-map/1"
+    units: Literal["mm"] = "mm"
+    weave: WeaveRecord
+    layout: LayoutRecord
+    cut: CutRecord
+    sheets: tuple[SheetRecord, ...]
+    threads: tuple[ThreadRecord, ...]
+    crossings: tuple[CrossingRecord, ...]
+    pieces: tuple[PieceRecord, ...]
+    spares: tuple[SpareRecord, ...] | None = optional()
+    joints: tuple[JointRecord, ...]
+    assembly: AssemblyRecord
+    steps: tuple[StepRecord, ...]
+
+    @property
+    def to_cut(self) -> tuple[PieceRecord, ...]:
+        """All that is cut: the pieces, then the spares, as if they were pieces."""
+        pieces = {piece.id: piece for piece in self.pieces}
+        spares = (
+            replace(
+                pieces[spare.of],
+                id=spare.id,
+                turned=None,
+                sheet=spare.sheet,
+                placement=spare.placement,
+                labels=spare.labels,
+                dropped=spare.dropped,
+            )
+            for spare in self.spares or ()
+        )
+        return (*self.pieces, *spares)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``crossing_map.json`` holds."""
+        return to_json(self)
+
+    @classmethod
+    def from_json(cls, document: object) -> "CrossingMap":
+        """Read a map from what ``crossing_map.json`` holds.
+
+        Raises
+        ------
+        InputError
+            If something is missing or of the wrong type, or a reference leads nowhere; the message
+            says what and where.
+        """
+        crossing_map = from_json(cls, document)
+        _check_references(crossing_map)
+        return crossing_map
+
+    def on_sheet(self, piece: PieceRecord, points: FloatArray) -> FloatArray:
+        """Return points of a piece, (N, 2), where they are drawn on its sheet."""
+        sheet, placement = self.sheets[piece.sheet - 1], piece.placement
+        angle = np.deg2rad(placement.rotation_deg)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        placed = np.asarray(points @ turn.T + [placement.x_mm, placement.y_mm])
+        if sheet.mirrored:
+            placed[:, 0] = sheet.width_mm - placed[:, 0]
+        return placed
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the ``crossing_map.json`` of a finished job.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is not a crossing map; the message says why.
+    """
+    return read_json(path, CrossingMap.from_json, "crossing map", "crossing_map.json")
+
+
+def _check_references(crossing_map: CrossingMap) -> None:
+    """Raise InputError if the map names what it does not list, or its sheets are in disorder."""
+    numbers = [sheet.number for sheet in crossing_map.sheets]
+    if numbers != list(range(1, len(numbers) + 1)):
+        raise InputError(f"its sheets are numbered {few_of(numbers)}, not from 1 upwards in order")
+    threads, crossings = crossing_map.threads, crossing_map.crossings
+    pieces, joints, steps = crossing_map.pieces, crossing_map.joints, crossing_map.steps
+    stations = [station for piece in pieces for station in piece.stations]
+    strands = [strand for crossing in crossings for strand in (crossing.over, crossing.under)]
+    listed: dict[str, set[Any]] = {
+        "thread": {thread.id for thread in threads},
+        "crossing": {crossing.id for crossing in crossings},
+        "piece": {piece.id for piece in pieces},
+        "joint": {joint.id for joint in joints} | {None},
+        "sheet": set(numbers),
+    }
+    threaded: tuple[PieceRecord | StrandRecord, ...] = (*pieces, *strands)
+    of_pieces: tuple[ThreadRecord | JointRecord | StepRecord, ...] = (*threads, *joints, *steps)
+    for what, named in (
+        ("thread", [holder.thread for holder in threaded]),
+        ("crossing", [station.crossing for station in stations]),
+        ("crossing", [joint.crossing for joint in joints]),
+        ("crossing", [number for thread in threads for number in thread.crossings]),
+        ("crossing", [n for step in steps for n in (*step.crossings, *step.fasten)]),
+        ("crossing", [n for step in steps for n in (*step.over, *step.under)]),
+        ("piece", [strand.piece for strand in strands]),
+        ("piece", [station.partner for station in stations]),
+        ("piece", [name for holder in of_pieces for name in holder.pieces]),
+        ("piece", [spare.of for spare in crossing_map.spares or ()]),
+        ("sheet", [spare.sheet for spare in crossing_map.spares or ()]),
+        ("joint", [station.joint for station in stations]),
+        ("joint", [number for piece in pieces for number in piece.joints]),
+        ("joint", [number for step in steps for number in step.joints]),
+        ("sheet", [piece.sheet for piece in pieces]),
+    ):
+        unknown = sorted(set(named) - listed[what], key=str)
+        if unknown:
+            raise InputError(f"it names {what} {few_of(unknown)}, which it does not list")

@@ -1,0 +1,255 @@
+"""Write down the steps of the assembly: what goes where, over and under what, in words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from string import digits
+
+from fabweave.piece.piece import Piece, find_owners
+from fabweave.piece.pieces import PieceSet
+from fabweave.piece.rim_ring import RimRing
+from fabweave.plan.crossing_map import StepRecord
+from fabweave.plan.order.planning import Order
+
+#: Pieces that are only laid down go into one step while it makes at most so many connections ...
+_MOST_TOGETHER = 8
+#: ... and has at most so many pieces.
+_MOST_PIECES = 4
+
+
+@dataclass
+class _Placing:
+    """What happens when a piece is placed; lists are in the order of its stations."""
+
+    piece: int
+    effort: float
+    crossings: list[int] = field(default_factory=list)
+    over: list[int] = field(default_factory=list)
+    under: list[int] = field(default_factory=list)
+    joints: list[int] = field(default_factory=list)
+    fasten: list[int] = field(default_factory=list)
+    closes: bool = False
+    text: str = ""
+
+    @property
+    def connections(self) -> int:
+        """How many crossings and joints are made."""
+        return len(self.over) + len(self.under) + len(self.joints)
+
+
+def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
+    """Build the steps of an order: one piece each, or a few that are only laid down; then rings.
+
+    What a ring holds is fastened in its step, and not when its last layer comes.
+
+    Parameters
+    ----------
+    piece_set : PieceSet
+        All pieces and joints of the job.
+    order : Order
+        The order of its pieces.
+    """
+    held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
+    steps = [
+        StepRecord(
+            number=number,
+            pieces=tuple(piece_set.pieces[placing.piece].id for placing in group),
+            crossings=tuple(key for placing in group for key in placing.crossings),
+            over=tuple(key for placing in group for key in placing.over),
+            under=tuple(key for placing in group for key in placing.under),
+            joints=tuple(key for placing in group for key in placing.joints),
+            fasten=tuple(key for placing in group for key in placing.fasten if key not in held),
+            closes=any(placing.closes for placing in group),
+            effort=round(sum(placing.effort for placing in group), 2),
+            text=" ".join(placing.text for placing in group),
+            ring=None,
+        )
+        for number, group in enumerate(_grouped(_place_all(piece_set, order)), start=1)
+    ]
+    return steps + _ring_steps(piece_set, first=len(steps) + 1)
+
+
+def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
+    """Return a step for each ring: its pieces are laid, and fastened through all layers."""
+    if not piece_set.rings:
+        return []
+    pieces = piece_set.pieces
+    owners = find_owners(pieces, len(piece_set.fastened)).piece
+    names = [f"{pieces[over].id} with {pieces[under].id}" for under, over in owners.tolist()]
+    return [
+        StepRecord(
+            number=number,
+            pieces=(),
+            crossings=(),
+            over=(),
+            under=(),
+            joints=(),
+            fasten=tuple(dict.fromkeys(ring.crossings.tolist())),
+            closes=False,
+            effort=0.0,
+            text=_say_ring(ring, names),
+            ring=tuple(piece.id for piece in ring.pieces),
+        )
+        for number, ring in enumerate(piece_set.rings, start=first)
+    ]
+
+
+def _say_ring(ring: RimRing, names: Sequence[str]) -> str:
+    """Say how a ring is laid; ``names`` says which pieces meet at each crossing."""
+    parts = [
+        f"{piece.id} at "
+        + ", ".join(f"{names[key]} ({at})" for at, key in enumerate(piece.crossings.tolist(), 1))
+        for piece in ring.pieces
+    ]
+    return (
+        f"Lay the ring of {listed([piece.id for piece in ring.pieces])} around the opening at the "
+        f"{ring.side}, letters up, the last hole of each piece over the first of the next, and "
+        f"fasten it through all layers: {'; '.join(parts)}."
+    )
+
+
+def _grouped(placings: Sequence[_Placing]) -> list[list[_Placing]]:
+    """Put pieces that follow one another and are only laid down together."""
+    groups: list[list[_Placing]] = []
+    for placing in placings:
+        last = groups[-1] if groups else None
+        if (
+            last is None
+            or placing.under
+            or any(other.under for other in last)
+            or len(last) == _MOST_PIECES
+            or sum(other.connections for other in last) + placing.connections > _MOST_TOGETHER
+        ):
+            groups.append([placing])
+        else:
+            last.append(placing)
+    return groups
+
+
+def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
+    """Place the pieces one after another."""
+    pieces = piece_set.pieces
+    carriers: dict[tuple[int, bool], set[int]] = {}
+    layers: dict[int, int] = {}
+    for number, piece in enumerate(pieces):
+        for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
+            carriers.setdefault(strand, set()).add(number)
+            layers[strand[0]] = layers.get(strand[0], 0) + 1
+    joints = {joint.id: joint for joint in piece_set.joints}
+    rings = _rings(pieces)
+    there: set[int] = set()
+    crossed: set[int] = set()
+    result = []
+    for number, effort in zip(order.order.tolist(), order.effort.tolist(), strict=True):
+        piece = pieces[number]
+        there.add(number)
+        placing = _Placing(number, effort)
+        names: dict[str, list[str]] = {"over": [], "start": [], "end": []}
+        half = len(piece.crossings) / 2
+        for station, (crossing, over) in enumerate(
+            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
+        ):
+            layers[crossing] -= 1
+            if layers[crossing] == 0:
+                placing.fasten.append(crossing)
+            others = sorted(carriers.get((crossing, not over), set()) & there)
+            if not others:
+                continue
+            if crossing not in crossed:
+                crossed.add(crossing)
+                placing.crossings.append(crossing)
+            listed = placing.over if over else placing.under
+            if crossing not in listed:
+                listed.append(crossing)
+            way = "over" if over else "start" if station < half else "end"
+            names[way] += [pieces[other].id for other in others]
+        ways = []
+        for joint, mate in ((piece.start_joint, 0), (piece.end_joint, 1)):
+            if joint is None or joints[joint].pieces[mate] not in there:
+                continue
+            if joint not in placing.joints:
+                placing.joints.append(joint)
+            other = joints[joint].pieces[mate]
+            name = (
+                f"its own {'end' if mate == 0 else 'start'}"
+                if other == number
+                else pieces[other].id
+            )
+            ways.append(f"{joints[joint].kind.ties[1 - mate].format(name)} at joint #{joint}")
+        placing.closes = len(ways) == 2
+        ring = rings.get(piece.thread, set())
+        closed = piece.id.rstrip(digits) if number in ring <= there else None
+        names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
+        # A piece that is joined to itself is joined once.
+        placing.text = _say(piece.id, names, ways[: len(placing.joints)], placing.closes, closed)
+        result.append(placing)
+    return result
+
+
+def _rings(pieces: Sequence[Piece]) -> dict[int, set[int]]:
+    """Return the pieces of each thread that is a ring, by the thread."""
+    rings: dict[int, set[int]] = {}
+    for number, piece in enumerate(pieces):
+        rings.setdefault(piece.thread, set()).add(number)
+    return {
+        thread: own
+        for thread, own in rings.items()
+        if all(None not in (pieces[at].start_joint, pieces[at].end_joint) for at in own)
+    }
+
+
+def _say(
+    piece: str,
+    names: dict[str, list[str]],
+    joined: Sequence[str],
+    closes: bool,
+    ring: str | None,
+) -> str:
+    """Say in plain words how a piece is placed; ``ring``: the thread whose ring it closes."""
+    if not joined and not any(names.values()):
+        return f"Begin with {piece}, its outer face up."
+    over = list(dict.fromkeys(names["over"]))
+    said = [f"Lay {piece} over {listed(over)}" if over else f"Take {piece}"]
+    for end in ("start", "end"):
+        if names[end]:
+            said.append(f"slide its {end} under {listed(list(dict.fromkeys(names[end])))}")
+    said += [*joined[:-1], f"last, {joined[-1]}"] if len(joined) > 1 else joined
+    if closes:
+        said.append(f"this closes the ring of thread {ring}" if ring else "this closes the gap")
+    return "; ".join(said) + "."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Join names with commas and a last 'and'.
+
+    Examples
+    --------
+    >>> listed(["A1"]), listed(["A1", "B2", "C3"])
+    ('A1', 'A1, B2 and C3')
+    """
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def last_tenth(steps: Sequence[StepRecord]) -> float:
+    """Return how hard the last pieces are: their mean effort, as a multiple of that of all.
+
+    The last pieces are those of the fewest last steps that have a tenth of all pieces.
+    """
+    pieces = sum(len(step.pieces) for step in steps)
+    effort = sum(step.effort for step in steps)
+    count, spent = 0, 0.0
+    for step in reversed(steps):
+        if 10 * count >= pieces:
+            break
+        count += len(step.pieces)
+        spent += step.effort
+    return float(spent / count / (effort / pieces)) if effort else 1.0
+
+
+def order_note(order: Order, steps: Sequence[StepRecord]) -> str:
+    """Say what the order costs, what naive orders would, and how hard the end is."""
+    return (
+        f"assembly: effort {order.total:.0f}, where laying one strand over another counts 1: "
+        f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
+        f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
+        f"takes {last_tenth(steps):.1f} times the average effort"
+    )

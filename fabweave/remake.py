@@ -1,0 +1,77 @@
+"""Make a finished job again from its job.toml, and compare it byte for byte."""
+
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.job import run_job
+from fabweave.mesh.io.files import read_mesh
+from fabweave.options.settings import read_job_options, settings_from_job
+
+
+class Remake(NamedTuple):
+    """Which files came out the same, which differ, and which only one of both jobs has."""
+
+    same: tuple[str, ...]
+    differing: tuple[str, ...]
+    only_there: tuple[str, ...]
+    only_again: tuple[str, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether both jobs are equal, byte for byte."""
+        return not (self.differing or self.only_there or self.only_again)
+
+
+def remake_job(
+    directory: Path, progress: Progress = no_progress, *, nest: bool = True, workers: int = 0
+) -> Remake:
+    """Make a job again from the settings in its folder, elsewhere, and compare all its files.
+
+    Parameters
+    ----------
+    directory : Path
+        The folder of a finished job; the mesh that it names has to be where it was.
+    progress : callable
+    nest : bool
+        Whether pieces are nested again, too; else they lie as the crossing map says.
+    workers : int
+        Processes beside this one; they change no byte.
+
+    Raises
+    ------
+    InputError
+        If the settings or the mesh cannot be read.
+    CannotMakeError
+        If the job cannot be made again.
+    """
+    path = directory / "job.toml"
+    settings, mesh = settings_from_job(path), None
+    name = str(read_job_options(path).get("mesh"))
+    kept = directory / name
+    if Path(name).name == name and settings.mesh.source == str(kept):
+        # It came from memory, and was kept under this name.
+        mesh, settings = read_mesh(kept).mesh, settings.but(source=kept.name)
+    with tempfile.TemporaryDirectory(prefix="fabweave-remake-") as folder:
+        again = Path(folder) / "job"
+        recorded = None if nest else directory / "crossing_map.json"
+        run_job(settings, again, progress, mesh=mesh, workers=workers, recorded=recorded)
+        files, others = _files(directory), _files(again)
+        both = sorted(files.keys() & others.keys())
+        same = [name for name in both if files[name].read_bytes() == others[name].read_bytes()]
+    return Remake(
+        tuple(same),
+        tuple(name for name in both if name not in set(same)),
+        tuple(sorted(files.keys() - others.keys())),
+        tuple(sorted(others.keys() - files.keys())),
+    )
+
+
+def _files(directory: Path) -> dict[str, Path]:
+    """Return all files of a folder by their names in it."""
+    return {
+        path.relative_to(directory).as_posix(): path
+        for path in directory.rglob("*")
+        if path.is_file()
+    }

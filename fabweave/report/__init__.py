@@ -1,1 +1,0 @@
-"""Report material, waste and size of the work."""

@@ -1,0 +1,352 @@
+"""Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
+from fabweave.core.errors import TooFineError
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.measures import open_share, require_width, tip_notes
+from fabweave.ribbon.project import Ribbons, crossing_heights, project_ribbons, smooth_ribbons
+from fabweave.ribbon.rules.bends import measure_bends
+from fabweave.ribbon.rules.clearance import Nearness
+from fabweave.ribbon.rules.remedy import Depth, is_too_stiff
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, require_pliable
+from fabweave.ribbon.rules.rules import measure_along, measure_clearance
+from fabweave.ribbon.settings import RibbonSettings
+from fabweave.ribbon.widest import (
+    Narrowing,
+    even_widths,
+    narrow_ribbons,
+    widest_clear,
+    widest_width,
+)
+from fabweave.ribbon.width import WidthRule
+from fabweave.stock.material import forming_advice
+from fabweave.stock.ribbon_limits import thinner_supply, thread_limits
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.pattern import Weave
+from fabweave.weave.weave_mesh import WovenMesh
+
+#: Ribbons of this share of a width are as wide, to the eye.
+_AS_WIDE = 0.98
+
+
+@frozen_value
+class WovenObject(WovenMesh):
+    """A woven mesh with its ribbons, before anything is unfolded or cut.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+        The ribbons.
+    laps : (N,) int array or None
+        The crossings at which there is room for a lap; None for all.
+    narrowed : Narrowing or None
+        Where ribbons are narrower than asked; None if they are as wide as asked.
+    apart : (P,) float array or None
+        The factors on the width that keep ribbons clear of one another, where some must be narrower
+        yet so as not to cross themselves; None where none must.
+    """
+
+    ribbons: Ribbons
+    laps: IntArray | None = None
+    narrowed: Narrowing | None = None
+    apart: FloatArray | None = None
+
+
+def lay_object(
+    woven: WovenMesh, settings: RibbonSettings, supplies: Supplies, progress: Progress = no_progress
+) -> WovenObject:
+    """Lay the ribbons of a woven mesh as wide as asked.
+
+    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
+    at any.
+    """
+    progress("ribbons", 0, 1)
+    thickness = supplies.thickness_mm(woven.bunches)
+    ribbons = lay_ribbons(woven.source, woven.weave, settings, thickness)
+    return WovenObject(woven.source, woven.result, woven.labels, woven.bunches, ribbons)
+
+
+def lay_ribbons(
+    source: LoadedMesh,
+    weave: Weave,
+    settings: RibbonSettings,
+    thickness_mm: FloatArray,
+    laps: IntArray | None = None,
+    narrowing: FloatArray | None = None,
+) -> Ribbons:
+    """Lay the ribbons of a weave, with room for two layers, and for three where a joint laps.
+
+    Parameters
+    ----------
+    woven, weave
+        The mesh and its weave.
+    settings : RibbonSettings
+        Width and clearance.
+    thickness_mm : (T,) float array
+        Of each thread's material.
+    laps : (N,) int array, optional
+        The crossings at which a joint laps; before pieces are planned it may be any.
+    narrowing : (P,) float array, optional
+        Factor on the width at each pass.
+    """
+    height = crossing_heights(weave, thickness_mm, settings.clearance_mm, laps)
+    length, portals, rule = settings.panel_share, source.portals, settings.width_rule
+    mesh, halfedges = source.mesh, source.halfedges
+    width: WidthRule | FloatArray = rule
+    if rule.even:
+        width = even_widths(mesh, halfedges, weave, rule, length=length, portals=portals)
+    ribbons = project_ribbons(
+        mesh,
+        halfedges,
+        weave,
+        height_mm=height,
+        length=length,
+        width=width,
+        narrowing=narrowing,
+        portals=portals,
+    )
+    return smooth_ribbons(ribbons, settings.smooth)
+
+
+def keep_clear(
+    woven: WovenObject,
+    settings: RibbonSettings,
+    supplies: Supplies,
+    laps: IntArray | None = None,
+    most: FloatArray | None = None,
+) -> WovenObject:
+    """Lay the ribbons of a woven object again, with room for laps where joints are.
+
+    If the width is left to fabweave, they get narrower where they would be too near to others, and
+    by no less than the factors ``most`` at each pass.
+    """
+    thickness = supplies.thickness_mm(woven.bunches)
+
+    def lay(factor: FloatArray | None = None) -> Ribbons:
+        return lay_ribbons(woven.source, woven.weave, settings, thickness, laps, factor)
+
+    if not settings.width_rule.auto:
+        return replace(woven, ribbons=lay(), laps=laps)
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    narrowed = narrow_ribbons(lay, woven.weave, limits, most)
+    return replace(woven, ribbons=narrowed.ribbons, laps=laps, narrowed=narrowed)
+
+
+def check_object(
+    woven: WovenObject,
+    settings: RibbonSettings,
+    supplies: Supplies,
+    remake: Callable[[float], WovenObject] | None = None,
+    depth: Depth = Depth.SEARCHED,
+) -> RibbonCheck:
+    """Check the ribbons of a woven object against their materials, and look for remedies.
+
+    At another size joints may lie elsewhere, and widths be others: sizes are looked for with room
+    for a lap everywhere, and then confirmed on what would be made there.
+
+    Parameters
+    ----------
+    woven, settings, supplies
+        What is checked.
+    remake : callable, optional
+        Plans its pieces and lays its ribbons for them at another size, in millimetres. Without it,
+        they are taken to have room for a lap everywhere.
+    depth : Depth
+        How far the check goes.
+    """
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(woven.bunches)
+    narrowed = woven.narrowed
+
+    def lay(size_mm: float, narrower: float, narrowest: bool) -> Ribbons:
+        growth = size_mm / woven.size_mm
+        source = _scaled(woven.source, growth)
+        changed = settings.with_width(settings.width_rule.times(narrower))
+        factor = None
+        if narrowed is not None and growth == 1.0:
+            factor = narrowed.factor
+        elif narrowed is not None and narrowest:
+            # At another size, what is too near will be narrowed as far as may be. Widths grow with
+            # the size, unless they are bounded.
+            if np.isfinite(settings.width_rule.most_mm):
+                growth = 1.0
+            factor, stuck = narrowed.factor.copy(), narrowed.stuck
+            factor[stuck] = np.minimum(factor, narrowed.least / growth)[stuck]
+        laps = woven.laps if size_mm == woven.size_mm else None
+        return lay_ribbons(source, woven.weave, changed, thickness, laps, factor)
+
+    def settle(size_mm: float, planned: bool) -> tuple[Ribbons, Nearness | None]:
+        remade = remake(size_mm) if remake is not None and planned else None
+        if remade is None:
+            remade = keep_clear(resized(woven, size_mm), settings, supplies)
+        if remade.narrowed is None:
+            return remade.ribbons, measure_clearance(remade.ribbons, remade.weave, limits)[1]
+        known = remade.narrowed.clearance
+        return remade.ribbons, known[1] if known is not None else None
+
+    return check_ribbons(
+        woven.ribbons,
+        woven.weave,
+        woven.labels,
+        limits,
+        size_mm=woven.size_mm,
+        lay=lay,
+        clearance=narrowed.clearance if narrowed is not None else None,
+        settle=settle,
+        auto=narrowed is not None,
+        clashing=_beside_clashes(woven) if woven.source.clashes else None,
+        depth=depth,
+    )
+
+
+def _beside_clashes(woven: WovenObject) -> BoolArray:
+    """Tell which crossings lie beside faces that run through other faces, (X,)."""
+    halfedges = woven.halfedges
+    clashing = np.zeros(woven.mesh.n_faces, dtype=bool)
+    clashing[self_intersections(woven.mesh).ravel()] = True
+    here = woven.weave.threads.crossing_halfedge
+    beside = halfedges.face[here], halfedges.face[halfedges.twin[here]]
+    return np.asarray(clashing[beside[0]] | clashing[beside[1]])
+
+
+def resized(woven: WovenObject, size_mm: float) -> WovenObject:
+    """Return an object whose mesh has another largest dimension; its ribbons are not laid anew."""
+    return replace(woven, source=_scaled(woven.source, size_mm / woven.size_mm))
+
+
+def _scaled(source: LoadedMesh, factor: float) -> LoadedMesh:
+    mesh = source.mesh
+    return replace(source, mesh=PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices))
+
+
+def stiffness_check(
+    woven: WovenObject, settings: RibbonSettings, supplies: Supplies
+) -> RibbonCheck | None:
+    """Return the check of an object for which a material is too stiff; None if none is.
+
+    It goes no farther than is needed to say at which size the material would do.
+    """
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    if not is_too_stiff(measure_along(woven.ribbons, limits)["bend"]):
+        return None
+    return check_object(woven, settings, supplies, depth=Depth.ALONG)
+
+
+def require_stiffness(
+    woven: WovenObject,
+    settings: RibbonSettings,
+    supplies: Supplies,
+    check: RibbonCheck | None = None,
+) -> None:
+    """Raise TooFineError if a material is too stiff for an object.
+
+    Parameters
+    ----------
+    woven, settings, supplies
+        What is checked.
+    check : RibbonCheck, optional
+        What :func:`stiffness_check` found, if that is known already.
+    """
+    check = check or stiffness_check(woven, settings, supplies)
+    if check is not None:
+        for finding in check.refused:
+            index = int(supplies.of(woven.bunches)[woven.labels.index(finding.thread)])
+            thinner = thinner_supply(supplies, index, finding.value)
+            material = supplies.materials[index]
+            formed = forming_advice(material, finding.value)
+            require_pliable(check, material.description, thinner, formed)
+
+
+def _narrowed_notes(woven: WovenObject) -> list[str]:
+    """Return a note on where ribbons were narrowed and why; none if they were nowhere."""
+    if woven.narrowed is None or woven.narrowed.factor.min() >= 1:
+        return []
+    factor = woven.narrowed.factor
+    apart = factor if woven.apart is None else woven.apart
+    causes = {
+        "to keep clear of one another": np.count_nonzero(apart < 1),
+        "so as not to cross themselves when unfolded": np.count_nonzero(factor < apart),
+    }
+    places = {why: count for why, count in causes.items() if count}
+    told = " and ".join(f"at {count} {why}" for why, count in places.items())
+    return [
+        f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
+        f"places, to {factor.min():.0%} at the least"
+        + (f", {next(iter(places))}" if len(places) == 1 else f": {told}")
+    ]
+
+
+def _even_notes(woven: WovenObject, settings: RibbonSettings) -> list[str]:
+    """Return a note on the one width of ribbons, if they have one."""
+    if not settings.width_rule.even or not len(woven.ribbons.entry):
+        return []
+    width = measure_bends(woven.ribbons).width_mm[woven.ribbons.entry]
+    widest, least = float(width.max()), float(width.min())
+    share = float(np.mean(width > _AS_WIDE * widest))
+    note = f"width: ribbons are {widest:.1f} mm wide at {share:.0%} of all crossings"
+    return [note + (f", down to {least:.1f} mm where there is less room" if share < 1 else "")]
+
+
+def opening_notes(woven: WovenObject) -> list[str]:
+    """Return a note on tips where ribbons are slivers, and on what opens the mesh there."""
+    # Faces have the numbers that the option takes only where none were left out or divided.
+    plain = not woven.source.openings and not woven.source.n_old_vertices
+    return tip_notes(woven.mesh, woven.halfedges, woven.ribbons, offer=plain)
+
+
+def require_wide(woven: WovenObject) -> None:
+    """Raise TooFineError if a ribbon is too narrow to be cut, and say what would help."""
+    try:
+        require_width(woven.ribbons, woven.labels, woven.size_mm)
+    except TooFineError as error:
+        raise TooFineError(". ".join([str(error), *opening_notes(woven)])) from None
+
+
+def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies) -> list[str]:
+    """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
+    mesh, halfedges = woven.mesh, woven.halfedges
+    notes = _even_notes(woven, settings) + _narrowed_notes(woven)
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
+    thickness = supplies.thickness_mm(woven.bunches)
+    room = widest_width(
+        mesh,
+        halfedges,
+        woven.weave,
+        length=settings.panel_share,
+        portals=woven.source.portals,
+    )
+
+    def lay(width_mm: float) -> Ribbons:
+        changed = settings.with_width(WidthRule(least_mm=width_mm, most_mm=width_mm))
+        return lay_ribbons(woven.source, woven.weave, changed, thickness, woven.laps)
+
+    widest = widest_clear(lay, woven.weave, limits, room)
+    if widest is None:
+        notes.append(
+            f"width: ribbons of constant width do not fit: even at {np.max(limits.width_mm):g} mm, "
+            "the least that can be handled, they lack room or come too close to one another"
+        )
+    else:
+        # Rounded down, so that the width in the note has room.
+        notes.append(
+            f"width: ribbons of constant width fit, and keep clear of one another, up to "
+            f"{int(widest * 100) / 100:g} mm"
+        )
+    notes += opening_notes(woven)
+    share = open_share(woven.ribbons, woven.weave, mesh)
+    notes.append(f"openings: {share:.0%} of the surface stays open")
+    return notes

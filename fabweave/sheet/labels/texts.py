@@ -1,0 +1,236 @@
+"""Say what is to be lettered on pieces: the texts, and how each may be shortened.
+
+In the order of their importance a piece tells its id, the way of its thread (an arrow), its joints
+with the pieces that lap there (their mates), and its partners: whom it crosses, and how. A text is
+made smaller where there is no room for it, then shortened, and dropped at last.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.piece.piece import Piece
+
+#: How much is lettered: what serves, only where strands cover it in the woven object; what serves;
+#: everything; the pieces' ids alone; only of which kind they are, where strands cover it; or
+#: nothing.
+LABELS = ("hidden", "brief", "full", "numbers", "kinds", "none")
+#: The face that is engraved: the one that is seen, or the hidden one.
+SIDES = ("outside", "inside")
+#: What labels tell, the most important first; the last is the first to be dropped.
+KINDS = ("id", "arrow", "joint", "mate", "partner", "sign")
+
+#: Heights of letters that are tried, the preferred first. An id is engraved as low as it must be:
+#: a piece without one is identified by its shape alone.
+ID_HEIGHTS_MM = (4.0, 3.5, 3.0)
+LOW_ID_HEIGHTS_MM = (2.5, 2.0, 1.6, 1.2)
+TEXT_HEIGHTS_MM = (2.5, 2.0)
+#: Where letters are hidden, there is little room; these are read in the hand.
+HIDDEN_HEIGHTS_MM = (2.5, 2.0, 1.6)
+ARROW_HEIGHTS_MM = (3.0, 2.5, 2.0)
+#: Letters lower than this are reported: readable on the bench, but small.
+WANTED_HEIGHT_MM = 2.5
+#: Where not all partners are named, those at the ends are, and one of so many on the way.
+EVERY = 3
+
+#: Along the thread.
+ARROW = "→"
+#: Before a partner: a disc where the piece passes over it, a ring where it passes under.
+OVER_SIGN, UNDER_SIGN = "●", "○"
+
+
+class Choice(NamedTuple):
+    """A way to letter a wish: a text, how high, and which of the wish's kinds it tells."""
+
+    text: str
+    height_mm: float
+    kinds: tuple[str, ...]
+
+
+class Wish(NamedTuple):
+    """A fact to letter on a piece: each kind with its words, and ways to letter it.
+
+    ``station`` is the place along the piece that it is about, None for the whole piece. What is
+    ``hidden`` may stand only where a strand covers it.
+    """
+
+    words: dict[str, str]
+    station: int | None
+    choices: tuple[Choice, ...]
+    hidden: bool = False
+
+
+class Missing(NamedTuple):
+    """A fact that found no room: its kind, its words, and the station it is about."""
+
+    kind: str
+    text: str
+    station: int | None
+
+
+@frozen_value
+class Label:
+    """A lettered text.
+
+    Parameters
+    ----------
+    text : str
+    kinds : tuple of str
+        What it tells, of ``KINDS``; the first names it.
+    station : int or None
+        The station it is about.
+    height_mm : float
+        Height of a capital.
+    centre : (2,) float array
+        Middle of its box, in the piece's coordinates.
+    rotation_deg : float
+        Reading direction.
+    box_mm : (float, float)
+        Length along the reading direction, and height, underlines included.
+    strokes : tuple of (N, 2) float arrays
+        Polylines in the piece's coordinates.
+    hidden : bool
+        Whether it stands where a strand covers it in the woven object, as was asked.
+    """
+
+    text: str
+    kinds: tuple[str, ...]
+    station: int | None
+    height_mm: float
+    centre: FloatArray
+    rotation_deg: float
+    box_mm: tuple[float, float]
+    strokes: tuple[FloatArray, ...]
+    hidden: bool = False
+
+
+def wishes(
+    piece: Piece,
+    partners: Sequence[str],
+    mates: tuple[str | None, str | None],
+    labels: str,
+) -> Iterator[Wish]:
+    """Yield what a piece is to tell, the most important first.
+
+    Parameters
+    ----------
+    piece : Piece
+    partners : sequence of str
+        The id of the piece crossed at each station.
+    mates : (str or None, str or None)
+        The ids of the pieces that lap at its first and its last station.
+    labels : str
+        One of ``LABELS``.
+
+    Yields
+    ------
+    Wish
+        The arrow comes twice: with the id, and alone, for when the id is lettered without it. So
+        does an id that is to be hidden: small and in sight, where nothing covers enough of it.
+    """
+    if labels == "none":
+        return
+    if labels == "numbers":
+        yield _id_wish(piece.id)
+        return
+    hidden = labels == "hidden"
+    yield _id_wish(piece.id, arrow=True, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(piece.id)
+    yield _arrow_wish(hidden=hidden)
+    heights = HIDDEN_HEIGHTS_MM if hidden else TEXT_HEIGHTS_MM
+    last = len(piece.crossings) - 1
+    ends = ((0, piece.start_joint, mates[0]), (last, piece.end_joint, mates[1]))
+    for station, joint, mate in ends:
+        if joint is not None:
+            words = {"joint": f"#{joint}", "mate": f">{mate}"}
+            yield _joint_wish(words, station, heights, hidden=hidden)
+    for station in told_stations(piece, labels):
+        over = bool(piece.over[station])
+        words = {"partner": partners[station], "sign": OVER_SIGN if over else UNDER_SIGN}
+        text = words["sign"] + words["partner"]
+        choices = tuple(Choice(text, height, ("partner", "sign")) for height in heights)
+        yield Wish(words, station, choices, hidden)
+
+
+def kind_name(kind: int) -> str:
+    """Return what pieces of a kind bear where only that is told.
+
+    Examples
+    --------
+    >>> kind_name(3)
+    'K3'
+    """
+    return f"K{kind}"
+
+
+def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
+    """Yield what a piece is to tell of which only the kind counts: ``K3``, and an arrow.
+
+    The arrow is that of the first piece of the kind; in others the thread may run against it.
+    """
+    name = kind_name(kind)
+    yield _id_wish(name, arrow=True, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(name)
+    yield _arrow_wish(hidden=hidden)
+
+
+def spare_wishes(name: str, *, hidden: bool) -> Iterator[Wish]:
+    """Yield what a spare is to tell: its id. Who crosses it depends on the place it is put in."""
+    yield _id_wish(name, hidden=hidden)
+    if hidden:
+        yield _seen_id_wish(name)
+
+
+def told_stations(piece: Piece, labels: str) -> list[int]:
+    """Return the stations of a piece at which its partner is named.
+
+    All with ``"full"``; else the first, every third after it and the last, counted among those
+    where there is a cover if labels are hidden.
+
+    Parameters
+    ----------
+    piece : Piece
+    labels : str
+        One of ``LABELS`` that names partners.
+    """
+    stations = list(range(len(piece.crossings)))
+    if labels == "full":
+        return stations
+    if labels == "hidden":
+        stations = [station for station in stations if not piece.over[station]]
+    return sorted({*stations[::EVERY], *stations[-1:]})
+
+
+def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> Wish:
+    """Return the wish for a piece's id: large and with the arrow, or else smaller, or alone."""
+    words = {"id": name, "arrow": ARROW} if arrow else {"id": name}
+    choices = []
+    for heights in (ID_HEIGHTS_MM, LOW_ID_HEIGHTS_MM):
+        if arrow:
+            choices += [Choice(name + ARROW, height, ("id", "arrow")) for height in heights]
+        choices += [Choice(name, height, ("id",)) for height in heights]
+    return Wish(words, None, tuple(choices), hidden)
+
+
+def _arrow_wish(*, hidden: bool) -> Wish:
+    """Return the wish for the arrow alone."""
+    choices = tuple(Choice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM)
+    return Wish({"arrow": ARROW}, None, choices, hidden)
+
+
+def _seen_id_wish(name: str) -> Wish:
+    """Return the wish for an id that is seen: no larger than it is read in the hand."""
+    heights = LOW_ID_HEIGHTS_MM[1:]
+    return Wish({"id": name}, None, tuple(Choice(name, height, ("id",)) for height in heights))
+
+
+def _joint_wish(
+    words: dict[str, str], station: int, heights: Sequence[float], *, hidden: bool
+) -> Wish:
+    """Return a wish for a joint with the mate there, or the joint alone."""
+    text = words["joint"] + words["mate"]
+    whole = [Choice(text, height, ("joint", "mate")) for height in heights]
+    part = [Choice(words["joint"], height, ("joint",)) for height in heights]
+    return Wish(words, station, (*whole, *part), hidden)

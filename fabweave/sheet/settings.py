@@ -1,0 +1,37 @@
+"""Hold what the machine wants; the table of options says what each field means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fabweave.sheet.kerf import MicroJoints
+    from fabweave.sheet.presets import Preset
+    from fabweave.sheet.targets import Target
+
+
+@dataclass(frozen=True)
+class MachineSettings:
+    """How sheets are written for the machine that cuts them, and for its people."""
+
+    profile: str
+    preset: Preset
+    dxf: str
+    svg_units: str
+    hairline_mm: float | None
+    target: str
+    targets: tuple[Target, ...]
+    strict: bool
+    paper: str
+    kerf_mm: float
+    micro_joints: MicroJoints | None
+    cut_order: str
+    template: str
+    qr: str
+    calibrate: float
+
+    @property
+    def line_mm(self) -> float:
+        """The width of lines in the SVG."""
+        return self.preset.hairline_mm if self.hairline_mm is None else self.hairline_mm

@@ -1,0 +1,319 @@
+"""Write what is cut, and the plan of a job, into a folder: all that is proved afterwards."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.parallel.executors import Start, at_once
+from fabweave.core.records import to_json
+from fabweave.estimate.offcuts import (
+    OFFCUT_FOLDER,
+    OFFCUT_STOCK,
+    KeptOffcut,
+    offcut_records,
+    stock_entries,
+    stock_text,
+)
+from fabweave.estimate.texts import costs_text
+from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_report
+from fabweave.mesh.io.text import obj_bytes
+from fabweave.options.settings import Settings, job_toml
+from fabweave.picture.model_files import woven_glb
+from fabweave.piece.joint.holes import HoleRule
+from fabweave.piece.split.length_curve import splitting_record
+from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
+from fabweave.plan.csv_tables import crossing_table, station_table
+from fabweave.plan.map_builder import build_crossing_map
+from fabweave.plan.preflight.preflight_job import Preflight
+from fabweave.plan.preflight.rules import flaw_lines, preflight
+from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
+from fabweave.plan.verdict import verdict_json
+from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.kerf import CUT_FOLDER
+from fabweave.sheet.qr_code import CODE_FILE, code_png
+from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
+from fabweave.sheet.rim_sheets import RECORD, TEXT, rim_record, rim_text
+from fabweave.sheet.service import PieceMaterial, kind_files, write_kind_files
+from fabweave.sheet.settings import MachineSettings
+from fabweave.sheet.sheet_notes import draw_offcut
+from fabweave.sheet.targets import target_named
+from fabweave.sheet.write.dxf import dxf_bytes
+from fabweave.sheet.write.svg import svg_text
+from fabweave.show.job import Job
+from fabweave.verify.report import VerifyReport
+
+
+def job_map(job: Job) -> CrossingMap:
+    """Return the crossing map of a job."""
+    woven = job.woven
+    return build_crossing_map(
+        woven.halfedges,
+        woven.result,
+        woven.bunches,
+        woven.labels,
+        woven.ribbons,
+        job.piece_set,
+        job.spared,
+        (*job.marks, *job.spare_marks),
+        job.layout,
+        job.drawings,
+        job.order,
+        job.allotment,
+        offcuts=job.offcuts,
+        mirrored=job.settings.pieces.label_side == "inside",
+        cut=_cut_record(job.settings, job.code),
+    )
+
+
+def _cut_record(settings: Settings, code: str) -> CutRecord:
+    """Return what the map says about the files for the cutter."""
+    return CutRecord(
+        profile=settings.machine.profile,
+        preset=settings.machine.preset.name,
+        dxf=settings.machine.dxf,
+        svg_units=settings.machine.svg_units,
+        hairline_mm=settings.machine.line_mm,
+        labels=settings.pieces.labels,
+        layers=tuple(
+            LayerRecord(layer=layer.value, colour=entry.colour, aci=entry.aci)
+            for layer, entry in settings.machine.preset.colours.items()
+        ),
+        code=code,
+    )
+
+
+class Written(NamedTuple):
+    """What came of writing a plan: which rules its pieces break, and its accounts."""
+
+    preflight: Preflight
+    report: WasteReport
+
+
+def write_plan(
+    job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
+) -> Written:
+    """Write what is cut, the model and the plan into an existing empty folder.
+
+    Returns
+    -------
+    Written
+
+    Raises
+    ------
+    CannotMakeError
+        If they break any, and the settings are strict.
+    """
+    progress("files", 0, len(job.drawings))
+    machine = job.settings.machine
+    folders = [(directory / "sheets", job.drawings), (directory / CUT_FOLDER, job.kerfed)]
+    if job.rim_layout is not None:
+        folders += [(directory / RIM_FOLDER, job.rim_drawings)]
+    written = []
+    for folder, drawings in (*folders, (directory / CUT_FOLDER, job.rim_kerfed)):
+        if drawings:
+            folder.mkdir(exist_ok=True)
+        written += [start(_write_cuts, folder, drawing, machine) for drawing in drawings]
+    if job.rim_layout is not None:
+        rim, rings = directory / RIM_FOLDER, job.piece_set.rings
+        _write(rim / RECORD, json_text(rim_record(rings, job.rim_layout)))
+        _write(rim / TEXT, rim_text(rings))
+    if machine.qr != "none":
+        (directory / CODE_FILE).write_bytes(code_png(job.code))
+    if machine.profile == "service":
+        _write_service(job, directory / "service")
+    offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
+    _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
+    report = _waste_report(job)
+    check = _write_tables(job, report, directory)
+    for number, finish in enumerate(written):
+        progress("files", number, len(written))
+        finish()
+    return Written(check, report)
+
+
+def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
+    """Write one sheet as DXF and SVG."""
+    dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
+    (folder / f"{drawing.name}.dxf").write_bytes(dxf)
+    svg = svg_text(
+        drawing,
+        colours=machine.preset,
+        units=machine.svg_units,
+        stroke_width_mm=machine.line_mm,
+    )
+    _write(folder / f"{drawing.name}.svg", svg)
+
+
+def _write_service(job: Job, directory: Path) -> None:
+    """Write a file for each distinct piece, and the table of quantities."""
+    supply_materials = [
+        PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
+    ]
+    piece_materials = [supply_materials[index] for index in job.allotment.of_pieces(job.to_cut)]
+    kinds = job.kinds[job.origins].tolist()
+    write_kind_files(
+        directory,
+        kind_files(job.to_cut, kinds, piece_materials),
+        version=job.settings.machine.dxf,
+        colours=job.settings.machine.preset,
+        units=job.settings.machine.svg_units,
+        stroke_width_mm=job.settings.machine.line_mm,
+    )
+
+
+def _waste_report(job: Job) -> WasteReport:
+    """Return what becomes of the material."""
+    woven = job.woven
+    return waste_report(
+        job.to_cut,
+        job.layout,
+        job.drawings,
+        job.allotment,
+        notes=job.notes,
+        offcuts=offcut_records(job.offcuts, job.layout, job.allotment),
+        bill=bill_of_materials(job.piece_set, job.settings.pieces.hardware),
+        kerf_mm=job.settings.machine.kerf_mm,
+        splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
+        costs=job.costs,
+        ribbons=woven.ribbons,
+        engrave_seen_mm=job.engrave_seen_mm,
+        spares=len(job.spared),
+        grain=job.grain_cost,
+        rim=rim_sheets(
+            job.piece_set.rings,
+            job.rim_layout,
+            job.rim_drawings,
+            job.supplies.materials[0],
+            calibration=job.settings.machine.calibrate,
+        ),
+    )
+
+
+def offcut_entries(job: Job) -> list[str]:
+    """Return what is worth keeping, as entries of a list of stock."""
+    return stock_entries(
+        job.offcuts,
+        job.layout,
+        job.allotment,
+        title=job.woven.title,
+        mirrored=job.settings.pieces.mirrored,
+    )
+
+
+def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> None:
+    """Draw what is worth keeping, if anything is, and list it as stock."""
+    if job.offcuts:
+        directory.mkdir()
+        for offcut in job.offcuts:
+            drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
+            dxf = dxf_bytes(drawing, version=job.settings.machine.dxf)
+            (directory / f"{offcut.name}.dxf").write_bytes(dxf)
+        _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
+
+
+def _hole_sizes(rules: Sequence[HoleRule]) -> float | list[float]:
+    """Return the size of holes, 0 for none, or those that there are if there are several."""
+    sizes = [rule.hole_mm for rule in rules]
+    return sizes if len(sizes) > 1 else sum(sizes)
+
+
+def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
+    """Write the model, the plan and its tables; see ``write_plan``."""
+    woven = job.woven
+    crossing_map = job_map(job)
+    _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
+    outcome = {
+        "verdict": job.verdict.level,
+        "threads": job.weave.threads.n_threads,
+        "crossings": job.weave.threads.n_crossings,
+        "pieces": len(job.piece_set.pieces),
+        **({"spares": len(job.spared)} if len(job.spared) else {}),
+        "joints": len(job.piece_set.joints),
+        "sheets": len(job.drawings),
+        "utilisation": report.totals.sums.utilisation,
+        "hole_mm": _hole_sizes(job.piece_set.rules),
+        "fasten": job.fasten,
+        "costs": costs_text(job.costs),
+        **_likeness(job),
+        **_openings(job),
+        "notes": list(job.notes),
+    }
+    _write(directory / "job.toml", job_toml(job.settings, outcome))
+    (directory / "woven_mesh.obj").write_bytes(obj_bytes(woven.mesh))
+    if job.given_mesh is not None:
+        kept = directory / job.settings.mesh.source
+        kept.write_bytes(obj_bytes(job.given_mesh))
+    findings = (*job.check.findings, *job.holes)
+    (directory / "model.glb").write_bytes(
+        woven_glb(woven.ribbons, woven.labels, job.colours, findings)
+    )
+    _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
+    _write(directory / "crossing_map.csv", crossing_table(crossing_map))
+    _write(directory / "stations.csv", station_table(crossing_map))
+    _write(
+        directory / "pieces.csv",
+        piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),
+    )
+    ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
+    _write(directory / "ribbons.json", json_text(to_json(ribbons)))
+    check = _preflight(job, crossing_map, ribbons)
+    _write(directory / "preflight.json", json_text(check.record))
+    _write(directory / "waste.json", json_text(to_json(report)))
+    return check
+
+
+def _likeness(job: Job) -> dict[str, float]:
+    """Return how far the woven mesh is from the model at most, where it was remeshed."""
+    like = job.woven.source.likeness
+    return {} if like is None else {"likeness_mm": round(like.greatest_mm, 3)}
+
+
+def _openings(job: Job) -> dict[str, list[dict[str, str | int | float]]]:
+    """Return what was left out of the mesh, if anything was."""
+    openings = job.woven.source.openings
+    return {"openings": [opening.record() for opening in openings]} if openings else {}
+
+
+def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
+    """Check the pieces against the rules of those who cut them."""
+    target = target_named(job.settings.machine.target, job.settings.machine.targets)
+    supplies = job.supplies
+    materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
+    check = Preflight(
+        supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
+    )
+    broken = flaw_lines(check.flaws) if check.flaws else []
+    broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]
+    if job.settings.machine.strict and broken:
+        lines = "\n".join(f"  {line}" for line in broken)
+        raise CannotMakeError(f"with --strict, no job is written that breaks rules:\n{lines}")
+    return check
+
+
+def write_proof(directory: Path, proof: VerifyReport) -> None:
+    """Write what was proved about a job's files beside them."""
+    _write(directory / "verify.json", json_text(proof.to_json()))
+
+
+def json_text(value: Any) -> str:
+    """Return JSON with one short record a line: readable, and easy to compare."""
+    if not isinstance(value, dict):
+        return json.dumps(value) + "\n"
+    parts = []
+    for key, item in value.items():
+        if isinstance(item, list) and item:
+            rows = ",\n".join("  " + json.dumps(row) for row in item)
+            parts.append(f" {json.dumps(key)}: [\n{rows}\n ]")
+        else:
+            parts.append(f" {json.dumps(key)}: {json.dumps(item)}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _write(path: Path, text: str) -> None:
+    """Write text as UTF-8 with plain line ends on every system."""
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(text)

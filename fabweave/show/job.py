@@ -1,0 +1,251 @@
+"""Hold a job with all that is written, and draw its sheets."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.parallel.executors import (
+    Start,
+    at_once,
+)
+from fabweave.estimate.comparison import GrainCost, grain_cost
+from fabweave.estimate.costs import Costs, job_costs
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.nest.layout import Layout
+from fabweave.nest.offcut import Offcut, usable_offcuts
+from fabweave.options.command import command_text, usual_settings
+from fabweave.options.file_kinds import LAYOUT_FILE
+from fabweave.picture.loss_picture import likeness_png
+from fabweave.picture.object_picture import portrait_png
+from fabweave.plan.allotment import Allotment, allot
+from fabweave.plan.ask import complete_settings
+from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.job_notes import job_notes
+from fabweave.plan.order.planning import Order, plan_order
+from fabweave.plan.planned_job import PlannedJob
+from fabweave.plan.ribbon_report import hole_findings
+from fabweave.plan.steps import build_steps
+from fabweave.plan.verdict import FORCED, Verdict
+from fabweave.ribbon.rules.finding import Finding
+from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.kerf import kerfed_sheets
+from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
+from fabweave.sheet.labels.texts import kind_name
+from fabweave.sheet.qr_code import with_code
+from fabweave.sheet.rim_sheets import ring_sheets
+from fabweave.sheet.sheets import draw_sheets
+
+
+class SideWork(NamedTuple):
+    """What is made while pieces are nested, as it does not depend on where they lie.
+
+    Each waits for its result when it is called.
+    """
+
+    marks: Callable[[], tuple[Marks, ...]]
+    portrait: Callable[[], bytes]
+    order: Callable[[], Order]
+    likeness: Callable[[], bytes | None]
+
+
+@frozen_value
+class Job(PlannedJob):
+    """Everything that a job makes, before it is written.
+
+    Parameters
+    ----------
+    layout : Layout
+        Where each piece lies on which sheet.
+    allotment : Allotment
+        Which supply every thread and sheet is of.
+    offcuts : tuple of Offcut
+        What is left of sheets and worth keeping, as it is drawn.
+    holes : tuple of Finding
+        Crossings without a hole.
+    marks : tuple of Marks
+        What is engraved on each piece.
+    spare_marks : tuple of Marks
+        What is engraved on each spare.
+    engrave_seen_mm : float or None
+        How much of that is seen when it is woven; None if it was not to be hidden.
+    order : Order
+        The order of assembly.
+    portrait : callable
+        Waits for the picture of the woven object, a PNG file, which may still be in the making.
+    likeness : callable
+        Waits for the picture of what the model lost where it was remeshed, a PNG file; None where
+        it was not.
+    drawings : tuple of SheetDrawing
+        The nominal sheets.
+    code : str
+        What the QR code on the sheets says.
+    kerfed : tuple of SheetDrawing
+        The sheets with kerf and micro-joints; none where the others are to be cut as they are.
+    costs : Costs
+        Times and money: what waste.json, the manual and the terminal say.
+    notes : tuple of str
+        What a maker should know.
+    grain_cost : GrainCost or None
+        What it costs that pieces lie across the grain; None where they need not.
+    rim_layout : Layout or None
+        Where the pieces of rings lie, on sheets of their own; None without rings.
+    rim_drawings : tuple of SheetDrawing
+        These sheets.
+    rim_kerfed : tuple of SheetDrawing
+        The same with kerf and micro-joints; none where the others are to be cut as they are.
+    given_mesh : PolyMesh or None
+        A mesh that came from memory, and is kept in the job's folder.
+    """
+
+    layout: Layout
+    allotment: Allotment
+    offcuts: tuple[Offcut, ...]
+    holes: tuple[Finding, ...]
+    marks: tuple[Marks, ...]
+    spare_marks: tuple[Marks, ...]
+    engrave_seen_mm: float | None
+    order: Order
+    portrait: Callable[[], bytes]
+    likeness: Callable[[], bytes | None]
+    drawings: tuple[SheetDrawing, ...]
+    code: str
+    kerfed: tuple[SheetDrawing, ...]
+    costs: Costs
+    notes: tuple[str, ...]
+    grain_cost: GrainCost | None = None
+    rim_layout: Layout | None = None
+    rim_drawings: tuple[SheetDrawing, ...] = ()
+    rim_kerfed: tuple[SheetDrawing, ...] = ()
+    given_mesh: PolyMesh | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it can be built, with all that is known of it."""
+        unnamed = sum(
+            any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
+        )
+        return self._judged(self.holes, unnamed)
+
+
+def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
+    """Start the letters of pieces, the order of assembly and the picture of the object."""
+    settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
+    crossings = planned.weave.threads.n_crossings
+    source = woven.source
+    kinds = planned.piece_set.kinds
+    return SideWork(
+        marks=start(
+            mark_pieces,
+            pieces,
+            crossings,
+            settings.pieces.labels,
+            settings.pieces.label_side,
+            kinds,
+        ),
+        portrait=start(portrait_png, woven.ribbons, planned.colours),
+        order=start(
+            plan_order,
+            pieces,
+            woven.ribbons.centre,
+            woven.ribbons.normal,
+            enclosed=bool(np.all(woven.halfedges.twin >= 0)),
+            effort=settings.search.effort,
+            seed=settings.search.seed,
+        ),
+        likeness=start(likeness_png, source.loss, source.likeness),
+    )
+
+
+def draw_job(
+    planned: PlannedJob,
+    layout: Layout,
+    side: SideWork,
+    progress: Progress = no_progress,
+    given_mesh: PolyMesh | None = None,
+) -> Job:
+    """Draw the sheets of a job, and say what a maker should know about it.
+
+    Raises
+    ------
+    CannotMakeError
+        If a drawing would be cut wrongly, as where the kerf is wider than a slot.
+    """
+    settings, pieces, to_cut = planned.settings, planned.piece_set, planned.to_cut
+    allotment = allot(planned.supplies, planned.woven.bunches, layout, to_cut)
+    if layout.recorded:
+        settings = settings.but(layout=LAYOUT_FILE)
+    progress("marks", 0, 1)
+    marks, order = side.marks(), side.order()
+    spare_marks = mark_spares(
+        to_cut[len(marks) :],
+        [marks[at] for at in planned.spared.tolist()],
+        settings.pieces.labels,
+        settings.pieces.label_side,
+    )
+    progress("drawings", 0, 1)
+    offcuts = usable_offcuts(layout, [piece.outline for piece in to_cut])
+    if planned.mirrored:
+        widths = [layout.sheets[offcut.sheet].width_mm for offcut in offcuts]
+        offcuts = tuple(map(Offcut.mirrored, offcuts, widths))
+    drawings = draw_sheets(
+        to_cut,
+        (*marks, *spare_marks),
+        layout,
+        title=planned.woven.title,
+        captions=allotment.captions(),
+        mirrored=planned.mirrored,
+        names=[kind_name(kind) for kind in planned.kinds[planned.origins].tolist()]
+        if settings.pieces.labels == "kinds"
+        else (),
+        offcuts=offcuts,
+        cool=settings.machine.cut_order == "cool",
+        warnings=[
+            *([FORCED] if planned.verdict.forced else []),
+            *(
+                ["S1, S2 ... AFTER AN ID: A SPARE OF THAT KIND"]
+                if spare_marks and settings.pieces.labels not in ("kinds", "none")
+                else []
+            ),
+        ],
+    )
+    usual = complete_settings(usual_settings(settings))[0]
+    code = "" if settings.machine.qr == "none" else command_text(settings, usual)
+    drawings = tuple(with_code(drawing, code) for drawing in drawings)
+    kerfed = kerfed_sheets(drawings, settings.machine.kerf_mm, settings.machine.micro_joints)
+    woven = planned.woven
+    hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
+    seen = seen_mm(pieces.pieces, marks) if hidden else None
+    rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
+    return Job(
+        **{**vars(planned), "settings": settings},
+        layout=layout,
+        allotment=allotment,
+        offcuts=offcuts,
+        holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
+        marks=marks,
+        spare_marks=spare_marks,
+        engrave_seen_mm=seen,
+        order=order,
+        portrait=side.portrait,
+        likeness=side.likeness,
+        drawings=drawings,
+        code=code,
+        kerfed=kerfed,
+        costs=job_costs(
+            pieces,
+            drawings,
+            layout.sheets,
+            allotment.sheet_materials,
+            build_steps(pieces, order),
+            bill_of_materials(pieces, settings.pieces.hardware),
+            calibration=settings.machine.calibrate,
+        ),
+        notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
+        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
+        rim_layout=rim[0],
+        rim_drawings=rim[1],
+        rim_kerfed=kerfed_sheets(rim[1], settings.machine.kerf_mm, settings.machine.micro_joints),
+        given_mesh=given_mesh,
+    )

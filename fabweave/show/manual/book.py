@@ -1,0 +1,298 @@
+"""Lay text, lines and pictures on the pages of a PDF: all that the manual needs of reportlab."""
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from reportlab.lib.utils import simpleSplit
+from reportlab.pdfbase.pdfdoc import PDFImageXObject, PDFZCompress
+from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.pdfgen.pathobject import PDFPathObject
+
+from fabweave.core.arrays import FloatArray
+from fabweave.show.manual.painting import Painted
+
+#: Width and height of the papers, in points.
+PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
+#: Free border, and height of the heading, in points.
+MARGIN, _HEADING = 36.0, 26.0
+_PLAIN, _BOLD = "Helvetica", "Helvetica-Bold"
+#: Text that is read at arm's length, and the distance of its lines as a multiple of its size.
+TEXT, SMALL = 10.0, 9.5
+LEADING = 1.25
+#: Signs are polygons, told apart by their corners.
+SIGN_CORNERS, COMPLETE_CORNERS, RING_CORNERS = 24, 20, 28
+#: What each page shows of how many pages there are.
+_COUNT = "count"
+#: Names that stand across what they name.
+PLATE = 9.5
+
+
+class Book:
+    """A PDF in the making; x counts from the left and y from the foot of the page, in points.
+
+    Parameters
+    ----------
+    paper : {"a4", "letter"}
+    title : str
+        It stands at the head of each page, with the number of the page.
+
+    Examples
+    --------
+    >>> book = Book("a4", "Torus")
+    >>> book.page("Steps")
+    >>> book.finish()[:5]
+    b'%PDF-'
+    """
+
+    def __init__(self, paper: str, title: str) -> None:
+        self.width, self.height = PAPERS[paper]
+        self.left, self.right = MARGIN, self.width - MARGIN
+        self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
+        #: Where the next text or drawing on the page may begin.
+        self.y = self.top
+        self.n_pages = 0
+        self._head, self._count_left = (
+            self.height - MARGIN - 10.0,
+            self.right - text_width("000", SMALL),
+        )
+        self._n_images = self._n_entries = 0
+        self._title = printable(title)
+        self._file = io.BytesIO()
+        # Invariant: neither a date nor a random id is written. Pages are packed by what the
+        # document does to all its streams: by itself a canvas writes packed pages in letters.
+        self._canvas = Canvas(
+            self._file, pagesize=(self.width, self.height), pageCompression=0, invariant=1
+        )
+        self._canvas._doc.defaultStreamFilters = [PDFZCompress]
+        self._canvas.setTitle(self._title)
+        self._canvas.setCreator("fabweave")
+        self._section = ""
+
+    def page(self, section: str) -> None:
+        """Begin a page; the first page of each section is found in the reader's contents."""
+        if self.n_pages:
+            self._canvas.showPage()
+        self.n_pages += 1
+        self.y = self.top
+        head = self._head
+        self.text(self.left, head, section, size=13.0, bold=True)
+        self.text(
+            self._count_left, head, f"{self._title}, page {self.n_pages} / ", size=SMALL, align=1.0
+        )
+        self._canvas.doForm(_COUNT)
+        self.line([(self.left, head - 6.0), (self.right, head - 6.0)], width=0.8)
+        if section != self._section:
+            self._section = section
+            self.entry(section)
+
+    def entry(self, name: str, level: int = 0) -> None:
+        """Name the page in the reader's contents: a section, or what stands in it (level 1)."""
+        self._n_entries += 1
+        key = f"entry{self._n_entries}"
+        self._canvas.bookmarkPage(key)
+        self._canvas.addOutlineEntry(printable(name), key, level, closed=level == 0)
+
+    def room(self, height: float, section: str) -> None:
+        """Begin a new page unless so much is left of this one."""
+        if self.y - height < self.foot:
+            self.page(section)
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        size: float = TEXT,
+        bold: bool = False,
+        align: float = 0.0,
+        grey: float = 0.0,
+        angle_deg: float = 0.0,
+        middle: bool = False,
+    ) -> None:
+        """Write one line; ``align`` is the share of it that stands left of x.
+
+        y is the foot of the letters, or their middle; a line is turned about its place.
+        """
+        shown, canvas = printable(text), self._canvas
+        shift = -align * text_width(shown, size, bold=bold) if align else 0.0
+        canvas.setFont(_BOLD if bold else _PLAIN, size)
+        canvas.setFillGray(grey)
+        drop = -0.36 * size if middle else 0.0
+        if angle_deg:
+            canvas.saveState()
+            canvas.translate(x, y)
+            canvas.rotate(angle_deg)
+            canvas.drawString(shift, drop, shown)
+            canvas.restoreState()
+        else:
+            canvas.drawString(x + shift, y + drop, shown)
+
+    def block(
+        self, x: float, y: float, text: str, width: float, *, size: float = TEXT, bold: bool = False
+    ) -> float:
+        """Write wrapped text whose first line stands below y; return where it ends."""
+        for line in wrapped(text, size, width, bold=bold):
+            y -= LEADING * size
+            self.text(x, y + 0.25 * size, line, size=size, bold=bold)
+        return y
+
+    def line(
+        self, points: Sequence[tuple[float, float]] | FloatArray, *, width: float = 0.5,
+        grey: float = 0.0, closed: bool = False, fill: float | None = None,
+        dash: tuple[float, ...] = (),
+    ) -> None:  # fmt: skip
+        """Draw a run of straight lines, maybe dashed; a closed one may be filled with a grey."""
+        ways = points.tolist() if isinstance(points, np.ndarray) else points
+        # A path writes its numbers itself, but takes most of the time of a manual for it.
+        steps = [f"{x:.3f} {y:.3f} {'l' if at else 'm'}" for at, (x, y) in enumerate(ways)]
+        path = PDFPathObject(["n", *steps, "h"] if closed else ["n", *steps])
+        self._canvas.setStrokeGray(grey)
+        self._canvas.setLineWidth(width)
+        if fill is not None:
+            self._canvas.setFillGray(fill)
+        if dash:
+            self._canvas.setDash(list(dash))
+        self._canvas.drawPath(path, stroke=1 if width else 0, fill=0 if fill is None else 1)
+        if dash:
+            self._canvas.setDash()
+
+    def circle(self, x: float, y: float, radius: float) -> None:
+        """Draw a small hole."""
+        self._canvas.setStrokeGray(0.0)
+        self._canvas.setLineWidth(0.5)
+        self._canvas.circle(x, y, radius)
+
+    def sign(self, x: float, y: float, *, over: bool) -> None:
+        """Draw the disc of a strand that goes over, or the ring of one that runs under."""
+        radius = 2.1 if over else 2.7
+        self.line(
+            _round(x, y, radius, SIGN_CORNERS), width=0.9, closed=True, fill=0.0 if over else 1.0
+        )
+
+    def ring(self, x: float, y: float) -> None:
+        """Draw a ring around a place in a picture, seen on dark and on light."""
+        for width, grey in ((2.4, 1.0), (1.1, 0.0)):
+            self.line(_round(x, y, 5.0, RING_CORNERS), width=width, grey=grey, closed=True)
+
+    def complete(self, x: float, y: float) -> None:
+        """Draw a circle with a cross: all layers are there."""
+        self.line(_round(x, y, 4.2, COMPLETE_CORNERS), width=1.0, closed=True, fill=1.0)
+        self.line([(x - 2.6, y), (x + 2.6, y)], width=0.9)
+        self.line([(x, y - 2.6), (x, y + 2.6)], width=0.9)
+
+    def area(self, x: float, y: float, width: float, height: float, colour: Sequence[int]) -> None:
+        """Draw a rectangle in a colour."""
+        red, green, blue = (int(part) / 255 for part in colour)
+        self._canvas.setFillColorRGB(red, green, blue)
+        self._canvas.setStrokeGray(0.0)
+        self._canvas.setLineWidth(0.5)
+        self._canvas.rect(x, y, width, height, stroke=1, fill=1)
+
+    def tick_box(self, x: float, y: float, side: float = 10.0) -> None:
+        """Draw a box to tick."""
+        corners = [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
+        self.line(corners, width=0.9, closed=True)
+
+    def tag(self, x: float, y: float, text: str, *, dark: bool) -> None:
+        """Write a text of 9 points in a box whose middle is given."""
+        wide, high = tag_size(text)
+        corners = [
+            (x + across * wide / 2, y + up * high / 2)
+            for across, up in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        ]
+        self.line(corners, width=0.7, closed=True, fill=0.0 if dark else 1.0)
+        grey = 1.0 if dark else 0.0
+        self.text(x, y, text, size=SMALL, bold=True, align=0.5, grey=grey, middle=True)
+
+    def plate(self, x: float, y: float, text: str, *, angle_deg: float) -> None:
+        """Write a text of 8 points on a white ground whose middle is given."""
+        size = PLATE
+        half = np.array([text_width(text, size, bold=True) / 2 + 1.0, 0.42 * size])
+        turn = np.radians(angle_deg)
+        axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half @ axes + (x, y)
+        self.line(corners, width=0.0, closed=True, fill=1.0)
+        self.text(x, y, text, size=size, bold=True, align=0.5, angle_deg=angle_deg, middle=True)
+
+    @contextmanager
+    def clipped(self, x: float, y: float, width: float, height: float) -> Iterator[None]:
+        """Draw only what is inside a rectangle."""
+        self._canvas.saveState()
+        path = self._canvas.beginPath()
+        path.rect(x, y, width, height)
+        self._canvas.clipPath(path, stroke=0)
+        yield
+        self._canvas.restoreState()
+
+    def image(self, picture: Painted, x: float, y: float, width: float, height: float) -> None:
+        """Draw a picture with its lower left corner at a place."""
+        canvas = self._canvas
+        self._n_images += 1
+        name = f"picture{self._n_images}"
+        document, pixels = canvas._doc, Pixels(name, picture)
+        document.Reference(pixels, document.getXObjectName(name))
+        document.addForm(name, pixels)
+        canvas.saveState()
+        canvas.translate(x, y)
+        canvas.scale(width, height)
+        canvas.doForm(name)
+        canvas.restoreState()
+
+    def finish(self) -> bytes:
+        """Return the PDF; how many pages there are is known now, and stands on each."""
+        self._canvas.showPage()
+        self._canvas.beginForm(_COUNT)
+        self.text(self._count_left, self._head, str(self.n_pages), size=SMALL)
+        self._canvas.endForm()
+        self._canvas.save()
+        return self._file.getvalue()
+
+
+def _round(x: float, y: float, radius: float, corners: int) -> FloatArray:
+    """Return a polygon that is all but a circle."""
+    turn = 2.0 * np.pi * np.arange(corners) / corners
+    return np.column_stack((x + radius * np.cos(turn), y + radius * np.sin(turn)))
+
+
+def printable(text: str) -> str:
+    """Return a text in the characters of a PDF's own fonts; others become question marks."""
+    return text.encode("cp1252", "replace").decode("cp1252")
+
+
+def text_width(text: str, size: float, *, bold: bool = False) -> float:
+    """Return the width of a text in points."""
+    return float(stringWidth(text, _BOLD if bold else _PLAIN, size))
+
+
+def tag_size(text: str) -> tuple[float, float]:
+    """Return width and height of a tag."""
+    return text_width(printable(text), SMALL, bold=True) + 5.0, SMALL + 3.0
+
+
+def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list[str]:
+    """Break a text at its spaces into lines that fit a width; a longer word has its own line.
+
+    Examples
+    --------
+    >>> wrapped("lay A1 over B2", 10.0, 40.0)
+    ['lay A1', 'over B2']
+    """
+    return list(simpleSplit(printable(text), _BOLD if bold else _PLAIN, size, width))
+
+
+class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
+    """A picture as an object of a PDF, of a name that is unique there.
+
+    reportlab's own pictures are written in letters, which takes a quarter more room and most of
+    the time of a manual with a picture for each step.
+    """
+
+    def __init__(self, name: str, picture: Painted) -> None:
+        super().__init__(name)
+        self._filters, self.colorSpace, self.bitsPerComponent = ("FlateDecode",), "DeviceRGB", 8
+        self.width, self.height = picture.width_px, picture.height_px
+        self.streamContent = picture.packed

@@ -1,0 +1,308 @@
+"""Paint the object as far as it is woven: new pieces solid, what is in place pale.
+
+Every tone is as light as its meaning asks, whatever its hue: a grey print tells what is new, what
+is in place and where pieces end as the colours do.
+"""
+
+import zlib
+from collections.abc import Sequence
+
+import numpy as np
+from PIL import Image
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.colour_space import Colours, bytes_of, light_of
+from fabweave.picture.camera import Frame, View, frame_object
+from fabweave.picture.shading import facet_normals
+from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.picture.zbuffer import nearest_triangles
+from fabweave.piece.development import Stretches, piece_stretches
+from fabweave.piece.piece import Piece
+from fabweave.plan.crossing_map import CrossingMap
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+
+@frozen_value
+class Scene:
+    """All pieces in space: triangles with their piece and the step in which they come.
+
+    Parameters
+    ----------
+    points : (V, 3) float array
+        The right and the left end of each rung, one after the other, in millimetres.
+    triangles : (T, 3) int array
+    normals : (T, 3) float array
+        Of unit length.
+    piece, step : (T,) int arrays
+        The piece of each triangle, and the step in which it comes, from 0.
+    step_of_piece : (P,) int array
+    colours : (P, 3) uint8 array
+        The own colour of each piece.
+    stretches : Stretches
+        The rungs of each piece, and its stations on them.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    normals: FloatArray
+    piece: IntArray
+    step: IntArray
+    step_of_piece: IntArray
+    colours: Colours
+    stretches: Stretches
+
+    @property
+    def n_steps(self) -> int:
+        """How many steps there are."""
+        return int(self.step_of_piece.max(initial=-1)) + 1
+
+    def frame(self, view: View, size_px: tuple[int, int]) -> Frame:
+        """Return the frame that the whole object fills."""
+        return frame_object(self.points[np.unique(self.triangles)], view, size_px)
+
+    def middle_line(self, piece: int) -> FloatArray:
+        """Return the middles of a piece's rungs in space, (N, 3)."""
+        ends = self.rung_ends(piece)
+        return np.asarray(ends.mean(axis=1))
+
+    def rung_ends(self, piece: int) -> FloatArray:
+        """Return both ends of each rung of a piece, (N, 2, 3)."""
+        low, high = self.stretches.offsets[piece : piece + 2].tolist()
+        rung = self.stretches.rung[low:high]
+        return np.stack((self.points[2 * rung], self.points[2 * rung + 1]), axis=1)
+
+    def panel(self, piece: int, station: int) -> int:
+        """Return at which of a piece's rungs the panel of a station begins."""
+        return int(self.stretches.panel[self.stretches.panel_offsets[piece] + station])
+
+
+def build_scene(
+    ribbons: Ribbons,
+    weave: Weave,
+    pieces: Sequence[Piece],
+    crossing_map: CrossingMap,
+    colours: Colours,
+) -> Scene:
+    """Put all pieces into space.
+
+    Parameters
+    ----------
+    ribbons, weave
+        The ribbons in space.
+    pieces : sequence of Piece
+        All pieces of the job, as the map has them.
+    crossing_map : CrossingMap
+        Whose steps they come in.
+    colours : (P, 3) uint8 array
+        The colour of each piece.
+    """
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    placed = {key: at for at, step in enumerate(crossing_map.steps) for key in step.pieces}
+    step_of_piece = np.array([placed[piece.id] for piece in pieces], dtype=np.int64)
+    stretches = piece_stretches(ribbons, weave, pieces)
+    rung, piece = stretches.quads()
+    # Each quad is two triangles; rungs that nothing follows begin none.
+    number = np.full(len(ribbons.right), -1, dtype=np.int64)
+    near = triangles[::2, 0] // 2
+    number[near] = np.arange(len(near))
+    row = (2 * number[rung][:, None] + (0, 1)).ravel()
+    piece = np.repeat(piece, 2)
+    return Scene(
+        vertices,
+        triangles[row],
+        facet_normals(vertices, triangles[row])[:, 0],
+        piece,
+        step_of_piece[piece],
+        step_of_piece,
+        colours,
+        stretches,
+    )
+
+
+#: Pixels in a millimetre of a picture, 200 in an inch: where pieces end, lines are one and three of
+#: them wide, 0.13 and 0.38 mm, and the gap beside what is beneath is two.
+PX_MM = 200.0 / 25.4
+#: Points of a page in a pixel.
+POINTS_PX = 72.0 / 25.4 / PX_MM
+#: Relative luminance of what is in place, seen from inside and from outside in three lights, and
+#: of what is new: their contrast is 3 at least, ( 0.62 + 0.05 ) / ( 0.17 + 0.05 ).
+THERE, NEW = (0.62, 0.66, 0.72, 0.78), (0.08, 0.11, 0.14, 0.17)
+_LEVELS = len(THERE) + len(NEW)
+#: The first colours of every picture: paper, the outline of what is in place (4.5 against white),
+#: black, and what is still to come.
+PAPER, OUTLINE, BLACK, COMING = range(4)
+FIXED = ((255, 255, 255), (119, 119, 119), (0, 0, 0), (242, 242, 242))
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+_KEY = (-0.42, 0.62, 0.66)
+
+
+@frozen_value
+class Painted:
+    """A picture as it stands in the manual: many are held until they are written.
+
+    Parameters
+    ----------
+    width_px, height_px : int
+    packed : bytes
+        Red, green and blue of each pixel, row after row from the top, deflated.
+    """
+
+    width_px: int
+    height_px: int
+    packed: bytes
+
+    @property
+    def image(self) -> Image.Image:
+        """The picture in RGB."""
+        pixels = np.frombuffer(zlib.decompress(self.packed), dtype=np.uint8)
+        return Image.fromarray(pixels.reshape(self.height_px, self.width_px, 3))
+
+
+def packed(pixels: Colours) -> Painted:
+    """Return a picture of given pixels, (height, width, 3)."""
+    return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes()))
+
+
+@frozen_value
+class Palette:
+    """The colours of all pictures of a job.
+
+    Parameters
+    ----------
+    own : (P,) int array
+        The number of each piece's own colour.
+    tones : (C, 8, 3) uint8 array
+        Each own colour as it is shown in place and new, from dark to light.
+    """
+
+    own: IntArray
+    tones: Colours
+
+
+def make_palette(colours: Colours) -> Palette:
+    """Return the tones of pieces that have given colours, (P, 3)."""
+    own, number = np.unique(colours, axis=0, return_inverse=True)
+    light = light_of(own)
+    tones = [_toned(light, luminance) for luminance in (*THERE, *NEW)]
+    return Palette(number.ravel().astype(np.int64), bytes_of(np.stack(tones, axis=1)))
+
+
+def _toned(light: FloatArray, luminance: float) -> FloatArray:
+    """Mix each colour, (C, 3) of linear light, with white or black to a luminance.
+
+    Examples
+    --------
+    >>> _toned(np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 1.0]]), 0.5).round(3).tolist()
+    [[1.0, 0.365, 0.365], [0.5, 0.5, 0.5]]
+    """
+    own = light @ _LUMINANCE
+    dark = light * np.minimum(1.0, luminance / np.maximum(own, 1e-9))[:, None]
+    white = np.clip((luminance - own) / np.maximum(1.0 - own, 1e-9), 0.0, 1.0)[:, None]
+    return np.asarray(dark + (1.0 - dark) * white)
+
+
+def paint(
+    scene: Scene, palette: Palette, frame: Frame, step: int, first_new: int, *, coming: bool
+) -> tuple[Painted, FloatArray, IntArray]:
+    """Paint what is in place after a step.
+
+    Parameters
+    ----------
+    scene : Scene
+    palette : Palette
+    frame : Frame
+        What is beyond it is not painted.
+    step, first_new : int
+        What came in steps from the one to the other is new.
+    coming : bool
+        Whether what is still to come is a faint ground.
+
+    Returns
+    -------
+    painted : Painted
+    nearness : (height, width) float array
+        How near what is seen is, in pixels; minus infinity where there is nothing.
+    piece : (height, width) int array
+        What piece it is; -1 where there is none.
+    """
+    points = frame.pixels(scene.points)
+    inside = _in_frame(points[:, :2][scene.triangles], frame)
+    placed = np.flatnonzero(inside & (scene.step <= step))
+    # Where two pieces lap, they lie in one place: the new one is seen.
+    placed = placed[np.argsort(-scene.step[placed], kind="stable")]
+    seen, near = nearest_triangles(
+        points, scene.triangles[placed], width=frame.width_px, height=frame.height_px
+    )
+    there = seen >= 0
+    triangle = placed[seen[there]]
+    code = np.full(seen.shape, PAPER, dtype=np.int64)
+    if coming:
+        later = np.flatnonzero(inside & (scene.step > step))
+        ahead, _ = nearest_triangles(
+            points, scene.triangles[later], width=frame.width_px, height=frame.height_px
+        )
+        code[ahead >= 0] = COMING
+    levels = _levels(scene, frame, first_new)
+    code[there] = (len(FIXED) + palette.own[scene.piece] * _LEVELS + levels)[triangle]
+    piece = np.full(seen.shape, -1, dtype=np.int64)
+    piece[there] = scene.piece[triangle]
+    new = np.zeros(seen.shape, dtype=bool)
+    new[there] = scene.step[triangle] >= first_new
+    _draw_ends(code, piece, near, new)
+    tones = np.concatenate((np.array(FIXED, dtype=np.uint8), palette.tones.reshape(-1, 3)))
+    return packed(tones[code]), near, piece
+
+
+def _in_frame(corners: FloatArray, frame: Frame) -> BoolArray:
+    """Return which triangles may be seen in a frame, by the boxes around them."""
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    return np.asarray(
+        (high > 0.0).all(axis=1) & (low < (frame.width_px, frame.height_px)).all(axis=1)
+    )
+
+
+def _levels(scene: Scene, frame: Frame, first_new: int) -> IntArray:
+    """Return which tone of its own colour each triangle has, (T,)."""
+    key = np.array(_KEY)
+    light = scene.normals @ (key / np.linalg.norm(key) @ frame.axes)
+    back = scene.normals @ frame.axes[2] < 0.0
+    steps = np.clip(np.floor(3.0 * light), 0, 2).astype(np.int64)
+    level = np.where(back, 0, 1 + steps)
+    return np.asarray(level + len(THERE) * (scene.step >= first_new))
+
+
+def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray) -> None:
+    """Draw lines along the ends of all pieces, and a white gap beside them on what is beneath.
+
+    So at each crossing the rails of the upper strand go through, and the lower one's are broken.
+    """
+    upper = np.zeros(piece.shape, dtype=bool)
+    lower = np.zeros(piece.shape, dtype=bool)
+    for axis in (0, 1):
+        one = tuple(slice(None, -1) if at == axis else slice(None) for at in (0, 1))
+        two = tuple(slice(1, None) if at == axis else slice(None) for at in (0, 1))
+        differ = piece[one] != piece[two]
+        first = differ & (near[one] >= near[two])
+        second = differ & ~first
+        upper[one] |= first
+        upper[two] |= second
+        lower[two] |= first
+        lower[one] |= second
+    upper &= piece >= 0
+    gap = (grown(lower) | lower) & ~upper & (piece >= 0)
+    code[gap] = PAPER
+    code[upper] = OUTLINE
+    ends = upper & new
+    heavy = (grown(grown(ends)) | ends) & new & ~gap
+    code[heavy] = BLACK
+
+
+def grown(area: BoolArray) -> BoolArray:
+    """Return an area with the pixels beside it."""
+    larger = area.copy()
+    larger[:, :-1] |= area[:, 1:]
+    larger[:, 1:] |= area[:, :-1]
+    larger[:-1] |= area[1:]
+    larger[1:] |= area[:-1]
+    return larger

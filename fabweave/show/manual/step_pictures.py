@@ -1,0 +1,559 @@
+"""Make the pictures of the steps: what is new in large, and where it is on the whole object."""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.picture.camera import Frame, View
+from fabweave.picture.zbuffer import all_fragments
+from fabweave.plan.crossing_map import CrossingMap, StepRecord
+from fabweave.show.manual.painting import (
+    POINTS_PX,
+    PX_MM,
+    Painted,
+    Palette,
+    Scene,
+    make_palette,
+    paint,
+)
+
+#: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
+_LAYERS_MM = 6.0
+
+
+@frozen_value
+class Mark:
+    """What is named in a picture; places in points from its lower left corner.
+
+    Parameters
+    ----------
+    text : str
+    kind : {"new", "over", "under", "joint"}
+        A new piece; a piece that it lies over or runs under; or a joint.
+    at : (2,) float array
+        Where it is.
+    along : (2,) float array
+        The direction of its strand, of unit length.
+    clear : float
+        So far from there along its strand it is beside what is new.
+    hidden : bool
+        Whether something else is seen there.
+    """
+
+    text: str
+    kind: str
+    at: FloatArray
+    along: FloatArray
+    clear: float
+    hidden: bool
+
+
+@frozen_value
+class Slide:
+    """The way of an end that slides beneath what is in place.
+
+    Parameters
+    ----------
+    points : (N, 2) float array
+        From the middle of the piece to its tip, in points.
+    beneath : (N - 1,) bool array
+        Whether something lies over it there.
+    """
+
+    points: FloatArray
+    beneath: BoolArray
+
+
+def strand_pieces(crossing_map: CrossingMap) -> dict[tuple[int, bool], list[str]]:
+    """Return the pieces of each strand: crossing, and whether it is the one on top.
+
+    A ring of one piece that laps itself there is named once.
+    """
+    strands: dict[tuple[int, bool], list[str]] = {}
+    for piece in crossing_map.pieces:
+        for strand in dict.fromkeys((one.crossing, one.over) for one in piece.stations):
+            strands.setdefault(strand, []).append(piece.id)
+    return strands
+
+
+class Drawn:
+    """What pictures look up: pieces by their ids, and who lies at each strand."""
+
+    def __init__(self, scene: Scene, crossing_map: CrossingMap) -> None:
+        self.scene, self.steps = scene, crossing_map.steps
+        self.pieces = crossing_map.pieces
+        self.number = {piece.id: at for at, piece in enumerate(crossing_map.pieces)}
+        self.joints = {joint.id: joint for joint in crossing_map.joints}
+        self.idle = {one.id for one in crossing_map.crossings if one.fastened is False}
+        self.strands = strand_pieces(crossing_map)
+        self.step_of = {key: at for at, step in enumerate(self.steps) for key in step.pieces}
+        self.station = {
+            (piece.id, station.crossing, station.over): at
+            for piece in crossing_map.pieces
+            for at, station in enumerate(piece.stations)
+        }
+
+    def new(self, step: int) -> list[int]:
+        """Return the numbers of the pieces that come in a step."""
+        return [self.number[key] for key in self.steps[step].pieces]
+
+    def panel(self, key: str, crossing: int, *, over: bool) -> FloatArray:
+        """Return both ends of both rungs of a piece's panel at a crossing, (2, 2, 3)."""
+        number = self.number[key]
+        first = self.scene.panel(number, self.station[key, crossing, over])
+        return self.scene.rung_ends(number)[first : first + 2]
+
+
+def on_page(pixels: FloatArray, frame: Frame) -> FloatArray:
+    """Return places in points from the lower left corner of a picture."""
+    flat = np.asarray(pixels)[..., :2]
+    return np.asarray((flat * (1.0, -1.0) + (0.0, frame.height_px)) * POINTS_PX)
+
+
+def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> Mark:
+    """Return the name of a new piece, near the middle of what is seen of it."""
+    seen = np.flatnonzero(piece == number)
+    if len(seen):
+        down, across = np.divmod(seen, frame.width_px)
+        best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
+        at = np.array([across[best] + 0.5, down[best] + 0.5])
+    else:
+        line = frame.pixels(drawn.scene.middle_line(number))
+        at = line[len(line) // 2, :2]
+    return Mark(
+        drawn.pieces[number].id,
+        "new",
+        on_page(at, frame),
+        np.array([0.0, 1.0]),
+        0.0,
+        not len(seen),
+    )
+
+
+class Places:
+    """Where what a step names is in its picture."""
+
+    def __init__(self, drawn: Drawn, frame: Frame, near: FloatArray, at: int) -> None:
+        self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
+        self._new = set(drawn.steps[at].pieces)
+
+    def middle(self, crossing: int) -> FloatArray:
+        """Return where a crossing is."""
+        return on_page(self._pixels(crossing).mean(axis=0), self._frame)
+
+    def _pixels(self, crossing: int) -> FloatArray:
+        """Return the corners of the panel of a new piece at a crossing, in pixels, (4, 3)."""
+        over, key = self._own(crossing)
+        corners = self._drawn.panel(key, crossing, over=over).reshape(-1, 3)
+        return self._frame.pixels(corners)
+
+    def _own(self, crossing: int) -> tuple[bool, str]:
+        """Return the strand of a crossing that is a new piece's, and which."""
+        strands = self._drawn.strands
+        return next(
+            (over, key)
+            for over in (True, False)
+            for key in strands.get((crossing, over), ())
+            if key in self._new
+        )
+
+    def neighbours(self, step: StepRecord) -> Iterator[Mark]:
+        """Yield what the new pieces lie over and run under: each piece once for each of them."""
+        for key in step.pieces:
+            named = set()
+            for station in self._drawn.pieces[self._drawn.number[key]].stations:
+                listed = step.over if station.over else step.under
+                if station.crossing not in listed:
+                    continue
+                for other in self._drawn.strands[station.crossing, not station.over]:
+                    there = self._drawn.step_of[other] <= self._at
+                    if there and (other, station.over) not in named:
+                        named.add((other, station.over))
+                        yield self._mark(key, other, station.crossing, over=station.over)
+
+    def _mark(self, key: str, other: str, crossing: int, *, over: bool) -> Mark:
+        """Return the name of what a piece meets at a crossing."""
+        drawn, frame = self._drawn, self._frame
+        own = frame.pixels(drawn.panel(key, crossing, over=over).reshape(-1, 3))
+        strand = drawn.panel(other, crossing, over=not over).mean(axis=1)
+        ends = on_page(frame.pixels(strand), frame)
+        along = ends[1] - ends[0]
+        along = along / max(float(np.linalg.norm(along)), 1e-9)
+        middle = own.mean(axis=0)
+        corners = on_page(own, frame)
+        at = corners.mean(axis=0)
+        return Mark(
+            other,
+            "over" if over else "under",
+            at,
+            along,
+            float(np.abs((corners - at) @ along).max()),
+            self._hidden(middle),
+        )
+
+    def joints(self, step: StepRecord) -> Iterator[Mark]:
+        """Yield the joints that are made."""
+        for key in step.joints:
+            middle = self._pixels(self._drawn.joints[key].crossing).mean(axis=0)
+            at = on_page(middle, self._frame)
+            up = np.array([0.0, 1.0])
+            yield Mark(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
+
+    def _hidden(self, pixel: FloatArray) -> bool:
+        """Return whether something well in front of a place is seen there, or it is not shown."""
+        frame, (x, y, near) = self._frame, pixel.tolist()
+        if not (0 <= x < frame.width_px and 0 <= y < frame.height_px):
+            return True
+        return bool(self._near[int(y), int(x)] > near + _LAYERS_MM * frame.pixels_per_mm)
+
+    def slides(self, step: StepRecord) -> Iterator[Slide]:
+        """Yield the ways of the ends that slide beneath what is in place."""
+        for key in step.pieces:
+            number = self._drawn.number[key]
+            stations = self._drawn.pieces[number].stations
+            beneath = [not station.over and station.crossing in step.under for station in stations]
+            line = on_page(self._frame.pixels(self._drawn.scene.middle_line(number)), self._frame)
+            panels = [self._drawn.scene.panel(number, at) for at in range(len(stations))]
+            half = len(stations) / 2
+            for back in (True, False):
+                under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
+                if not under:
+                    continue
+                inner = max(under) + 1 if back else min(under) - 1
+                inner = min(max(inner, 0), len(stations) - 1)
+                start = panels[inner]
+                rungs = range(start, -1, -1) if back else range(start, len(line))
+                hidden = {panels[at] for at in under}
+                points = line[list(rungs)]
+                covered = [(min(one, two) in hidden) for one, two in pairwise(rungs)]
+                if len(points) > 1:
+                    yield Slide(points, np.array(covered))
+
+
+#: From where steps may be seen: around at three heights, and from straight above and below; the
+#: first is the usual place.
+VIEWS = (
+    *(View(-60.0 + 45.0 * turn, rise) for rise in (35.0, -35.0, 0.0) for turn in range(8)),
+    View(-60.0, 85.0),
+    View(-60.0, -85.0),
+)
+#: Pixels of the pictures by which views are compared.
+_TRIAL_PX = (180, 140)
+#: Prices of a turn, where a view in which nothing new is seen costs 1: the least counts with which
+#: the object is turned in no more than this share of the steps.
+_TURNS, MOST_TURNS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 2.0, 4.0, 9.0), 1 / 8
+#: A view that shows less than this share of what the best one shows costs up to so much more.
+_LITTLE, _POOR = 0.35, 2.0
+#: What a view costs in which a new piece cannot be seen at all, besides.
+_BLIND = 5.0
+_SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
+
+
+def views_of_steps(scene: Scene) -> IntArray:
+    """Return the number of the view of each step: the object is turned in an eighth of them."""
+    seen = seen_from_views(scene)
+    chosen = np.zeros(0, dtype=np.int64)
+    for turn in _TURNS:
+        chosen = choose_views(seen[:, :, 0], seen[:, :, 1], turn)
+        if np.count_nonzero(np.diff(chosen)) <= MOST_TURNS * len(chosen):
+            break
+    return chosen
+
+
+def seen_from_views(scene: Scene) -> FloatArray:
+    """Return what each view shows of each step's new pieces: of the least seen, and of all.
+
+    Returns
+    -------
+    (V, S, 2) float array
+        In pixels of small pictures, when the step is done.
+    """
+    return np.array([_seen(scene, view) for view in VIEWS])
+
+
+def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:
+    """Choose a view for each step so that new pieces are seen and few steps turn the object.
+
+    Parameters
+    ----------
+    least : (V, S) float array
+        For each view and step, how much is seen of the new piece that is seen least.
+    total : (V, S) float array
+        How much is seen of all new pieces.
+    turn : float
+        The price of a turn.
+
+    Returns
+    -------
+    (S,) int array
+        The sequence of views with the least sum of what is not seen, as the square of its share
+        of the most that any view shows, more where little is seen, and of the prices of all
+        turns.
+
+    Examples
+    --------
+    >>> seen = np.array([[9.0, 8.0, 0.0, 9.0], [5.0, 9.0, 9.0, 8.0]])
+    >>> choose_views(seen, seen, 0.1).tolist(), choose_views(seen, seen, 0.5).tolist()
+    ([0, 1, 1, 1], [1, 1, 1, 1])
+    """
+    worth = least + 0.1 * total
+    share = worth / np.maximum(worth.max(axis=0), 1e-9)
+    lost = (1.0 - share) ** 2 + _POOR * np.maximum(1.0 - share / _LITTLE, 0.0)
+    lost = lost + _BLIND * ((least <= 0.0) & (least.max(axis=0) > 0.0))
+    n_views, n_steps = lost.shape
+    best = np.zeros((n_steps, n_views), dtype=np.int64)
+    cost = lost[:, 0]
+    for step in range(1, n_steps):
+        other = int(np.argmin(cost))
+        turns = cost[other] + turn < cost
+        best[step] = np.where(turns, other, np.arange(n_views))
+        cost = np.where(turns, cost[other] + turn, cost) + lost[:, step]
+    chosen = np.empty(n_steps, dtype=np.int64)
+    chosen[-1] = int(np.argmin(cost))
+    for step in range(n_steps - 1, 0, -1):
+        chosen[step - 1] = best[step, chosen[step]]
+    return chosen
+
+
+def _seen(scene: Scene, view: View) -> FloatArray:
+    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all."""
+    triangle = _first_seen(scene, scene.frame(view, _TRIAL_PX))
+    area = np.bincount(scene.piece[triangle], minlength=len(scene.step_of_piece)).astype(float)
+    least = np.full(scene.n_steps, np.inf)
+    np.minimum.at(least, scene.step_of_piece, area)
+    return np.column_stack((least, np.bincount(scene.step_of_piece, area, scene.n_steps)))
+
+
+def _first_seen(scene: Scene, frame: Frame) -> IntArray:
+    """Return the triangle of everything that is seen when it is placed, once for each pixel.
+
+    Of the layers at a pixel those count that are nearer than all that came before them.
+    """
+    triangle, pixel, near = all_fragments(
+        frame.pixels(scene.points), scene.triangles, width=frame.width_px, height=frame.height_px
+    )
+    if not len(near):
+        return triangle
+    share = (near - near.min()) / max(float(np.ptp(near)), 1e-9)
+    # Pixel, step and nearness in one number: a quarter of the time of sorting by each in turn.
+    place = pixel * (int(scene.step.max()) + 1) + scene.step[triangle]
+    bits = 62 - int(place.max()).bit_length()
+    order = np.argsort(
+        (place << bits) + ((1.0 - share) * 2.0**bits).astype(np.int64), kind="stable"
+    )
+    triangle, pixel, share = triangle[order], pixel[order], share[order]
+    # Each pixel has a range of its own, so one running maximum serves them all.
+    level = np.maximum.accumulate(share + 2.0 * pixel)
+    wins = np.flatnonzero(share + 2.0 * pixel > np.concatenate(([-1.0], level[:-1])))
+    return np.asarray(triangle[wins])
+
+
+def side_words(view: View) -> str:
+    """Say from where something is seen.
+
+    Examples
+    --------
+    >>> side_words(View(-60.0, 35.0)), side_words(View(180.0, 0.0)), side_words(View(0.0, -85.0))
+    ('the front right and above', 'the left', 'straight below')
+    """
+    high = "above" if view.elevation_deg > 0 else "below"
+    if abs(view.elevation_deg) > 60.0:
+        return f"straight {high}"
+    side = _SIDES[math.floor((view.azimuth_deg + 90.0) / 45.0 + 0.5) % 8]
+    return f"the {side}" + (f" and {high}" if view.elevation_deg else "")
+
+
+#: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
+WHOLE, WIDE, TALL = (254.0, 134.0), (254.0, 130.0), (150.0, 138.0)
+#: What is new keeps so far from the border of its picture, in points: there is room for names.
+_ROOM = 15.0
+#: An object is drawn so many times smaller than it is, at the least and further on.
+_SCALES = (
+    *(1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.25, 2.5, 2.75, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0),
+    *(7.0, 8.0, 9.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0),
+)
+#: The steps of about so many pieces share a picture of the whole object.
+_MOST_PIECES = 9
+_MM_POINTS = 25.4 / 72.0
+
+
+@frozen_value
+class StepPicture:
+    """The picture of a step: what is new in large.
+
+    Parameters
+    ----------
+    painted : Painted
+    size : tuple of float
+        Its width and height in points.
+    view : View
+    ratio : float
+        How many times smaller it is drawn than it is.
+    marks : tuple of Mark
+    crossings : (N, 2) float array
+        The crossings and joints of the step, which no name may cover.
+    radius : float
+        How far each of them reaches.
+    ends : tuple of (N, 2, 2) float arrays
+        For each new piece both ends of its rungs.
+    fasten : (N, 2) float array
+        The crossings that are complete now.
+    slides : tuple of Slide
+    """
+
+    painted: Painted
+    size: tuple[float, float]
+    view: View
+    ratio: float
+    marks: tuple[Mark, ...]
+    crossings: FloatArray
+    radius: float
+    ends: tuple[FloatArray, ...]
+    fasten: FloatArray
+    slides: tuple[Slide, ...]
+
+
+@frozen_value
+class WholePicture:
+    """The picture of the whole object after some steps.
+
+    Parameters
+    ----------
+    painted : Painted
+    marks : tuple of Mark
+        The new pieces.
+    bands : (N, 2) float array
+        Places on them.
+    view : View
+    turned : bool
+        Whether it is another view than that of the steps before.
+    steps : tuple of StepPicture
+        The pictures of those steps.
+    """
+
+    painted: Painted
+    marks: tuple[Mark, ...]
+    bands: FloatArray
+    view: View
+    turned: bool
+    steps: tuple[StepPicture, ...]
+
+
+def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]:
+    """Make the pictures of all steps.
+
+    What is in place is pale and what is new is dark, each in its own colour, and views are chosen
+    so that new pieces are seen and the object is turned seldom: the sequence of least cost, found
+    exactly.
+
+    Parameters
+    ----------
+    scene : Scene
+    crossing_map : CrossingMap
+        With steps.
+
+    Returns
+    -------
+    list of WholePicture
+        Of all steps together, in order.
+    """
+    palette, drawn = make_palette(scene.colours), Drawn(scene, crossing_map)
+    chosen = views_of_steps(scene).tolist()
+    pictures: list[WholePicture] = []
+    for number, run in groupby(range(scene.n_steps), key=lambda at: chosen[at]):
+        view = VIEWS[number]
+        for part, own in enumerate(_parted(list(run), crossing_map)):
+            turned = part == 0 and own[0] > 0
+            details = tuple(_detail(drawn, palette, view, at) for at in own)
+            pictures.append(WholePicture(*_whole(drawn, palette, view, own), view, turned, details))
+    return pictures
+
+
+def _parted(run: Sequence[int], crossing_map: CrossingMap) -> list[list[int]]:
+    """Part steps that are seen from one side into those that share a picture of the object.
+
+    They are shared out evenly, by their pieces.
+    """
+    counts = [len(crossing_map.steps[at].pieces) for at in run]
+    share = sum(counts) / max(math.ceil(sum(counts) / _MOST_PIECES), 1)
+    parts: dict[int, list[int]] = {}
+    before = 0
+    for at, count in zip(run, counts, strict=True):
+        parts.setdefault(int(before / share), []).append(at)
+        before += count
+    return list(parts.values())
+
+
+def _whole(
+    drawn: Drawn, palette: Palette, view: View, steps: Sequence[int]
+) -> tuple[Painted, tuple[Mark, ...], FloatArray]:
+    """Return the picture of the whole object after some steps, what is new, and where it is."""
+    frame = drawn.scene.frame(view, _pixels(WHOLE))
+    painted, _, piece = paint(
+        drawn.scene, palette, frame, steps[-1], steps[0], coming=steps[0] == 0
+    )
+    new = [number for step in steps for number in drawn.new(step)]
+    lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
+    marks = tuple(new_mark(drawn, frame, piece, number) for number in new)
+    return painted, marks, on_page(frame.pixels(lines), frame)
+
+
+def _detail(drawn: Drawn, palette: Palette, view: View, at: int) -> StepPicture:
+    """Return the picture of a step in large."""
+    scene, step = drawn.scene, drawn.steps[at]
+    ends = [scene.rung_ends(number) for number in drawn.new(at)]
+    ratio, size, frame = _window(np.concatenate(ends).reshape(-1, 3), view)
+    painted, near, piece = paint(scene, palette, frame, at, at, coming=False)
+    places = Places(drawn, frame, near, at)
+    marks = [
+        *(new_mark(drawn, frame, piece, number) for number in drawn.new(at)),
+        *places.neighbours(step),
+        *places.joints(step),
+    ]
+    spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
+    spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]
+    fasten = [places.middle(key) for key in step.fasten if key not in drawn.idle]
+    wide = np.concatenate(ends)
+    half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
+    return StepPicture(
+        painted,
+        size,
+        view,
+        ratio,
+        tuple(marks),
+        np.array(spots).reshape(-1, 2),
+        half * frame.pixels_per_mm * POINTS_PX,
+        tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
+        np.array(fasten).reshape(-1, 2),
+        tuple(places.slides(step)),
+    )
+
+
+def _window(points: FloatArray, view: View) -> tuple[float, tuple[float, float], Frame]:
+    """Return how many times smaller points are drawn, the size of their picture, and its frame.
+
+    Of a wide and of a tall picture that is taken which shows them larger.
+    """
+    axes = view.axes()
+    across = points @ axes[:2].T
+    low, high = across.min(axis=0), across.max(axis=0)
+    options = []
+    for size in (WIDE, TALL):
+        room = (np.array(size) - 2.0 * _ROOM) * _MM_POINTS
+        needed = float(np.max((high - low) / room))
+        ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))
+        options.append((ratio, size))
+    ratio, size = min(options, key=lambda option: option[0])
+    width, height = _pixels(size)
+    scale = PX_MM / ratio
+    middle = (low + high) / 2.0 * scale
+    left, top = float(width / 2.0 - middle[0]), float(height / 2.0 + middle[1])
+    return ratio, size, Frame(width, height, axes, scale, left, top)
+
+
+def _pixels(size: tuple[float, float]) -> tuple[int, int]:
+    """Return the pixels of a picture of a size in points."""
+    return round(size[0] / POINTS_PX), round(size[1] / POINTS_PX)

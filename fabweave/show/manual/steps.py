@@ -1,0 +1,518 @@
+"""Write the steps of the manual: the whole object now and then, and each step in large."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.messages import agree
+from fabweave.picture.camera import View
+from fabweave.piece.rim_ring import RimRing
+from fabweave.plan.crossing_map import CrossingMap, PieceRecord, StepRecord
+from fabweave.plan.steps import listed
+from fabweave.show.manual.book import LEADING, Book, text_width, wrapped
+from fabweave.show.manual.cards import Card, lay_card, what_is_met, write_card
+from fabweave.show.manual.step_pictures import (
+    WHOLE,
+    Slide,
+    StepPicture,
+    WholePicture,
+    side_words,
+    strand_pieces,
+)
+from fabweave.show.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
+
+SECTION = "Steps"
+#: Size of all texts, of the number of a step, and of what stands beside it, in points.
+_TEXT, _NUMBER, _HEAD = 9.5, 24.0, 25.0
+_SEEN = 11.0
+#: Between columns, below each step, and between the line above it and its picture.
+_GUTTER, _GAP, _BELOW_LINE = 15.0, 5.0, 4.0
+_BOX = 8.0
+#: Between cards, and around them.
+_CARD_GAP = 5.0
+#: Numbers of holes stand so far beyond the border, and need so much room, and so much is between
+#: pieces, in points.
+_BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
+#: The corners of arcs are off by so much, millimetres.
+_FLAT_MM = 0.05
+_POINTS_MM = 72.0 / 25.4
+LEGEND = (
+    "A picture of the whole object shows where the next pieces go; then each step has a picture "
+    "of its own, seen from the same side. New pieces have their full colour and a heavy outline, "
+    "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
+    "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
+    "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
+    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
+    "and its start at the left: in order from there, all that crosses it and is in place, with a "
+    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
+    "come."
+)
+UNPICTURED = (
+    "There are too many steps to show each in a picture here: model.glb shows the woven object, "
+    "and assembly.html each step on it, where that could be made."
+)
+RINGED = (
+    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
+    "until then, clips are enough there."
+)
+BOXES = " Tick the box of a piece when it is in its place."
+
+
+def write_steps(
+    book: Book,
+    crossing_map: CrossingMap,
+    pictures: Sequence[WholePicture],
+    seconds: Sequence[float],
+    rings: Sequence[RimRing] = (),
+) -> None:
+    """Write all steps; those of rings come last.
+
+    Parameters
+    ----------
+    book : Book
+    crossing_map : CrossingMap
+    pictures : sequence of WholePicture
+        Of all steps; none if they are too many.
+    seconds : sequence of float
+        About how long each step takes.
+    rings : sequence of RimRing
+        Those of the last steps.
+    """
+    book.page(SECTION)
+    legend = (LEGEND if pictures else UNPICTURED) + (RINGED if rings else "")
+    book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
+    writer = _Writer(book, crossing_map, seconds, pictured=bool(pictures))
+    woven = [step for step in crossing_map.steps if step.ring is None]
+    if not pictures:
+        for step in woven:
+            writer.write(step, None)
+    steps = iter(woven)
+    for whole in pictures:
+        own = [next(steps) for _ in whole.steps]
+        writer.write_whole(whole, own)
+        for step, picture in zip(own, whole.steps, strict=True):
+            writer.write(step, picture)
+    for step, ring in zip(crossing_map.steps[len(woven) :], rings, strict=True):
+        writer.write_ring(step, ring)
+
+
+@frozen_value
+class FlatPiece:
+    """A piece of a ring in a picture, in points from its upper left corner, y upwards.
+
+    Parameters
+    ----------
+    id : str
+    outline : (N, 2) float array
+    holes : (H, 2) float array
+    numbers : (H, 2) float array
+        Where the number of each hole stands, beyond the outer border.
+    hole : float
+        The radius of the holes.
+    middle : (2,) float array
+        Where the id stands: in the middle of the band, between two holes.
+    """
+
+    id: str
+    outline: FloatArray
+    holes: FloatArray
+    numbers: FloatArray
+    hole: float
+    middle: FloatArray
+
+
+class _Writer:
+    """Writes one step below the other: words and cards at the left, the picture at the right.
+
+    Without pictures there are two columns.
+    """
+
+    def __init__(
+        self,
+        book: Book,
+        crossing_map: CrossingMap,
+        seconds: Sequence[float],
+        *,
+        pictured: bool,
+    ) -> None:
+        self._book, self._map, self._seconds = book, crossing_map, seconds
+        self._pieces = {piece.id: piece for piece in crossing_map.pieces}
+        self._strands = strand_pieces(crossing_map)
+        # Where no fastener goes, nobody needs to know that the last layer has come.
+        self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
+        self._joints = {joint.id: joint for joint in crossing_map.joints}
+        self._step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+        self._columns = 1 if pictured else 2
+        self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
+        self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
+        self._there, self._so_far = 0, 0.0
+
+    def _room(self, height: float) -> tuple[float, float]:
+        """Take so much room in a column; return the left and the upper end of it."""
+        book = self._book
+        if self._y - height < book.foot:
+            self._column += 1
+            if self._column == self._columns:
+                book.page(SECTION)
+                self._column, self._top = 0, book.top - _GAP / 2
+            self._y = self._top
+        x, y = book.left + self._column * (self._wide + _GUTTER), self._y
+        book.line([(x, y), (x + self._wide, y)], width=0.6, grey=0.55)
+        self._y -= height + _GAP
+        return x, y
+
+    def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
+        """Write the picture of the whole object before the steps that it shows."""
+        book = self._book
+        self._there += sum(len(step.pieces) for step in steps)
+        x, y = self._room(WHOLE[1] + _BELOW_LINE)
+        room = self._wide - WHOLE[0] - _GUTTER
+        head = steps_words(steps[0].number, steps[-1].number)
+        book.text(x, y - 16.0, head, size=14.0, bold=True)
+        seen = view_words(whole.view, turned=whole.turned)
+        end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
+        progress = progress_words(self._there, len(self._pieces))
+        book.block(x, end, progress, room, size=_TEXT)
+        left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
+        book.image(whole.painted, left, low, *WHOLE)
+        tags = place_tags(whole.marks, WHOLE, np.zeros((0, 2)), 0.0, whole.bands)
+        self._draw_tags(tags, np.array([left, low]), ringed=True)
+
+    def write(self, step: StepRecord, picture: StepPicture | None) -> None:
+        """Write a step: its number, its pieces, what to do, its cards, and its picture."""
+        wide, tall = picture.size if picture else (-_GUTTER, 0.0)
+        room = self._wide - wide - _GUTTER
+        beside = 2 if len(step.pieces) > 1 else 1
+        cards = list(self._cards(step, (room + _GUTTER) / beside - _GUTTER)) if picture else []
+        lines = [cards[at : at + beside] for at in range(0, len(cards), beside)]
+        due = [key for key in step.fasten if key not in self._idle]
+        texts = [
+            step.text,
+            # A card shows it.
+            "" if picture else layers_words(step, self._pieces, self._strands, due),
+            hang_words(step, self._map),
+        ]
+        rows = self._rows(step, room)
+        high = self._text_top(rows) + self._told(texts, room)
+        high += sum(max(card.high for card in line) + _CARD_GAP for line in lines)
+        x, y = self._room(max(high, tall + _BELOW_LINE))
+        end = self._write_texts(x, y, step, rows, texts, room)
+        for line in lines:
+            for number, card in enumerate(line):
+                left = x + number * (room + _GUTTER) / beside
+                write_card(self._book, card, left, end - _CARD_GAP / 2.0)
+            end -= max(card.high for card in line) + _CARD_GAP
+        if picture:
+            self._draw(picture, np.array([x + self._wide - wide, y - _BELOW_LINE - tall]))
+
+    def write_ring(self, step: StepRecord, ring: RimRing) -> None:
+        """Write the step that lays a ring, with its pieces flat below one another."""
+        pieces, high, ratio = lay_ring(ring, self._wide)
+        texts = [step.text, hang_words(step, self._map)]
+        rows = self._rows(step, self._wide)
+        x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + high)
+        end = self._write_texts(x, y, step, rows, texts, self._wide)
+        self._draw_ring(pieces, np.array([x, end]))
+        corner = x + self._wide, end - high + 2.5
+        self._book.text(*corner, f"1 : {ratio:g}", size=_TEXT, align=1.0)
+
+    def _told(self, texts: Sequence[str], room: float) -> float:
+        """Return the height of texts below one another."""
+        return sum(
+            LEADING * _TEXT * len(wrapped(text, _TEXT, room)) + 2.0 for text in texts if text
+        )
+
+    def _text_top(self, rows: Sequence[Sequence[str]]) -> float:
+        """Return how far below the line above a step its texts begin."""
+        return _HEAD + LEADING * _TEXT * (len(rows) - 1)
+
+    def _write_texts(
+        self,
+        x: float,
+        y: float,
+        step: StepRecord,
+        rows: list[list[str]],
+        texts: Sequence[str],
+        room: float,
+    ) -> float:
+        """Write the head of a step and its texts; return where they end."""
+        self._write_head(x, y, step, rows, room)
+        end = y - self._text_top(rows)
+        for text in filter(None, texts):
+            end = self._book.block(x, end, text, room, size=_TEXT) - 2.0
+        return end
+
+    def _cards(self, step: StepRecord, room: float) -> Iterator[Card]:
+        """Yield the cards of a step's pieces that meet something."""
+        by_kind = self._map.cut.labels == "kinds"
+        for piece in map(self._pieces.__getitem__, step.pieces):
+            met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
+            if met:
+                yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
+
+    def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
+        """Draw the pieces of a ring with their upper left corner at a place."""
+        book = self._book
+        for piece in pieces:
+            book.line(piece.outline + corner, width=0.8, closed=True, fill=0.93)
+            for x, y in (piece.holes + corner).tolist():
+                book.circle(x, y, piece.hole)
+            for number, (x, y) in enumerate((piece.numbers + corner).tolist(), start=1):
+                book.text(x, y, str(number), size=_TEXT, align=0.5, middle=True)
+            x, y = (piece.middle + corner).tolist()
+            book.text(x, y, piece.id, size=_TEXT, bold=True, align=0.5, middle=True)
+
+    def _write_head(
+        self, x: float, y: float, step: StepRecord, rows: list[list[str]], room: float
+    ) -> None:
+        """Write the number of a step, its time, and its pieces with their boxes."""
+        book = self._book
+        seconds = self._seconds[step.number - 1]
+        self._so_far += seconds
+        y -= 0.84 * _NUMBER
+        head = f"Step {step.number}"
+        book.text(x, y, head, size=_NUMBER, bold=True)
+        time = time_words(seconds, self._so_far)
+        book.text(x + room, y, time, size=_TEXT, align=1.0)
+        at = x + text_width(head, _NUMBER, bold=True) + 10.0
+        for row in rows:
+            for name in row:
+                book.tick_box(at, y - 0.5, _BOX)
+                book.text(at + _BOX + 4.0, y, name, size=_TEXT, bold=True)
+                at += self._name_width(name)
+            at, y = x, y - LEADING * _TEXT
+
+    def _rows(self, step: StepRecord, room: float) -> list[list[str]]:
+        """Return the pieces of a step in rows; the first is beside its number."""
+        by_kind = self._map.cut.labels == "kinds"
+        names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
+        names += [f"{name} (rim)" for name in step.ring or ()]
+        left = room - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
+        rows: list[list[str]] = [[]]
+        for name in names:
+            wide = self._name_width(name)
+            if wide > left:
+                rows.append([])
+                left = room
+            rows[-1].append(name)
+            left -= wide
+        return rows
+
+    def _name_width(self, name: str) -> float:
+        return _BOX + 4.0 + text_width(name, _TEXT, bold=True) + 10.0
+
+    def _draw(self, picture: StepPicture, corner: FloatArray) -> None:
+        """Draw the picture of a step with its lower left corner at a place."""
+        book = self._book
+        x, y = corner.tolist()
+        wide, high = picture.size
+        book.image(picture.painted, x, y, wide, high)
+        for slide in picture.slides:
+            _draw_slide(book, slide, corner)
+        for spot in (picture.fasten + corner).tolist():
+            book.complete(*spot)
+        bands = np.concatenate([ends.mean(axis=1) for ends in picture.ends])
+        tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
+        self._draw_tags(tags, corner, ringed=False)
+        ratio = f"1 : {picture.ratio:g}"
+        left, top = x + wide - CORNER[0], y + CORNER[1]
+        corners = [(left, y), (x + wide, y), (x + wide, top), (left, top)]
+        book.line(corners, width=0.0, closed=True, fill=1.0)
+        book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
+        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
+        book.line(frame, width=0.4, grey=0.55, closed=True)
+
+    def _draw_tags(self, tags: Sequence[Tag], corner: FloatArray, *, ringed: bool) -> None:
+        """Draw names, and lines to what they name: dashed to what is hidden."""
+        book = self._book
+        for tag in tags:
+            if tag.led:
+                line = tag.line + corner
+                # A white line below the black one: it is seen on dark and on light.
+                book.line(line, width=2.2, grey=1.0)
+                book.line(line, width=0.8, dash=(2.0, 1.5) if tag.mark.hidden else ())
+            if ringed:
+                book.ring(*(tag.mark.at + corner).tolist())
+        for tag in tags:
+            dark = tag.mark.kind == "new"
+            (left, low), (right, top) = (
+                (tag.middle + way * tag.half + corner).tolist() for way in (-1.0, 1.0)
+            )
+            box = [(left, low), (right, low), (right, top), (left, top)]
+            book.line(box, width=0.7, closed=True, fill=0.0 if dark else 1.0)
+            middle = (low + top) / 2
+            if tag.mark.kind in ("over", "under"):
+                book.sign(left + 2.0 + SIGN / 2, middle, over=tag.mark.kind == "over")
+                left += SIGN - 1.0
+            book.text((left + right) / 2, middle, tag.mark.text, size=TAG, bold=True, align=0.5,
+                      grey=1.0 if dark else 0.0, middle=True)  # fmt: skip
+
+
+def _draw_slide(book: Book, slide: Slide, corner: FloatArray) -> None:
+    """Draw the way of an end: a line where it is seen, dots where it runs beneath, and a head."""
+    points = slide.points + corner
+    for number, beneath in enumerate(slide.beneath.tolist()):
+        run = points[number : number + 2]
+        if beneath:
+            book.line(run, width=1.3, dash=(1.3, 1.3))
+        else:
+            book.line(run, width=1.2, grey=1.0)
+    tip, way = points[-1], points[-1] - points[-2]
+    way = way / max(float(np.linalg.norm(way)), 1e-9)
+    side = np.array([-way[1], way[0]])
+    head = np.stack((tip + 7.0 * way, tip + 3.2 * side, tip - 3.2 * side))
+    book.line(head, width=0.8, grey=1.0, closed=True, fill=0.0)
+
+
+def place_words(piece: PieceRecord, *, by_kind: bool) -> str:
+    """Return the id of a piece, and where it is found: on which sheet, or among which kind.
+
+    Parameters
+    ----------
+    piece : PieceRecord
+    by_kind : bool
+        Whether pieces bear their kind in place of their id.
+    """
+    which = f"sheet {piece.sheet}"
+    if by_kind:
+        which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")
+    return f"{piece.id} ({which})"
+
+
+def layers_words(
+    step: StepRecord,
+    pieces: Mapping[str, PieceRecord],
+    strands: Mapping[tuple[int, bool], Sequence[str]],
+    crossings: Sequence[int],
+) -> str:
+    """Say where the last layer has come, by the pieces that meet there.
+
+    Parameters
+    ----------
+    step : StepRecord
+    pieces : mapping from id to PieceRecord
+    strands : mapping
+        From ``strand_pieces``.
+    crossings : sequence of int
+        Those of the step that are complete now and matter.
+    """
+    met: dict[str, list[str]] = {}
+    for crossing in crossings:
+        over, key = next(
+            (station.over, key)
+            for key in reversed(step.pieces)
+            for station in pieces[key].stations
+            if station.crossing == crossing
+        )
+        others = met.setdefault(key, [])
+        others += [one for one in strands[crossing, not over] if one not in others]
+    said = "; ".join(f"{key} with {listed(others)}" for key, others in met.items())
+    return f"All layers are in place: {said}." if said else ""
+
+
+def hang_words(step: StepRecord, crossing_map: CrossingMap) -> str:
+    """Say which crossings that are fastened in a step carry a cord or a foot, and in what hole."""
+    pieces = {piece.id: piece for piece in crossing_map.pieces}
+    holes = {joint.id: joint.hole_mm for joint in crossing_map.joints}
+    said = []
+    for crossing in crossing_map.crossings:
+        if crossing.hang and crossing.id in step.fasten:
+            station = pieces[crossing.over.piece].stations[crossing.over.station]
+            hole = station.hole_mm
+            if hole is None and station.joint is not None:
+                hole = holes[station.joint]
+            said.append(
+                f"{crossing.over.piece} with {crossing.under.piece}"
+                + (f" (hole of {hole:g} mm)" if hole is not None else "")
+            )
+    return f"A cord or a foot goes here: {listed(said)}." if said else ""
+
+
+def view_words(view: View, *, turned: bool) -> str:
+    """Say from where the next steps are seen, and whether the object is to be turned for it.
+
+    Examples
+    --------
+    >>> view_words(View(-60.0, 35.0), turned=True)
+    'Turn the object to see it from the front right and above.'
+    """
+    side = side_words(view)
+    return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
+
+
+def steps_words(first: int, last: int) -> str:
+    """Name a run of steps that comes next.
+
+    Examples
+    --------
+    >>> steps_words(3, 3), steps_words(3, 7)
+    ('Next: step 3', 'Next: steps 3 to 7')
+    """
+    return f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
+
+
+def progress_words(there: int, pieces: int) -> str:
+    """Say how many pieces are in place after some steps.
+
+    Examples
+    --------
+    >>> progress_words(12, 96)
+    'With these, 12 of 96 pieces are in place.'
+    """
+    return f"With these, {there} of {agree(pieces, '{n} [piece is|pieces are]')} in place."
+
+
+def time_words(seconds: float, so_far: float) -> str:
+    """Say about how long a step takes, and all steps up to it.
+
+    Examples
+    --------
+    >>> time_words(20.0, 20.0), time_words(200.0, 4000.0)
+    ('1 min, 0 h 01', '3 min, 1 h 07')
+    """
+    whole = max(round(so_far / 60.0), 1)
+    return f"{max(round(seconds / 60.0), 1)} min, {whole // 60} h {whole % 60:02d}"
+
+
+def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]:
+    """Lay the pieces of a ring below one another, all in one scale, letters up, as engraved.
+
+    Returns
+    -------
+    pieces : list of FlatPiece
+    high : float
+        How high all of them are, in points.
+    ratio : float
+        How many times smaller they are than cut.
+    """
+    outlines = [piece.path.flattened(_FLAT_MM) for piece in ring.pieces]
+    widest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
+    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS))
+    ratio = max(math.ceil(10.0 * needed) / 10.0, 1.0)
+    scale = _POINTS_MM / ratio
+    pieces, top = [], 0.0
+    for piece, outline in zip(ring.pieces, outlines, strict=True):
+        radii = np.hypot(*outline.T) * scale
+        reach = float(radii.max()) + _BEYOND
+        holes = piece.holes[:, :2] * scale
+        numbers = holes * (reach / np.hypot(*holes.T))[:, None]
+        drawn = np.concatenate((outline * scale, numbers))
+        low, high = drawn.min(axis=0) - _DIGITS, drawn.max(axis=0) + _DIGITS
+        shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
+        half = len(holes) // 2
+        between = holes[half - 1 : half + 1].mean(axis=0)
+        away = (radii.min() + radii.max()) / 2.0
+        pieces.append(
+            FlatPiece(
+                id=piece.id,
+                outline=outline * scale + shift,
+                holes=holes + shift,
+                numbers=numbers + shift,
+                hole=float(piece.holes[0, 2]) / 2.0 * scale,
+                middle=between * (away / np.hypot(*between)) + shift,
+            )
+        )
+        top -= float(high[1] - low[1]) + _BETWEEN
+    return pieces, -top, ratio

@@ -1,0 +1,272 @@
+"""Make the web pages of a job: the one that opens it, and the report on its material.
+
+What they look like and say stands in ``templates``; here are the values that they show.
+"""
+
+from base64 import b64encode
+from collections.abc import Collection, Sequence
+from functools import cache
+from typing import Any, TypeAlias
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from fabweave.core.arrays import frozen_value
+from fabweave.core.messages import agree
+from fabweave.estimate.machine_time import MachineTime
+from fabweave.estimate.money import price_text
+from fabweave.estimate.texts import difficulty_text, hours_text, time_text
+from fabweave.estimate.waste import WasteReport
+from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
+from fabweave.piece.split.length_curve import splitting_reason
+from fabweave.plan.allotment import Allotment
+from fabweave.plan.bom import shopping_rows
+from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.verdict import QUESTION, VERDICTS, Verdict
+from fabweave.stock.machine import CURRENCY, Span
+
+#: Where the page that opens a job stands in its folder.
+INDEX_FILE = "index.html"
+#: What patterns are called; a fabric has its own name.
+_WEAVES = {
+    "plain": "plain weave",
+    "kagome": "kagome, plain weave in three directions",
+    "twill": "2/2 twill",
+    "triaxial": "triaxial twill",
+    "twists": "edges twisted as they were given",
+}
+#: These are written when the page is there already.
+_LATER = ("verify.json", "contents.json")
+#: What is shown small beside its link.
+_SHOWN = {name: name for name in ("likeness.png", "qr_code.png")} | {"assembly.html": "render.png"}
+_SECONDS_PER_HOUR = 3600.0
+#: A row of a chart: what it says, and from where to where its bar goes, of 1 in all.
+Bar: TypeAlias = tuple[str, float, float]
+
+
+@frozen_value
+class About:
+    """What the page that opens a job says besides its crossing map and its material.
+
+    Parameters
+    ----------
+    title : str
+        Name of the object.
+    verdict : Verdict
+        Whether it can be built.
+    size_mm : tuple of float
+        Its extents along x, y, z.
+    material : str
+        In words, with its thickness.
+    given_mesh : str or None
+        The file with the mesh as it was given, if that is kept in the folder.
+    """
+
+    title: str
+    verdict: Verdict
+    size_mm: tuple[float, ...]
+    material: str
+    given_mesh: str | None = None
+
+
+@cache
+def _templates() -> Environment:
+    """Return the templates, and what they may do to values: whatever is shown is escaped."""
+    templates = Environment(
+        loader=PackageLoader("fabweave.show"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters |= {
+        "f": format,
+        "agree": agree,
+        "base64": lambda data: b64encode(data).decode(),
+        "cm2": lambda area_mm2: f"{area_mm2 / 100:.1f}",
+        "time": time_text,
+        "hours": hours_text,
+        "price": price_text,
+    }
+    templates.tests["in_folder"] = str.startswith
+    templates.globals |= {"question": QUESTION, "answers": VERDICTS}
+    return templates
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a page from its template, as HTML that loads nothing but the job's own pictures."""
+    return _templates().get_template(template).render(values) + "\n"
+
+
+def index_page(
+    about: About,
+    crossing_map: CrossingMap,
+    report: WasteReport,
+    cut_names: Sequence[str],
+    files: Collection[str],
+) -> str:
+    """Return the page that opens a job.
+
+    Parameters
+    ----------
+    about : About
+    crossing_map : CrossingMap
+    report : WasteReport
+    cut_names : sequence of str
+        What the sheets with kerf are called, without suffix; none where there are none.
+    files : collection of str
+        What is in the folder already, as paths from there; the page links to what it knows.
+    """
+    broken = crossing_map.weave.broken
+    return render(
+        "index.html",
+        title=about.title,
+        about=about,
+        plan=crossing_map,
+        report=report,
+        costs=report.estimate,
+        cut_names=cut_names,
+        there={*files, *_LATER},
+        shown=_SHOWN,
+        weaves=_WEAVES,
+        broken=broken.edge + broken.face + broken.vertex,
+        kinds=len({piece.kind for piece in crossing_map.pieces}),
+        charts=charts(report),
+    )
+
+
+def charts(report: WasteReport) -> list[tuple[str, list[Bar]]]:
+    """Return what becomes of the sheets, how well that is, and what it takes, each as a chart."""
+    told, costs = report.comparison, report.estimate
+    kept = told.kept_mm2 / report.totals.sums.area_mm2
+    ways = (
+        ("this job", told.gross),
+        ("at the very best", told.best),
+        ("pieces in rectangles", told.rectangles.utilisation),
+        ("whole threads, uncut", told.strips.utilisation),
+    )
+    hands = [_SECONDS_PER_HOUR * end for end in costs.assembly.hours]
+    spans: tuple[tuple[str, Span | None], ...] = (
+        ("cutting", costs.machine.cut_s),
+        ("engraving", costs.machine.engrave_s),
+        ("moves of the machine", costs.machine.travel_s),
+        ("hands", (hands[0], hands[1])),
+    )
+    most = max(span[1] for _, span in spans if span is not None)
+    return [
+        (
+            "What becomes of the sheets",
+            [
+                (f"pieces: {told.gross:.0%}", 0.0, told.gross),
+                (f"offcuts worth keeping: {kept:.0%}", told.gross, told.gross + kept),
+                (f"waste, holes too: {1.0 - told.gross - kept:.0%}", told.gross + kept, 1.0),
+            ],
+        ),
+        (
+            "How much could be pieces",
+            [
+                (f"{name}: {'on no sheet' if share is None else f'{share:.0%}'}", 0.0, share or 0.0)
+                for name, share in ways
+            ],
+        ),
+        (
+            "How long it takes",
+            [
+                (f"{name}: {time_text(span)}", low / most, high / most)
+                for name, span in spans
+                for low, high in [span or (0.0, 0.0)]
+            ],
+        ),
+    ]
+
+
+def waste_page(
+    report: WasteReport,
+    *,
+    title: str,
+    verdict: Verdict,
+    allotment: Allotment,
+    sheet_names: Sequence[str],
+    entries: Sequence[str],
+    likeness: str | None = None,
+) -> str:
+    """Return the report on the material, which opens from the job's folder.
+
+    Parameters
+    ----------
+    report : WasteReport
+    title : str
+        Name of the job.
+    verdict : Verdict
+        Whether it can be built.
+    allotment : Allotment
+    sheet_names : sequence of str
+    entries : sequence of str
+        Those of the offcuts in a list of stock.
+    likeness : str, optional
+        The file with the picture of what a remeshed model lost.
+    """
+    costs, split = report.estimate, report.splitting
+    return render(
+        "waste.html",
+        title=title,
+        verdict=verdict,
+        report=report,
+        totals=report.totals,
+        supplies=allotment.supplies,
+        names=sheet_names,
+        entries=entries,
+        likeness=likeness,
+        materials=_material_rows(report, allotment),
+        machine=[
+            (name, *_times(sheet.machine), price_text(sheet.price))
+            for name, sheet in zip(sheet_names, costs.sheets, strict=True)
+        ],
+        hands=[
+            (
+                action.words,
+                action.count,
+                f"{action.each_s:g} s",
+                f"{action.count * action.each_s / 60:.0f} min",
+            )
+            for action in costs.assembly.actions
+        ],
+        difficulty=difficulty_text(costs),
+        rim=[
+            (
+                one.sheet,
+                f"{one.width_mm:g} × {one.height_mm:g}, {one.material} {one.thickness_mm:g}",
+                one.pieces,
+                f"{one.piece_area_mm2 / 100:.1f}",
+                *_times(one.machine),
+                price_text(one.price),
+            )
+            for one in report.rim or ()
+        ],
+        kept={"share": KEPT_SHARE, "side_mm": KEPT_SIDE_MM, "width_mm": KEPT_WIDTH_MM},
+        buy=shopping_rows(report.bill),
+        reason=splitting_reason(split.chosen, split.prefer, len(split.choices)),
+        currency=CURRENCY,
+    )
+
+
+def _times(machine: MachineTime) -> tuple[str, str, str]:
+    """Return what cutting, engraving and moving take, in words."""
+    return time_text(machine.cut_s), time_text(machine.engrave_s), time_text(machine.travel_s)
+
+
+def _material_rows(report: WasteReport, allotment: Allotment) -> list[tuple[object, ...]]:
+    """Return what each material comes to."""
+    return [
+        (
+            f"{supply.description} ({', '.join(supply.bunches)})",
+            account.sums.sheets,
+            account.sums.pieces,
+            f"{account.sums.area_mm2 / 100:.1f}",
+            f"{account.sums.piece_area_mm2 / 100:.1f}",
+            f"{account.sums.waste_mm2 / 100:.1f}",
+            f"{account.sums.utilisation:.1%}",
+            f"{account.mass_g:.1f}",
+            "unknown" if account.sums.price is None else f"{account.sums.price:.2f}",
+        )
+        for account, supply in zip(report.materials, allotment.supplies.each, strict=True)
+    ]

@@ -1,0 +1,213 @@
+"""Write the papers of a job out of its plan, read back: manual, viewer, pages, pictures."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.job_folder import file_names
+from fabweave.core.parallel.executors import Start, at_once
+from fabweave.estimate.assembly_time import step_seconds
+from fabweave.estimate.costs import Costs
+from fabweave.estimate.texts import cost_rows
+from fabweave.estimate.waste import WasteReport
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.surfaces import ribbon_triangles, rung_colours
+from fabweave.piece.development import piece_stretches
+from fabweave.plan.bill_of_materials import BillOfMaterials
+from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
+from fabweave.plan.extent import MOST_VIEWED
+from fabweave.plan.verdict import verdict_words
+from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
+from fabweave.sheet.settings import MachineSettings
+from fabweave.sheet.write.preview import png_bytes
+from fabweave.sheet.write.template import template_pdf
+from fabweave.show.files import offcut_entries
+from fabweave.show.job import Job
+from fabweave.show.manual.cover import Facts
+from fabweave.show.manual.writing import write_manual
+from fabweave.show.pages import INDEX_FILE, About, index_page, waste_page
+from fabweave.show.viewer.page import space_record, viewer_page
+from fabweave.weave.strand_colours import crossing_colours
+
+_Made = TypeVar("_Made")
+
+#: The picture of what a remeshed model lost.
+LIKENESS = "likeness.png"
+
+
+def show_job(
+    job: Job,
+    report: WasteReport,
+    directory: Path,
+    progress: Progress = no_progress,
+    *,
+    start: Start = at_once,
+) -> tuple[str, ...]:
+    """Write the papers of a job whose plan is in a folder; say which of them could not be made.
+
+    They show the crossing map that is read back from there, and so cannot differ from what was
+    proved. A paper that cannot be made is left out: what can be built is worth more
+    than its papers.
+    """
+    progress("papers", 0, 1)
+    plan = read_crossing_map(directory / "crossing_map.json")
+    machine, rings = job.settings.machine, job.piece_set.rings
+    ids = _lettered_ids(job)
+    shown = [
+        start(_show_sheet, directory / "sheets", drawing, machine, ids) for drawing in job.drawings
+    ]
+    letters = {piece.id: float(piece.label[3]) for ring in rings for piece in ring.pieces}
+    shown += [
+        start(_show_sheet, directory / RIM_FOLDER, drawing, machine, letters)
+        for drawing in job.rim_drawings
+    ]
+    manual = start(
+        _write_manual,
+        directory / "assembly.pdf",
+        plan,
+        job_facts(job, report.bill, report.estimate),
+        job.drawings,
+        (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
+        step_seconds(plan, report.estimate.assembly),
+        machine.paper,
+        rings,
+    )
+    missing = [one for finish in shown for one in finish()]
+    views, unmade = manual()
+    missing += unmade
+    papers: list[tuple[str, Callable[[], bytes | str | None]]] = [
+        ("waste.html", lambda: _waste_page(job, report)),
+        ("render.png", job.portrait),
+        (LIKENESS, job.likeness),
+    ]
+    if job.weave.threads.n_crossings <= MOST_VIEWED:
+        papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
+    papers.append((INDEX_FILE, lambda: _index(job, plan, report, directory)))
+    for name, make in papers:
+        missing += _write_paper(directory / name, make)
+    return tuple(missing)
+
+
+def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
+    """Return what the manual says about a job besides its crossing map."""
+    return Facts(
+        title=job.woven.title,
+        buildable=verdict_words(job.verdict),
+        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
+        material=job.supplies.description,
+        bill=bill,
+        colours=crossing_colours(job.weave, job.colours),
+        portrait=job.portrait(),
+        costs=cost_rows(costs),
+        rim_sheets=len(job.rim_drawings),
+    )
+
+
+def job_viewer(
+    job: Job, crossing_map: CrossingMap, costs: Costs, views: Sequence[View] = ()
+) -> str:
+    """Return the page that shows a job's object, pieces, sheets and steps.
+
+    ``views`` are those from which the manual shows the steps.
+    """
+    ribbons = job.woven.ribbons
+    vertices, triangles, _ = ribbon_triangles(ribbons)
+    view = choose_view(vertices, triangles)
+    rungs = piece_stretches(ribbons, job.weave, job.piece_set.pieces).rung
+    thickness = tuple(job.supplies.thickness_mm(job.woven.bunches).tolist())
+    layer = thickness if job.supplies.several else thickness[0]
+    return viewer_page(
+        crossing_map,
+        space_record(ribbons, job.weave, job.piece_set.pieces, layer_mm=layer),
+        title=job.woven.title,
+        colours=rung_colours(ribbons, job.colours)[rungs],
+        view_deg=(view.azimuth_deg, view.elevation_deg),
+        step_views_deg=[(one.azimuth_deg, one.elevation_deg) for one in views],
+        hands={
+            "seconds": [
+                round(seconds, 1) for seconds in step_seconds(crossing_map, costs.assembly)
+            ],
+            "hours": list(costs.assembly.hours),
+        },
+    )
+
+
+def _write_paper(path: Path, make: Callable[[], bytes | str | None]) -> list[str]:
+    """Write what a paper is made of, if there is any; say why where it cannot be made."""
+    content, missing = _attempt(path, make)
+    if content is not None:
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return missing
+
+
+def _write_manual(path: Path, *args: Any) -> tuple[tuple[View, ...], list[str]]:
+    """Write the manual; return its views of the object, and why it could not be made, if so."""
+    views, missing = _attempt(path, lambda: write_manual(path, *args))
+    return views or (), missing
+
+
+def _attempt(path: Path, make: Callable[[], _Made]) -> tuple[_Made | None, list[str]]:
+    """Return what comes of making a paper, and why it could not be made, if so."""
+    try:
+        return make(), []
+    except OSError:  # the disk is full, or the folder is gone: nothing else can be written, either
+        raise
+    except Exception as error:  # whatever it is, the job is worth more than this paper
+        path.unlink(missing_ok=True)
+        return None, [f"{path.name} could not be made ({type(error).__name__}: {error})"]
+
+
+def _lettered_ids(job: Job) -> dict[str, float]:
+    """Return how high ids are engraved, of pieces on which they are."""
+    marks = (*job.marks, *job.spare_marks)
+    return {
+        piece.id: label.height_mm
+        for piece, own in zip(job.to_cut, marks, strict=True)
+        for label in own.labels
+        if "id" in label.kinds and label.text.startswith(piece.id)
+    }
+
+
+def _show_sheet(
+    folder: Path, drawing: SheetDrawing, machine: MachineSettings, ids: Mapping[str, float]
+) -> list[str]:
+    """Show one sheet as a picture, and as PDF at full size; say which of these is missing."""
+    missing = []
+    if machine.template != "none":
+        missing += _write_paper(
+            folder / f"{drawing.name}.pdf", lambda: template_pdf(drawing, machine.template)
+        )
+    return missing + _write_paper(
+        folder / f"{drawing.name}.png",
+        lambda: png_bytes(drawing, colours=machine.preset, lettered=ids),
+    )
+
+
+def _waste_page(job: Job, report: WasteReport) -> str:
+    """Return the page on what becomes of the material."""
+    return waste_page(
+        report,
+        title=job.woven.title,
+        verdict=job.verdict,
+        allotment=job.allotment,
+        sheet_names=[drawing.name for drawing in job.drawings],
+        entries=offcut_entries(job),
+        likeness=LIKENESS if job.woven.source.likeness is not None else None,
+    )
+
+
+def _index(job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path) -> str:
+    """Return the page that opens the job, once all else is in its folder."""
+    about = About(
+        title=job.woven.title,
+        verdict=job.verdict,
+        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
+        material=job.supplies.description,
+        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
+    )
+    cut_names = [drawing.name for drawing in job.kerfed]
+    return index_page(about, crossing_map, report, cut_names, file_names(directory))

@@ -1,0 +1,226 @@
+"""Make the viewer: one web page with the woven object, its pieces, its sheets and its steps."""
+
+import hashlib
+import html
+import json
+import re
+from base64 import b64encode
+from collections.abc import Sequence
+from importlib import resources
+from itertools import accumulate, groupby, pairwise
+from typing import Any
+
+import numpy as np
+import trimesh
+from trimesh.viewer import scene_to_html
+
+from fabweave.core.colour_space import Colours
+from fabweave.core.records import record, to_json
+from fabweave.piece.development import piece_stretches
+from fabweave.piece.piece import Piece
+from fabweave.plan.crossing_map import CrossingMap
+from fabweave.ribbon.project import Ribbons
+from fabweave.weave.pattern import Weave
+
+#: Coordinates are whole numbers of steps from the lower corner, up to this.
+_STEPS = 65535
+
+
+@record
+class SpaceRecord:
+    """Every piece's stretch of ribbon in space, as the viewer reads it.
+
+    A stretch is a chain of rungs, see ``Stretches``.
+
+    Parameters
+    ----------
+    layer_mm : float or tuple of float
+        Thickness of the material, or of each thread's: the layers of a lap are drawn this far
+        apart.
+    origin_mm, step_mm : (float, float, float), float
+        Coordinates are whole numbers of steps from the origin.
+    counts : tuple of int
+        The number of rungs of each piece.
+    panels : tuple of tuples of int
+        For each piece the rung, from its own first, at which the panel of each station begins.
+    rungs : str
+        x, y, z of the right and the left end of every rung, as unsigned 16-bit little-endian
+        numbers in base64.
+    from_right : str
+        A byte for each rung, in base64: whether the diagonal of the quad that follows starts at
+        the right rail.
+    """
+
+    layer_mm: float | tuple[float, ...]
+    origin_mm: tuple[float, float, float]
+    step_mm: float
+    counts: tuple[int, ...]
+    panels: tuple[tuple[int, ...], ...]
+    rungs: str
+    from_right: str
+
+
+def space_record(
+    ribbons: Ribbons,
+    weave: Weave,
+    pieces: Sequence[Piece],
+    *,
+    layer_mm: float | tuple[float, ...],
+) -> SpaceRecord:
+    """Return every piece's stretch of ribbon in space; see ``SpaceRecord`` for ``layer_mm``."""
+    stretches = piece_stretches(ribbons, weave, pieces)
+    rung = stretches.rung
+    corners = np.stack((ribbons.right[rung], ribbons.left[rung]), axis=1)
+    low = corners.reshape(-1, 3).min(axis=0)
+    step = max(float((corners.reshape(-1, 3).max(axis=0) - low).max()) / _STEPS, 1e-9)
+    panels = np.split(stretches.panel, stretches.panel_offsets[1:-1])
+    x, y, z = low.tolist()
+    return SpaceRecord(
+        layer_mm=layer_mm,
+        origin_mm=(x, y, z),
+        step_mm=step,
+        counts=tuple(np.diff(stretches.offsets).tolist()),
+        panels=tuple(tuple(panel.tolist()) for panel in panels),
+        rungs=_text(np.round((corners - low) / step).astype("<u2")),
+        from_right=_text(ribbons.from_right[rung].astype(np.uint8)),
+    )
+
+
+def _text(array: np.ndarray[Any, np.dtype[Any]]) -> str:
+    """Return an array's bytes as base64."""
+    return b64encode(array.tobytes()).decode("ascii")
+
+
+SCHEMA = "fabweave.viewer/1"
+
+#: Numbers of the map are rounded to a thousandth in the page, which is for looking.
+_DECIMALS = 3
+
+#: Our own scripts, in the order in which they build on one another.
+_SCRIPTS = (
+    "plan.js",
+    "hands.js",
+    "colours.js",
+    "camera.js",
+    "shaders.js",
+    "strips.js",
+    "flight.js",
+    "tags.js",
+    "space.js",
+    "flat.js",
+    "panels.js",
+    "finding.js",
+    "page.js",
+)
+
+#: three.js as trimesh carries it, from its licence to the end of its one expression.
+_THREE = re.compile(
+    r"/\*\*\s*\* @license\s*\* Copyright [\d-]+ Three\.js Authors.*?"
+    r"Object\.defineProperty\(\w+,\"__esModule\",\{value:!0\}\)\}\)\);",
+    re.DOTALL,
+)
+
+
+def viewer_page(
+    crossing_map: CrossingMap,
+    space: SpaceRecord,
+    *,
+    title: str,
+    colours: Colours,
+    view_deg: tuple[float, float],
+    hands: dict[str, Any],
+    step_views_deg: Sequence[tuple[float, float]] = (),
+) -> str:
+    """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
+
+    Parameters
+    ----------
+    crossing_map : CrossingMap
+    space : SpaceRecord
+        The pieces in space.
+    title : str
+        Name of the job.
+    colours : (R, 3) uint8 array
+        The colour of each rung of all pieces, one after another.
+    view_deg : (float, float)
+        Azimuth and elevation of the first view.
+    hands : dict
+        How long it takes: ``seconds`` of each step, half way from a quick to a slow maker, and
+        ``hours`` of the whole job, for both.
+    step_views_deg : sequence of (float, float)
+        Azimuth and elevation from which the manual shows each step; of the first ones, or of none,
+        where it does not show them all.
+
+    Returns
+    -------
+    str
+        The page. It holds the whole map, numbers rounded to a thousandth.
+    """
+    shown = json.loads(json.dumps(crossing_map.to_json()), parse_float=_short)
+    data = {
+        "schema": SCHEMA,
+        "title": title,
+        # What is remembered between visits is kept under this name.
+        "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
+        "colours": _colour_runs(colours, space),
+        "view_deg": list(view_deg),
+        "views_deg": [list(view) for view in step_views_deg],
+        "hands": hands,
+        "plan": shown,
+        "space": to_json(space),
+    }
+    parts = {
+        "TITLE": html.escape(title),
+        "STYLE": _page_file("page.css"),
+        "DATA": _compact(data),
+        "THREE": three_script(),
+        "SCRIPT": "\n".join(_page_file(name) for name in _SCRIPTS),
+    }
+    # One pass, so that nothing that is put in is looked at again.
+    return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
+
+
+def _colour_runs(colours: Colours, space: SpaceRecord) -> list[list[list[str | int]]]:
+    """Return for each piece its colours along it, each with the number of rungs that have it."""
+    words = ["#" + bytes(colour).hex() for colour in colours]
+    bounds = list(accumulate(space.counts, initial=0))
+    return [
+        [[word, len(list(run))] for word, run in groupby(words[start:end])]
+        for start, end in pairwise(bounds)
+    ]
+
+
+def three_script() -> str:
+    """Return three.js (MIT licence) out of the viewer that trimesh brings along.
+
+    Returns
+    -------
+    str
+        The script, or nothing if this trimesh has another viewer: the page then shows no space,
+        says so, and works as a plan of sheets and pieces.
+
+    Examples
+    --------
+    >>> three_script().count("Three.js Authors")
+    1
+    """
+    script = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
+    return script[0] if script else ""
+
+
+def _page_file(name: str) -> str:
+    """Return one of the files that the page is made of."""
+    folder = resources.files("fabweave.show.viewer").joinpath("viewer_page")
+    return folder.joinpath(name).read_text("utf-8")
+
+
+def _compact(value: Any) -> str:
+    """Return JSON that can stand in a script element: no tag begins in it."""
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False)
+    return text.replace("<", "\\u003c")
+
+
+def _short(number: str) -> float | int:
+    """Read a number rounded, a whole one without a point."""
+    value = round(float(number), _DECIMALS)
+    return int(value) if value.is_integer() else value

@@ -1,0 +1,1 @@
+"""Check a finished job: its weave, ribbons, pieces, joints, sheets and steps."""

@@ -1,0 +1,132 @@
+"""Check that fasteners go through the crossings that were to take one, and through no others."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.drawing import Flags
+from fabweave.verify.measure.walks import groups_of
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.mesh import LoadedMesh
+from fabweave.verify.report import Tally, stated_number
+
+_EVERY = re.compile(r"every:(\d+)")
+#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
+_ON_RIM_MM = 2e-3
+
+
+def check_fastening(job: Job, tally: Tally) -> None:
+    """Check what the map calls fastened against the settings, the holes and the weave."""
+    plan = required(job.map)
+    stated = [crossing.fastened for crossing in plan.crossings]
+    if all(one is None for one in stated):
+        return
+    outcome = (job.settings or {}).get("outcome")
+    chosen = outcome.get("fasten") if isinstance(outcome, dict) else None
+    asked = job.options.get("fasten", chosen)
+    tally.at("job.toml").equal("which crossings are said to be fastened", chosen, asked)
+    wanted = _wanted(str(asked), plan, job)
+    if not tally.at("job.toml").expect(
+        wanted is not None, f"{asked!r} does not say which crossings are fastened"
+    ):
+        return
+    if job.options.get("rim", "none") == "ring":
+        mesh = required(job.mesh)
+        openings = [one for one in job.openings if "diameter_mm" in one]
+        edges = set[tuple[int, int]]().union(*(ring_edges(mesh, one) for one in openings))
+        around = {one.id for one in plan.crossings if tuple(sorted(one.edge)) in edges}
+        wanted = (wanted or set()) | around
+    wanted = (wanted or set()) | {crossing.id for crossing in plan.crossings if crossing.hang}
+    drilled = {
+        station.crossing
+        for piece in plan.pieces
+        for at, station in enumerate(piece.stations)
+        if station.hole_mm is not None
+        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts or ())
+    }
+    allowed = _allowed(plan, {one.id for one in plan.crossings if one.fastened}, job)
+    for crossing in plan.crossings:
+        place = tally.at(f"crossing {crossing.id}")
+        due, there = crossing.id in (wanted or ()), crossing.id in drilled
+        # Where there is no room for a hole, there is no fastener either.
+        place.equal("whether it is fastened", crossing.fastened, due and there)
+        place.expect(
+            due or not there or crossing.id in allowed,
+            "it has holes, but is not to be fastened",
+        )
+
+
+def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
+    """Return the crossings that may have holes: all, or those like fastened ones, or these."""
+    options = job.options
+    by_kind = options.get("labels") == "kinds" or options.get("profile") == "service"
+    usual = "alike" if by_kind or options.get("kinds") == "fewest" else "fastened"
+    holes = options.get("holes", usual)
+    if holes == "all":
+        return {one.id for one in plan.crossings}
+    if holes != "alike":
+        return set(fastened)
+    # The same station of two pieces of one kind is alike, seen from either end; so are all
+    # crossings that such pairs lead to.
+    places = (
+        (station.crossing, ("kind", piece.kind, min(at, len(piece.stations) - 1 - at)))
+        for piece in plan.pieces
+        for at, station in enumerate(piece.stations)
+    )
+    group = groups_of(places)
+    groups = {group.get(crossing) for crossing in fastened} - {None}
+    return {one.id for one in plan.crossings if group.get(one.id) in groups}
+
+
+def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
+    """Return the crossings that are to take a fastener; None if nobody can tell."""
+    every = _EVERY.fullmatch(asked)
+    if asked == "none":
+        return set()
+    if asked == "all":
+        return {crossing.id for crossing in plan.crossings}
+    wanted = {joint.crossing for joint in plan.joints}
+    if asked == "rim":
+        mesh = required(job.mesh)
+        rim = _beside(mesh, mesh.twin < 0)
+        wanted |= {one.id for one in plan.crossings if tuple(sorted(one.edge)) in rim}
+    elif every is not None:
+        for thread in plan.threads:
+            walk = zip(thread.crossings, thread.over, strict=True)
+            wanted |= set([crossing for crossing, over in walk if over][:: int(every[1])])
+    elif asked == "loose":
+        # How many more there are is the maker's estimate.
+        for thread in plan.threads:
+            wanted |= set() if thread.closed else {*thread.crossings[:1], *thread.crossings[-1:]}
+        wanted |= {one.id for one in plan.crossings if one.fastened}
+    elif asked != "joints":
+        return None
+    return wanted
+
+
+def ring_edges(mesh: LoadedMesh, opening: dict[str, Any]) -> set[tuple[int, int]]:
+    """Return the edges beside the rim of a round opening, by their ends.
+
+    Parameters
+    ----------
+    mesh : LoadedMesh
+        The woven mesh.
+    opening : dict
+        What job.toml tells of it.
+    """
+    x, y, diameter, off = (
+        stated_number(opening, key) for key in ("x_mm", "y_mm", "diameter_mm", "off_mm")
+    )
+    away = np.hypot(mesh.vertices[:, 0] - x, mesh.vertices[:, 1] - y)
+    near = np.abs(away - diameter / 2.0) <= off + _ON_RIM_MM
+    ends = near[mesh.corner] & near[mesh.corner[mesh.next]]
+    return _beside(mesh, (mesh.twin < 0) & ends)
+
+
+def _beside(mesh: LoadedMesh, bare: Flags) -> set[tuple[int, int]]:
+    """Return the edges that follow, or are followed by, some edge around a face."""
+    beside = np.flatnonzero(bare[mesh.next] | bare[mesh.prev])
+    ends = np.column_stack((mesh.corner[beside], mesh.corner[mesh.next[beside]]))
+    return {(min(pair), max(pair)) for pair in ends.tolist()}

@@ -1,0 +1,183 @@
+"""Check the woven mesh against the settings: its size, the mesh that it is of, and its openings."""
+
+from typing import Any
+
+import numpy as np
+import scipy
+
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.read.job_files import Job, length_of, required
+from fabweave.verify.read.mesh import LoadedMesh, SourceMesh
+from fabweave.verify.report import Place, Tally, stated_number
+
+#: Sizes come of a multiplication or a few; corners may have been welded to others near by.
+_SIZE, _WELDED = 1e-9, 1e-6
+#: Lengths in job.toml are rounded to a thousandth.
+_ROUNDED_MM = 1e-3
+#: Which coordinates become x, y and z, and with which sign, if this axis points up.
+_TURNED = {
+    "z": ((1, 0), (1, 1), (1, 2)),
+    "y": ((1, 0), (-1, 2), (1, 1)),
+    "x": ((1, 1), (1, 2), (1, 0)),
+}
+
+
+def check_source(job: Job, tally: Tally) -> None:
+    """Check the size of the woven mesh, and its faces where those that it comes from are known.
+
+    A size is the greatest extent of what is woven, whatever was done to the mesh; where faces were
+    left out afterwards, of what was there before. Remeshing and refining make other faces; fairing
+    and symmetry move their corners.
+    """
+    mesh, options = required(job.mesh), job.options
+    place = tally.at("woven_mesh.obj").against("job.toml")
+    extent = _extent(mesh.vertices[mesh.corner])
+    asked = str(options.get("leave_out") or "")
+    if (size := length_of(options.get("size"))) is not None:
+        if asked:
+            place.at_most("its greatest extent", extent, size * (1.0 + _SIZE), "the size")
+        else:
+            place.number("its greatest extent", extent, size, within=_SIZE * size)
+    openings = job.openings
+    if asked or openings:
+        _check_openings(
+            mesh, asked, openings, tally.at("job.toml", "outcome", "openings"),
+            halved=options.get("pattern") == "triaxial",
+        )  # fmt: skip
+    finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
+    if options.get("remesh", "none") != "none" or finer or options.get("bodies", "all") != "all":
+        return
+    if job.source is not None:
+        _check_faces(job.source, mesh, options, openings, place.against(job.source.name))
+
+
+def _extent(points: Floats) -> float:
+    """Return the largest side of the bounding box of some points."""
+    return float(np.ptp(points, axis=0).max())
+
+
+def _check_openings(
+    mesh: LoadedMesh, asked: str, openings: list[dict[str, Any]], place: Place, *, halved: bool
+) -> None:
+    """Check that what was asked for was left out, and that each opening has its rim.
+
+    Some boundary has as many vertices as a rim, none further off the circle than stated, and with
+    as many on it. ``halved`` is whether each edge of a rim got a vertex in its middle afterwards.
+    """
+    parts = [part.strip().partition(":") for part in asked.split(",") if part]
+    diameters = {side: length_of(length) for side, colon, length in parts if colon}
+    numbers = len({side for side, colon, _ in parts if not colon})
+    wanted = [*(["faces"] if numbers else []), *diameters]
+    if not place.equal(
+        "what was left out, by side,", [one.get("side") for one in openings], wanted
+    ):
+        return
+    loops = _boundaries(mesh)
+    for one in openings:
+        side = str(one["side"])
+        here = place.at(side)
+        if side == "faces":
+            here.number("faces", one.get("faces"), numbers)
+            continue
+        here.number("diameter_mm", one.get("diameter_mm"), diameters[side])
+        rim, beside, off = (stated_number(one, key) for key in ("rim", "off", "off_mm"))
+        found = False
+        for loop in loops:
+            # What was cut at the middles of edges afterwards is not on the circle.
+            away = _off_circle(mesh.vertices[loop], one)
+            near, on = (np.count_nonzero(away <= by + _ROUNDED_MM) for by in (off, 0.0))
+            found |= bool(near >= rim > 1 and on >= rim - beside and (halved or len(loop) >= rim))
+        here.expect(
+            found,
+            f"no boundary of woven_mesh.obj has {rim:g} vertices within {off:g} mm of its circle, "
+            f"and {rim - beside:g} on it",
+        )
+
+
+def _off_circle(points: Floats, opening: dict[str, Any]) -> Floats:
+    """Return how far points are in plan from the circle of an opening."""
+    x, y, diameter = (stated_number(opening, key) for key in ("x_mm", "y_mm", "diameter_mm"))
+    return np.asarray(np.abs(np.hypot(points[..., 0] - x, points[..., 1] - y) - diameter / 2.0))
+
+
+def _boundaries(mesh: LoadedMesh) -> list[Ints]:
+    """Return the vertices of each boundary loop of a mesh."""
+    rim = np.flatnonzero(mesh.twin < 0)
+    ahead = dict(zip(mesh.corner[rim].tolist(), mesh.corner[mesh.next[rim]].tolist(), strict=True))
+    loops = []
+    while ahead:
+        loop = [next(iter(ahead))]
+        while (following := ahead.pop(loop[-1], None)) is not None:
+            loop.append(following)
+        loops.append(np.array(loop[:-1]))
+    return loops
+
+
+def _check_faces(
+    source: SourceMesh,
+    mesh: LoadedMesh,
+    options: dict[str, Any],
+    openings: list[dict[str, Any]],
+    place: Place,
+) -> None:
+    """Check that the faces are those of the mesh that was given: turned upright, and scaled.
+
+    Those that were left out are not there; faces at rims were drawn to their circles.
+    """
+    faces = [face for face in source.faces if len(face) > 2]
+    given = np.concatenate(faces)
+    given = np.stack(
+        [s * given[:, axis] for s, axis in _TURNED[str(options.get("up", "z"))]], axis=1
+    )
+    points = mesh.vertices[mesh.corner]
+    scale, extent = 1.0, _extent(points)
+    if (size := length_of(options.get("size"))) is not None and _extent(given) > 0.0:
+        # What was left out was there when it was brought to size.
+        scale = (size if openings else extent) / _extent(given)
+    near = _WELDED * extent
+    there = _faces(points, np.bincount(mesh.face), near)
+    due = _faces(scale * given, np.array([len(face) for face in faces]), near)
+    gone = sum(int(stated_number(one, "faces")) for one in openings)
+    same = place.equal("the number of its faces", len(there), len(due) - gone)
+    if not same or options.get("fair") or options.get("symmetrise"):
+        return  # the last two move corners along the surface
+    tree = scipy.spatial.KDTree([face.mean(axis=0) for face in due])
+    nearest = np.asarray(tree.query([face.mean(axis=0) for face in there])[1])
+    numbers = str(options.get("leave_out") or "").split(",")
+    lost = {int(number) for number in numbers if number.isdigit()}
+    rims = [one for one in openings if "diameter_mm" in one]
+    off = [
+        at
+        for at, (face, other) in enumerate(zip(there, nearest.tolist(), strict=True))
+        if (other in lost or not _same(face, due[other], 4.0 * near))
+        and not any((_off_circle(face, one) <= _ROUNDED_MM).any() for one in rims)
+    ]
+    place.count(len(there))
+    if off:
+        place.fail(
+            f"{len(off)} faces are not as in {source.name}, first face {off[0]}; if that file was "
+            "changed after the job was made, make the job again"
+        )
+
+
+def _faces(points: Floats, sizes: Ints, near: float) -> list[Floats]:
+    """Part corners into faces, without corners at the place of the one before, nor what collapses.
+
+    Such corners may have been joined, and faces left out that have fewer than three others.
+    """
+    last = np.cumsum(sizes) - 1
+    previous = np.arange(len(points)) - 1
+    previous[(last - sizes + 1)[sizes > 0]] = last[sizes > 0]
+    keep = np.abs(points - points[previous]).max(axis=1) > near
+    left = np.bincount(np.repeat(np.arange(len(sizes)), sizes), keep, len(sizes)).astype(int)
+    parts = np.split(points[keep], np.cumsum(left)[:-1])
+    return [face for face in parts if len(face) > 2]
+
+
+def _same(face: Floats, other: Floats, near: float) -> bool:
+    """Say whether two faces have the same corners, from any of them on, and either way round."""
+    return len(face) == len(other) and any(
+        bool((np.abs(face - np.roll(way, shift, axis=0)) <= near).all())
+        for way in (other, other[::-1])
+        for shift in range(len(face))
+    )

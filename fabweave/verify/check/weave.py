@@ -1,0 +1,496 @@
+"""Check threads, over and under, and the pattern of the weave."""
+
+import math
+import re
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from fabweave.verify.crossing_map import CrossingMap, Strand
+from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.walks import Pass
+from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.mesh import LoadedMesh, edge_keys
+from fabweave.verify.report import Place, Tally
+
+
+def broken_conditions(
+    plan: CrossingMap,
+    mesh: LoadedMesh,
+    edges: dict[int, int],
+    passes: dict[int, tuple[Pass, ...]],
+    sense: dict[int, bool],
+    tally: Tally,
+) -> tuple[int, int, int]:
+    """Count the broken edge, face and vertex conditions of a 2/2 twill.
+
+    Three consecutive edges of a thread want the first and last to differ. Four consecutive edges
+    of a face or around a vertex want: where the middle two differ, the outer two agree. Windows
+    with a boundary edge do not count, also where a thread turns back at one; nor do those of
+    triangles and three-valent vertices, whose outer edges are the same.
+
+    References
+    ----------
+    Akleman et al., "Cyclic twill-woven objects" (2011), definition 5.1.
+    """
+    twist = np.array([sense.get(key, -1) for key in edge_keys(mesh).tolist()], dtype=np.int64)
+    broken = 0
+    for thread in plan.threads:
+        along = [sense.get(edges.get(crossing, -1), -1) for crossing in thread.crossings]
+        count = len(along)
+        straight = _straight(passes.get(thread.id, ()), mesh) or [True] * count
+        for at in range(count if thread.closed else count - 2):
+            if straight[at] and straight[(at + 1) % count]:
+                tally.count()
+                broken += along[at] == along[(at + 2) % count]
+    totals = [broken]
+    for turn in gap_turns(mesh):
+        windows = twist[four_along(turn)]
+        a, b, c, d = windows[(windows >= 0).all(axis=1)].T
+        tally.count(len(a))
+        totals.append(int(np.count_nonzero((b != c) & (a != d))))
+    return totals[0], totals[1], totals[2]
+
+
+def _straight(steps: tuple[Pass, ...], mesh: LoadedMesh) -> list[bool]:
+    """Return for each pass whether the next one follows without a turn at the boundary."""
+    result = []
+    for step, after in zip(steps, (*steps[1:], *steps[:1]), strict=True):
+        across = int(mesh.twin[step.side])
+        side = mesh.prev[across] if step.forward else mesh.next[across]
+        result.append(after == Pass(int(side), not step.forward))
+    return result
+
+
+def gap_turns(mesh: LoadedMesh) -> tuple[Ints, Ints]:
+    """Return what follows each side in its face, and around the vertex it leaves, or -1."""
+    return mesh.next, mesh.twin[mesh.prev]
+
+
+def four_along(turn: Ints) -> Ints:
+    """Return all four sides that follow one another, (N, 4), but where every second one is one."""
+    columns = [np.arange(len(turn))]
+    for _ in range(3):
+        columns.append(np.where(columns[-1] < 0, -1, turn[columns[-1]]))
+    windows = np.stack(columns, axis=1)
+    return windows[(windows[:, 3] >= 0) & (windows[:, 0] != windows[:, 2])]
+
+
+#: A rotation may take a vertex this far from its image, as a share of the size of the mesh: ten
+#: times what makers allow, as what turns after what adds up.
+_OFF = 1e-5
+#: Two vertices nearer than this share of the size are one place.
+_ONE_PLACE = 1e-9
+#: Vertices that a rotation is tried on before it is tried on all, and rotations tried together.
+_SAMPLES, _TOGETHER = 16, 4096
+
+
+def count_rotations(mesh: LoadedMesh, sense: Mapping[int, bool], enough: int) -> int:
+    """Count rotations about the centre of a mesh that keep its faces and its crossings' senses.
+
+    A crossing's sense is that of a screw, which no rotation changes. Each rotation is known from
+    where it takes one side of a face, of those that there are fewest like. It is fitted to all
+    vertices afterwards, and must take sides to sides: those of a face to those of a face, in the
+    same order or all in the other one (as where a half-turn swaps the two sides of an open mesh).
+
+    Parameters
+    ----------
+    mesh : LoadedMesh
+        The mesh.
+    sense : mapping of int to bool
+        The sense of each edge's crossing, by `edge_keys`; edges without a crossing have none.
+    enough : int
+        Counting ends here.
+
+    Returns
+    -------
+    int
+        The number of rotations, the identity among them.
+    """
+    corners = mesh.vertices[mesh.corner]
+    size = float(np.ptp(corners, axis=0).max())
+    places, corner = _places(corners - corners.mean(axis=0), _ONE_PLACE * size)
+    screw = np.array(
+        [0 if key not in sense else 1 if sense[key] else -1 for key in edge_keys(mesh).tolist()]
+    )
+    after, before = corner[mesh.next], corner[mesh.prev]
+    sides = np.column_stack((corner, after, after[mesh.next], screw))
+    against = np.column_stack((after, corner, before, screw))
+    first, images = _fewest_alike(places, np.concatenate((sides, against)), size)
+    tree, found = scipy.spatial.KDTree(places), 0
+    samples = np.linspace(0, len(places) - 1, _SAMPLES).astype(np.int64)
+    near = 0.3 * float(np.linalg.norm(places[after] - places[corner], axis=1).min())
+    known, turned = _sorted(sides), _sorted(against)
+    for some in np.array_split(images, 1 + len(images) // _TOGETHER):
+        turns = _turns(places[first], places[some])
+        away, _ = tree.query(np.einsum("kij,sj->ksi", turns, places[samples]))
+        for turn in turns[np.max(away, axis=1) <= near]:
+            found += _fits(turn, places, tree, (sides, known, turned), size)
+            if found >= enough:
+                return found
+    return found
+
+
+def _places(corners: Floats, reach: float) -> tuple[Floats, Ints]:
+    """Return the places of corners, each once, and the number of each corner's place."""
+    points, number = np.unique(corners, axis=0, return_inverse=True)
+    first = np.arange(len(points))
+    for one, other in sorted(scipy.spatial.KDTree(points).query_pairs(reach)):
+        first[other] = first[one]
+    kept, number_of = np.unique(first, return_inverse=True)
+    return points[kept], number_of[number.ravel()]
+
+
+def _fewest_alike(places: Floats, sides: Ints, size: float) -> tuple[Ints, Ints]:
+    """Return the ends of a side that few are like, and those of all that may be its image."""
+    tail, head = places[sides[:, 0]], places[sides[:, 1]]
+    # What is in line with the centre would leave a rotation open.
+    wide = np.linalg.norm(np.cross(tail, head), axis=1)
+    lengths = [np.linalg.norm(one, axis=1) for one in (tail, head, head - tail)]
+    rows = np.column_stack((*(np.round(one / (1e-4 * size)) for one in lengths), sides[:, 3]))
+    _, sort, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    fits = np.flatnonzero(wide >= 0.5 * np.median(wide))
+    first = fits[np.argmin(count[sort.ravel()[fits]])]
+    alike = sides[:, 3] == sides[first, 3]
+    for one in lengths:
+        alike &= np.abs(one - one[first]) <= 2.0 * _OFF * size
+    return sides[first, :2], np.unique(sides[alike, :2], axis=0)
+
+
+def _frames(ends: Floats) -> Floats:
+    """Return right-handed frames: along one end, towards the other, and across, (..., 3, 3)."""
+    along = ends[..., 0, :] / np.linalg.norm(ends[..., 0, :], axis=-1, keepdims=True)
+    across = np.cross(along, ends[..., 1, :])
+    across = across / np.linalg.norm(across, axis=-1, keepdims=True)
+    return np.stack((along, np.cross(across, along), across), axis=-1)
+
+
+def _turns(here: Floats, there: Floats) -> Floats:
+    """Return the rotations that take two places to pairs of others, (K, 3, 3)."""
+    return np.asarray(_frames(there) @ _frames(here).T)
+
+
+def _fits(
+    turn: Floats,
+    places: Floats,
+    tree: "scipy.spatial.KDTree",
+    sides: tuple[Ints, Ints, Ints],
+    size: float,
+) -> bool:
+    """Say whether some rotation near this one takes the mesh onto itself."""
+    images = np.asarray(tree.query(places @ turn.T)[1], dtype=np.int64)
+    there = places[images]
+    left, _, right = np.linalg.svd(there.T @ places)
+    if np.linalg.det(left @ right) < 0.0:
+        left[:, 2] *= -1.0
+    if np.linalg.norm(places @ (left @ right).T - there, axis=1).max() > _OFF * size:
+        return False
+    rows, known, turned = sides
+    moved = _sorted(np.column_stack((images[rows[:, :3]], rows[:, 3])))
+    return np.array_equal(moved, known) or np.array_equal(moved, turned)
+
+
+def _sorted(rows: Ints) -> Ints:
+    """Return rows in order."""
+    return np.asarray(rows[np.lexsort(rows.T)])
+
+
+_TWILL = re.compile(r"(\d+)/(\d+)(?:/(-?\d+))?", re.ASCII)
+_SATIN = re.compile(r"(satin|sateen):(\d+)/(\d+)", re.ASCII)
+
+
+def read_fabric(pattern: str) -> tuple[int, int, int] | None:
+    """Return over, under and shift of a pattern's name, or None if it names no fabric.
+
+    Examples
+    --------
+    >>> read_fabric("3/1"), read_fabric("2/2/-1"), read_fabric("satin:5/2"), read_fabric("knit")
+    ((3, 1, 1), (2, 2, -1), (4, 1, 2), None)
+    """
+    if match := _TWILL.fullmatch(pattern):
+        over, under, shift = (int(word) for word in match.groups(default="1"))
+    elif match := _SATIN.fullmatch(pattern):
+        size, shift = int(match[2]), int(match[3])
+        over, under = (size - 1, 1) if match[1] == "satin" else (1, size - 1)
+    else:
+        return None
+    if over < 1 or under < 1 or math.gcd(shift, over + under) > min(over, under):
+        return None
+    return over, under, shift
+
+
+def check_fabric(
+    plan: CrossingMap, mesh: LoadedMesh, edges: dict[int, int], keys: list[int], tally: Tally
+) -> None:
+    """Check that the labels of the crossings make the fabric that the map claims.
+
+    Warp crosses weft and nothing else. Labels modulo the repeat step by one along the weft and by
+    the shift along the warp, in one direction all along a thread. Around every gap of four
+    crossings, opposite labels have equal sums, so that neighbours run the same way. The warp lies
+    on top where the label is less than the number it passes over. If the name has a shift, its sign
+    says whether the diagonal rises to the right or to the left, and each gap must agree.
+
+    References
+    ----------
+    Grünbaum and Shephard, "Satins and twills: an introduction to the geometry of fabrics",
+    Mathematics Magazine 53(3), 1980.
+    """
+    fabric = read_fabric(plan.weave.pattern)
+    if fabric is None:
+        tally.fail(f"no rule is known to prove the pattern {plan.weave.pattern!r}")
+        return
+    over, under, shift = fabric
+    size = over + under
+    if len(plan.weave.labels) != len(plan.crossings):
+        tally.fail(
+            f"a fabric needs a label for each of the {len(plan.crossings)} crossings, and the map "
+            f"has {len(plan.weave.labels)}"
+        )
+        return
+    label = {
+        crossing.id: value
+        for crossing, value in zip(plan.crossings, plan.weave.labels, strict=True)
+    }
+    warp = set(plan.weave.warp)
+    tally.at("warp").expect(
+        warp <= set(plan.thread), f"it names threads that do not exist: {sorted(warp)[:4]}"
+    )
+    for crossing in plan.crossings:
+        place, on_top = tally.at(f"crossing {crossing.id}"), crossing.over.thread in warp
+        name = "warp" if on_top else "weft"
+        place.expect(on_top != (crossing.under.thread in warp), f"it is of two {name} threads")
+        place.expect(
+            on_top == (label[crossing.id] % size < over),
+            f"it has label {label[crossing.id]}, but {name} lies on top",
+        )
+    for thread in plan.threads:
+        step = shift if thread.id in warp else 1
+        values = np.array([label.get(key, 0) for key in thread.crossings], dtype=np.int64)
+        following = np.roll(values, -1) if thread.closed else values[1:]
+        steps = (following - values[: len(following)]) % size
+        tally.at(f"thread {thread.label}").expect(
+            np.all(steps == step % size) or np.all(steps == -step % size),
+            f"its labels do not step by {step} from crossing to crossing",
+        )
+    # In a fabric that is its own mirror image, and where any shift will do, there is no hand.
+    handed = plan.weave.pattern.count("/") == 2 and 2 * shift % size != 0
+    edges_inverse = {edge: key for key, edge in edges.items()}
+    links: dict[bool, set[frozenset[int]]] = {True: set(), False: set()}
+    for thread in plan.threads:
+        around_it = thread.crossings + thread.crossings[:1] * thread.closed
+        links[thread.id in warp] |= {frozenset(pair) for pair in pairwise(around_it)}
+    by_edge = {edges[key]: value for key, value in label.items() if key in edges}
+    for turn in gap_turns(mesh):
+        sides = four_along(turn)
+        # Gaps of four crossings, each once.
+        closed = (turn[sides[:, 3]] == sides[:, 0]) & (sides[:, 0] == sides.min(axis=1))
+        for around in sides[closed].tolist():
+            labels = [by_edge.get(keys[side]) for side in around]
+            if None in labels:
+                continue
+            a, b, c, d = (value for value in labels if value is not None)
+            place = tally.at(f"gap with the labels {a}, {b}, {c}, {d}")
+            place.expect((a + c - b - d) % size == 0, "neighbours run apart around it")
+            if handed:
+                along = frozenset(edges_inverse[keys[side]] for side in around[:2])
+                if (along in links[True]) != (along in links[False]):
+                    _check_hand(place, (b - a, c - b), along in links[True], shift, size)
+
+
+def _check_hand(
+    place: Place, steps: tuple[int, int], warp_first: bool, shift: int, size: int
+) -> None:
+    """Check which way the diagonal rises, by two steps counter-clockwise round a gap.
+
+    With the warp upright, the weft step leads to the right and the warp step up, or to the left
+    and up; labels that fall to the right and rise upwards by as much repeat right above.
+    """
+    up, across = steps if warp_first else steps[::-1]
+    right = -across if warp_first else across
+    place.expect(
+        (up + shift * right) % size == 0,
+        f"its diagonal rises to the {'left' if shift > 0 else 'right'}",
+    )
+
+
+_TWILLS = ("twill", "triaxial", "twists")
+
+
+def check_walks(job: Job, tally: Tally) -> None:
+    """Check that threads are the walks of the mesh and crossings its inner edges."""
+    plan, mesh = required(job.map), required(job.mesh)
+    tally.at("job.toml").expect(
+        job.boundary in ("end", "turn"),
+        f"threads {job.boundary!r} at the boundary, which is neither 'end' nor 'turn'",
+    )
+    edges = job.edges
+    for crossing in plan.crossings:
+        tally.at(f"crossing {crossing.id}").expect(
+            crossing.id in edges, f"{crossing.edge} is no inner edge of the woven mesh"
+        )
+    taken = Counter(edges.values())
+    for side in mesh.inner.tolist():
+        place = tally.at(f"edge {_edge_name(mesh, side)}")
+        place.equal("its number of crossings", taken.get(side, 0), 1)
+    passes, rest = job.passes
+    for thread in plan.threads:
+        kind = "closed" if thread.closed else "open"
+        tally.at(f"thread {thread.label}").expect(
+            thread.id in passes,
+            f"{kind}, with {len(thread.crossings)} crossings, it is no walk of the woven mesh that "
+            "another thread has not taken",
+        )
+    for walk in rest:
+        first = _edge_name(mesh, walk.passes[0].side) if walk.passes else "none"
+        tally.fail(
+            f"a walk of {len(walk.passes)} crossings (first edge {first}) is no thread of the map"
+        )
+
+
+def _edge_name(mesh: LoadedMesh, side: int) -> str:
+    """Name an edge by its vertices."""
+    return f"{mesh.corner[side]}-{mesh.corner[mesh.next[side]]}"
+
+
+def _way(over: bool) -> str:
+    """Return the word for how a strand lies."""
+    return "over" if over else "under"
+
+
+def check_over_under(job: Job, tally: Tally) -> None:
+    """Check that threads, crossings and stations agree on who is on top."""
+    plan = required(job.map)
+    strands: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+    for thread in plan.threads:
+        for key, over in zip(thread.crossings, thread.over, strict=False):
+            strands[key].append((thread.id, over))
+    named: dict[tuple[str, int], tuple[int, bool]] = {}
+    for crossing in plan.crossings:
+        place = tally.at(f"crossing {crossing.id}")
+        passes = sorted(strands[crossing.id], key=lambda strand: not strand[1])
+        place.equal("the way it is passed", [_way(over) for _, over in passes], ["over", "under"])
+        place.equal(
+            "threads over and under",
+            [crossing.over.thread, crossing.under.thread],
+            [thread for thread, _ in passes],
+        )
+        for strand, over in ((crossing.over, True), (crossing.under, False)):
+            named[strand.piece, strand.station] = (crossing.id, over)
+            _check_strand(plan, crossing.id, strand, over, tally)
+    _check_stations(plan, named, tally)
+
+
+def _check_strand(
+    plan: CrossingMap, crossing: int, strand: Strand, over: bool, tally: Tally
+) -> None:
+    """Check that the piece and station that a crossing names are what it says."""
+    piece = plan.piece[strand.piece]
+    station = piece.stations[strand.station]
+    tally.at(f"piece {piece.id}", f"station {strand.station}").equal(
+        "its thread, crossing and way",
+        (piece.thread, station.crossing, _way(station.over)),
+        (strand.thread, crossing, _way(over)),
+    )
+
+
+def _check_stations(
+    plan: CrossingMap, named: dict[tuple[str, int], tuple[int, bool]], tally: Tally
+) -> None:
+    """Check that every station is named by its crossing, and the partners mutually."""
+    for piece in plan.pieces:
+        for at, station in enumerate(piece.stations):
+            place = tally.at(f"piece {piece.id}", f"station {at} (crossing {station.crossing})")
+            crossing = plan.crossing[station.crossing]
+            strand = crossing.over if station.over else crossing.under
+            other = crossing.under if station.over else crossing.over
+            begins = False
+            if at == 0 and station.joint is not None and station.joint in plan.joint:
+                # Where a piece begins, the crossing names the piece that ends there.
+                begins = plan.joint[station.joint].pieces == (strand.piece, piece.id)
+            place.expect(
+                named.get((piece.id, at)) == (station.crossing, station.over)
+                or (begins and strand.thread == piece.thread),
+                f"it lies {_way(station.over)}, but the crossing names station {strand.station} of "
+                f"piece {strand.piece} there",
+            )
+            place.equal("its partner", station.partner, other.piece)
+
+
+def check_pattern(job: Job, tally: Tally) -> None:
+    """Check the pattern that is claimed against over and under along the walks."""
+    plan, mesh = required(job.map), required(job.mesh)
+    passes, _ = job.passes
+    for thread in plan.threads:
+        if thread.id not in passes:
+            tally.fail(f"thread {thread.label} is not checked, because it is no walk of the mesh")
+    weave = tally.at("crossing_map.json", "weave")
+    sense, torn = _senses(plan, mesh, passes)
+    weave.expect(not torn, f"crossings have two strands over or two under: {torn[:4]}")
+    counts = (0, 0, 0)
+    if plan.weave.pattern == "plain":
+        _check_plain(plan, sense, tally)
+    elif plan.weave.pattern in _TWILLS:
+        counts = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
+    else:
+        check_fabric(plan, mesh, job.edges, edge_keys(mesh).tolist(), tally)
+    for (name, claimed), counted in zip(sorted(plan.weave.broken.items()), counts, strict=True):
+        weave.equal(f"the number of broken {name} conditions", claimed, counted)
+    weave.equal("exact", plan.weave.exact, sum(counts) == 0)
+    if plan.weave.pattern == "twill":
+        _check_rotations(job, sense, tally)
+
+
+def _check_rotations(job: Job, sense: dict[int, bool], tally: Tally) -> None:
+    """Check that as many rotations carry the weave onto itself as are asked for, and told."""
+    plan, asked = required(job.map), job.options.get("twill_symmetry", 1)
+    if plan.weave.rotations is None and asked == 1:
+        return
+    wanted, told = tally.at("job.toml", "twill_symmetry"), plan.weave.rotations or 0
+    if wanted.expect(type(asked) is int and asked >= 1, f"{asked!r} is no number of rotations"):
+        tally.at("crossing_map.json", "weave").expect(
+            told >= asked,
+            f"its rotations are {plan.weave.rotations}, but job.toml asks for {asked} or more",
+        )
+    found = count_rotations(required(job.mesh), sense, told)
+    tally.count(len(sense))
+    tally.at("crossing_map.json", "weave").expect(
+        found >= told,
+        f"its rotations are {told}, but only {found} carry the mesh onto itself, over and under "
+        "kept",
+    )
+
+
+def _senses(
+    plan: CrossingMap, mesh: LoadedMesh, passes: dict[int, tuple[Pass, ...]]
+) -> tuple[dict[int, bool], list[int]]:
+    """Return each edge's twist sense (true: forward strand on top) and the torn crossings."""
+    keys = edge_keys(mesh)
+    sense: dict[int, bool] = {}
+    torn = []
+    for thread in plan.threads:
+        steps = passes.get(thread.id, ())
+        for step, over, crossing in zip(steps, thread.over, thread.crossings, strict=False):
+            value = step.forward == over
+            if sense.setdefault(int(keys[step.side]), value) != value:
+                torn.append(crossing)
+    return sense, torn
+
+
+def _check_plain(plan: CrossingMap, sense: dict[int, bool], tally: Tally) -> None:
+    """Check that every thread alternates and that all crossings have one helical sense."""
+    for thread in plan.threads:
+        flags = np.array(thread.over, dtype=bool)
+        following = np.roll(flags, -1) if thread.closed else flags[1:]
+        same = np.flatnonzero(flags[: len(following)] == following)
+        tally.at(f"thread {thread.label}").expect(
+            len(same) == 0,
+            f"it does not alternate over and under at {len(same)} places, first after crossing "
+            f"{thread.crossings[same[0]] if len(same) else None}",
+        )
+    tally.count(len(sense))
+    ones = sum(sense.values())
+    if 0 < ones < len(sense):
+        tally.fail(f"{ones} crossings twist one way and {len(sense) - ones} the other")

@@ -1,1 +1,0 @@
-"""Check a finished job, one property in each module."""

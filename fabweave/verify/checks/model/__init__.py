@@ -1,1 +1,0 @@
-"""Check the ribbons in space, and the pieces that are unfolded from them."""

@@ -1,1 +1,0 @@
-"""Weave other twills and satins, where warp and weft exist."""

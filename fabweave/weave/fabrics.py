@@ -1,0 +1,561 @@
+"""Weave twills over a and under b, and satins, where warp and weft exist and the labels close."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.core.errors import InputError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.threads import Threads, thread_labels
+from fabweave.weave.twill.obstruction import Obstruction
+from fabweave.weave.warp_and_weft import Strands, part_strands
+
+#: Longest repeat; a window of passes fits a 64-bit integer.
+_LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Fabric:
+    """A fabric whose every thread repeats one sequence, shifted from thread to thread.
+
+    Crossings carry labels modulo ``repeat``, which step by 1 from crossing to crossing along the
+    weft and by ``shift`` along the warp; the warp lies on top where the label is less than
+    ``over``.
+
+    Parameters
+    ----------
+    over : int
+        How many weft threads the warp passes over in a repeat.
+    under : int
+        How many it passes under.
+    shift : int
+        Steps from one weft thread to the next. 1 makes a twill: then the warp goes over ``over``
+        in succession and under ``under``. A shift and its negative are one fabric in two hands:
+        the smaller of both is kept.
+    hand : {"", "S", "Z"}
+        Which of the two is wanted; "" if either will do. Seen from outside with the warp upright,
+        the diagonal of Z rises to the right and that of S to the left.
+
+    Examples
+    --------
+    >>> fabric = Fabric(3, 1)
+    >>> fabric.repeat, str(fabric), str(Fabric(4, 1, 2))
+    (4, '3/1', 'satin:5/2')
+    """
+
+    over: int
+    under: int
+    shift: int = 1
+    hand: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a fabric, and write the shift as the smaller of the two ways round."""
+        if self.over < 1 or self.under < 1:
+            raise InputError(
+                f"a fabric goes over 1 or more and under 1 or more, not {self.over}/{self.under}"
+            )
+        if self.repeat > _LONGEST:
+            raise InputError(f"a fabric repeats after at most {_LONGEST}, not {self.repeat}")
+        common = math.gcd(self.shift, self.repeat)
+        if common > min(self.over, self.under):
+            good = [
+                str(s)
+                for s in range(1, self.repeat // 2 + 1)
+                if math.gcd(s, self.repeat) <= min(self.over, self.under)
+            ]
+            raise InputError(
+                f"with the shift {self.shift} some threads of a {self.over}/{self.under} fabric "
+                f"would always lie on one side and fall off; shifts that work: {', '.join(good)}"
+            )
+        shift = self.shift % self.repeat
+        object.__setattr__(self, "shift", min(shift, self.repeat - shift))
+
+    @property
+    def repeat(self) -> int:
+        """Number of crossings after which a thread's sequence repeats."""
+        return self.over + self.under
+
+    @property
+    def handed(self) -> bool:
+        """Whether the fabric differs from its mirror image."""
+        return 2 * self.shift != self.repeat
+
+    def __str__(self) -> str:
+        """Write the fabric as :func:`parse_fabric` reads it."""
+        if self.hand:
+            return f"{self.over}/{self.under}/{'-' if self.hand == 'S' else ''}{self.shift}"
+        if self.shift != 1:
+            if self.under == 1:
+                return f"satin:{self.repeat}/{self.shift}"
+            if self.over == 1:
+                return f"sateen:{self.repeat}/{self.shift}"
+        return f"{self.over}/{self.under}" + (f"/{self.shift}" if self.shift != 1 else "")
+
+
+def parse_fabric(text: str) -> Fabric:
+    """Read a fabric: ``a/b``, ``a/b/shift``, ``satin:n/shift`` or ``sateen:n/shift``.
+
+    Parameters
+    ----------
+    text : str
+        How many weft threads the warp passes over and under, and the shift from one weft thread
+        to the next. A positive shift leads the diagonal to the right, a negative one to the left;
+        where it is left out, it is 1 to either side. A satin shows the warp: over n - 1, under 1.
+        A sateen shows the weft. Both have either hand.
+
+    Returns
+    -------
+    Fabric
+
+    Raises
+    ------
+    InputError
+        If the text is something else, or the fabric would fall apart.
+
+    Examples
+    --------
+    >>> parse_fabric("3/1"), parse_fabric("2/2/-1")
+    (Fabric(over=3, under=1, shift=1, hand=''), Fabric(over=2, under=2, shift=1, hand='S'))
+    >>> parse_fabric("satin:5/2")
+    Fabric(over=4, under=1, shift=2, hand='')
+    """
+    twill = re.fullmatch(r"(\d{1,3})/(\d{1,3})(?:/(-?\d{1,3}))?", text.strip(), re.ASCII)
+    if twill:
+        fabric = Fabric(int(twill[1]), int(twill[2]), int(twill[3] or 1))
+        if twill[3] is None or not fabric.handed:
+            return fabric
+        right = int(twill[3]) % fabric.repeat == fabric.shift
+        return replace(fabric, hand="Z" if right else "S")
+    satin = re.fullmatch(r"(satin|sateen):(\d{1,3})/(-?\d{1,3})", text.strip(), re.ASCII)
+    if not satin:
+        raise InputError(
+            f"{text[:40]!r} is not a fabric; write a/b such as 3/1 or 2/2, a/b/shift such as "
+            "2/2/1, or satin:n/shift such as satin:5/2"
+        )
+    ends, shift = int(satin[2]), int(satin[3])
+    if ends < 3 or math.gcd(ends, shift) != 1:
+        good = [str(s) for s in range(1, min(ends, _LONGEST) // 2 + 1) if math.gcd(s, ends) == 1]
+        raise InputError(
+            f"a {satin[1]} needs a repeat of 3 threads or more, and a shift that has no common "
+            f"divisor with it, unlike {ends}/{shift}"
+            + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
+        )
+    return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)
+
+
+#: So many free directions are tried out in all combinations.
+_MOST_GROUPS = 14
+
+
+@frozen_value
+class Crossings:
+    """Some crossings, each as a pass of the warp and one of the weft.
+
+    Parameters
+    ----------
+    warp, weft : (N,) int arrays
+        The threads.
+    warp_at, weft_at : (N,) int arrays
+        How many passes come before on each.
+    right : (N,) bool array
+        Whether the weft runs to the right as one looks along the warp, seen from outside, both as
+        they are walked.
+    """
+
+    warp: IntArray
+    weft: IntArray
+    warp_at: IntArray
+    weft_at: IntArray
+    right: BoolArray
+
+    def swapped(self) -> "Crossings":
+        """Return the same crossings with warp and weft exchanged."""
+        return Crossings(self.weft, self.warp, self.weft_at, self.warp_at, ~self.right)
+
+    def some(self, which: IntArray) -> "Crossings":
+        """Return some of the crossings."""
+        return Crossings(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+
+@frozen_value
+class Labelling:
+    """Labels that close everywhere.
+
+    Parameters
+    ----------
+    label : (N,) int array
+        The label of each crossing modulo the repeat.
+    hand : str
+        "S" or "Z", "mixed", or "" for a fabric without hands.
+    """
+
+    label: IntArray
+    hand: str
+
+
+def sort_crossings(threads: Threads, warp: BoolArray) -> Crossings:
+    """Sort the two passes of every crossing into warp and weft.
+
+    Parameters
+    ----------
+    threads : Threads
+        The walks.
+    warp : (T,) bool array
+        Whether each thread belongs to the warp; none may cross its own kind.
+
+    Returns
+    -------
+    Crossings
+        All crossings in order.
+    """
+    thread = threads.thread_of_pass
+    at = np.arange(len(thread)) - threads.offsets[thread]
+    first, second = np.argsort(threads.crossing * 2 + ~warp[thread], kind="stable").reshape(-1, 2).T
+    # Along the crossing's half-edge, a forward pass lies on the diagonal that rises to the right
+    # and a backward one on that which rises to the left; each may be walked up or down.
+    up = (threads.halfedge == threads.crossing_halfedge[threads.crossing]) == threads.forward
+    return Crossings(
+        thread[first],
+        thread[second],
+        at[first],
+        at[second],
+        (up[first] == up[second]) != threads.forward[first],
+    )
+
+
+def part_bodies(crossings: Crossings) -> list[IntArray]:
+    """Return the crossings of each connected body of a weave."""
+    if not len(crossings.warp):
+        return []
+    count = int(max(crossings.warp.max(), crossings.weft.max())) + 1
+    links = sparse.coo_array(
+        (np.ones(len(crossings.warp), dtype=np.int8), (crossings.warp, crossings.weft)),
+        shape=(count, count),
+    )
+    _, body = csgraph.connected_components(links, directed=False)
+    body_of_crossing = body[crossings.warp]
+    order = np.argsort(body_of_crossing, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(body_of_crossing[order])) + 1)
+
+
+def label_body(
+    threads: Threads,
+    strands: Strands,
+    crossings: Crossings,
+    fabric: Fabric,
+    names: Sequence[str],
+) -> Labelling | Obstruction:
+    """Label the crossings of one body, or say why no labels close.
+
+    The unknowns are the labels of the threads' first passes; each crossing says that both of its
+    passes have one label. How labels step along a thread depends on the direction of its group, so
+    all equations are kept linear in the groups' directions: a spanning tree of the threads solves
+    for the unknowns, what remains are a few conditions on the directions, and those are tried out.
+
+    Parameters
+    ----------
+    threads, strands
+        The walks and their directions.
+    crossings : Crossings
+        The crossings of one body.
+    fabric : Fabric
+        Repeat, shift, and the hand that is wanted, or any, one throughout if possible.
+    names : sequence of str
+        Names of the threads, for the words.
+
+    Returns
+    -------
+    Labelling or Obstruction
+    """
+    off = _rings_off(threads, crossings, fabric, names)
+    if off is not None:
+        return off
+    size, hand = fabric.repeat, fabric.hand or None
+    known, local = np.unique(np.concatenate((crossings.warp, crossings.weft)), return_inverse=True)
+    warp, weft = local.reshape(2, -1)
+    # Along a thread of one crossing no label steps, so its direction does not matter.
+    steps = np.bincount(local.reshape(-1), minlength=len(known)) > 1
+    groups, group = np.unique(np.where(steps, strands.group[known], -1), return_inverse=True)
+    group = group.reshape(-1)
+    if np.count_nonzero(groups >= 0) > _MOST_GROUPS:
+        return Obstruction(
+            f"the threads fall into {len(groups)} groups that share no direction, too many to try "
+            f"all, so it remains open whether this mesh can carry the fabric {fabric}"
+        )
+    sense = np.where(strands.reversed[known], -1, 1)
+    rows = np.arange(len(warp))
+    step = np.zeros((len(warp), len(groups)), dtype=np.int64)
+    step[rows, group[weft]] += sense[weft] * crossings.weft_at
+    step[rows, group[warp]] -= sense[warp] * crossings.warp_at * fabric.shift
+    step %= size
+    start = _add_up(len(known), weft, warp, step) % size
+    unlike, example = np.unique(
+        (start[weft] + step - start[warp]) % size, axis=0, return_index=True
+    )
+    lines = sense[warp] * sense[weft] * np.where(crossings.right, 1, -1)
+    both = steps[warp] & steps[weft]
+    pairs = np.unique(np.column_stack((group[warp], group[weft], lines))[both], axis=0)
+
+    chosen: tuple[IntArray, str] | None = None
+    for signs in product((1, -1), repeat=len(groups) - 1):
+        way = np.array((*signs, 1))
+        if (unlike @ way % size).any():
+            continue
+        line_hand = _hand(way, pairs) if fabric.handed else ""
+        if (
+            chosen is None
+            or line_hand == hand
+            or (hand is None and chosen[1] == "mixed" != line_hand)
+        ):
+            chosen = way, line_hand
+        if line_hand in (hand, "") or (hand is None and line_hand != "mixed"):
+            break
+    if chosen is None or (hand is not None and chosen[1] not in (hand, "")):
+        where = None if chosen else (known[warp], known[weft], unlike, example)
+        return _not_closing(where, fabric, names)
+    way = chosen[0]
+    label = (start @ way)[weft] + (way[group] * sense)[weft] * crossings.weft_at
+    return Labelling(label % size, chosen[1])
+
+
+def _hand(way: IntArray, pairs: IntArray) -> str:
+    """Return how the lines of equal labels rise, the warp upright."""
+    # Steps of one sign to the right and upwards: equal labels lie to the left and up.
+    line = way[pairs[:, 0]] * way[pairs[:, 1]] * pairs[:, 2]
+    if not len(line):
+        return ""
+    if (line != line[0]).any():
+        return "mixed"
+    return "S" if line[0] > 0 else "Z"
+
+
+def _rings_off(
+    threads: Threads, crossings: Crossings, fabric: Fabric, names: Sequence[str]
+) -> Obstruction | None:
+    """Find rings round which the labels do not come back to themselves."""
+    size = fabric.repeat
+    warp, weft = np.unique(crossings.warp), np.unique(crossings.weft)
+    thread = np.concatenate((warp, weft))
+    step = np.repeat((fabric.shift, 1), (len(warp), len(weft)))
+    off = np.where(threads.closed[thread], threads.lengths[thread] * step % size, 0)
+    if not off.any():
+        return None
+    at = int(np.lexsort((thread, off == 0))[0])
+    steps = int(min(off[at], size - off[at]))
+    wrong = thread[off > 0]
+    return Obstruction(
+        f"going once round thread {names[thread[at]]} the pattern is {steps} "
+        f"step{'s' * (steps > 1)} off: {threads.lengths[thread[at]]} crossings are not a "
+        f"multiple of {size // int(np.gcd(step[at], size))}; this is so for {len(wrong)} of "
+        f"{len(thread)} threads",
+        threads=tuple(np.sort(wrong)[:4].tolist()),
+    )
+
+
+def _add_up(count: int, first: IntArray, second: IntArray, step: IntArray) -> IntArray:
+    """Return how far each thread is from thread 0 along a spanning tree of the crossings.
+
+    Parameters
+    ----------
+    count : int
+        Number of threads, all connected.
+    first, second : (N,) int arrays
+        The threads of each crossing.
+    step : (N, K) int array
+        How far it is from the first to the second, in columns that are added up apart.
+
+    Returns
+    -------
+    (count, K) int array
+    """
+    # One crossing for each pair of threads, numbered from one as a zero would not be a link.
+    pair, number = np.unique(first * count + second, return_index=True)
+    a, b = pair // count, pair % count
+    links = sparse.coo_array(
+        (
+            np.concatenate((number + 1, -(number + 1))),
+            (np.concatenate((a, b)), np.concatenate((b, a))),
+        ),
+        shape=(count, count),
+    ).tocsr()
+    _, before = csgraph.breadth_first_order(links, 0, directed=True, return_predecessors=True)
+    parent = np.where(before < 0, np.arange(count), before).astype(np.int64)
+    far = np.zeros((count, step.shape[1]), dtype=np.int64)
+    child = np.flatnonzero(before >= 0)
+    entry = np.asarray(links[parent[child], child]).reshape(-1).astype(np.int64)
+    far[child] = np.sign(entry)[:, None] * step[np.abs(entry) - 1]
+    # Each round doubles how many links of the tree are added up.
+    while (parent != parent[parent]).any():
+        far, parent = far + far[parent], parent[parent]
+    return far
+
+
+def _not_closing(
+    where: tuple[IntArray, IntArray, IntArray, IntArray] | None,
+    fabric: Fabric,
+    names: Sequence[str],
+) -> Obstruction:
+    """Say by how much, and where, the labels do not meet."""
+    if where is None:
+        return Obstruction(f"the pattern closes, but not with the hand {fabric.hand} everywhere")
+    warp, weft, unlike, example = where
+    off = unlike.sum(axis=1) % fabric.repeat
+    at = int(np.flatnonzero(off)[0])  # all directions alike are one of the choices that fail
+    pair = (int(warp[example[at]]), int(weft[example[at]]))
+    steps = int(min(off[at], fabric.repeat - off[at]))
+    return Obstruction(
+        "whichever way the threads run, the pattern does not match up around loops that follow "
+        f"several threads: one such loop ends where threads {names[pair[0]]} and "
+        f"{names[pair[1]]} cross, {steps} of {fabric.repeat} steps off",
+        threads=pair,
+    )
+
+
+@frozen_value
+class FabricWeave:
+    """A fabric on a mesh, exact everywhere, or what keeps the mesh from it.
+
+    Parameters
+    ----------
+    weave : Weave or None
+        The weave.
+    obstruction : Obstruction or None
+        Why there is none, in words.
+    warp : (T,) bool array or None
+        Which threads are the warp; None for plain weave, which needs none.
+    label : (X,) int array or None
+        The label of each crossing modulo the repeat.
+    hand : str
+        "S" or "Z" as the twill line rises seen from outside, the warp upright; "mixed"; or ""
+        where there is no hand.
+    """
+
+    weave: Weave | None = None
+    obstruction: Obstruction | None = None
+    warp: BoolArray | None = None
+    label: IntArray | None = None
+    hand: str = ""
+
+
+def weave_fabric(
+    halfedges: Halfedges,
+    threads: Threads,
+    fabric: Fabric,
+    labels: Sequence[str] | None = None,
+) -> FabricWeave:
+    """Weave a fabric exactly, or say what obstructs it.
+
+    Crossings get labels modulo the repeat that step by one along every weft thread and by the
+    shift along every warp thread. Neighbouring threads run the same way; what directions that
+    leaves free, and which bunch is the warp, are tried out in all combinations. For each, the
+    equations at all crossings either have a solution or not, so the answer is a decision.
+
+    Parameters
+    ----------
+    halfedges, threads
+        The mesh and its threads.
+    fabric : Fabric
+        The fabric; 1/1 is plain weave, which exists on every mesh. Where it has no hand, any will
+        do, in each body one hand throughout if possible. A cloth turned by a quarter has the other
+        hand, as its weft has become its warp: a closed weave often allows both by the choice of
+        the warp.
+    labels : sequence of str, optional
+        Names of the threads, for the words.
+
+    Returns
+    -------
+    FabricWeave
+        With a weave or an obstruction.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.weave.threads import trace_threads
+    >>> halfedges = build_halfedges(torus(8, 4, 35.0, 15.0))
+    >>> result = weave_fabric(halfedges, trace_threads(halfedges), Fabric(3, 1))
+    >>> result.weave.pattern, int(result.weave.over.sum())
+    ('3/1', 64)
+    >>> halfedges = build_halfedges(torus(7, 5, 35.0, 15.0))
+    >>> weave_fabric(halfedges, trace_threads(halfedges), Fabric(3, 1)).obstruction.text
+    'going once round thread A the pattern is 2 steps off: 70 crossings are not a multiple of 4; \
+this is so for 2 of 2 threads'
+
+    References
+    ----------
+    B. Grünbaum, G. C. Shephard, "Satins and twills: an introduction to the geometry of fabrics",
+    Mathematics Magazine 53(3), 1980.
+    """
+    if fabric.repeat == 2:
+        return FabricWeave(plain_weave(threads))
+    names = thread_labels(threads.n_threads) if labels is None else labels
+    candidates = _candidates(halfedges, threads, fabric, names)
+    if isinstance(candidates, Obstruction):
+        return FabricWeave(obstruction=candidates)
+    return _weave_bodies(threads, candidates, fabric, names)
+
+
+def _candidates(
+    halfedges: Halfedges, threads: Threads, fabric: Fabric, names: Sequence[str]
+) -> list[tuple[Strands, Crossings]] | Obstruction:
+    """Return the ways to choose a warp and what runs where, in the order in which to try them."""
+    if fabric.handed:
+        strands = part_strands(halfedges, threads, names)
+        if isinstance(strands, Obstruction):
+            return strands
+        crossings = sort_crossings(threads, strands.warp)
+        return [(strands, crossings), (strands, crossings.swapped())]
+    # Half the repeat one way is half the repeat the other way: the warp may run as it likes.
+    candidates: list[tuple[Strands, Crossings]] = []
+    reason: Obstruction | None = None
+    for swap in (False, True):
+        strands = part_strands(halfedges, threads, names, warp_runs=swap, weft_runs=not swap)
+        if isinstance(strands, Obstruction):
+            reason = reason or strands
+            continue
+        crossings = sort_crossings(threads, strands.warp)
+        candidates.append((strands, crossings.swapped() if swap else crossings))
+    return reason if reason is not None and not candidates else candidates
+
+
+def _weave_bodies(
+    threads: Threads,
+    candidates: list[tuple[Strands, Crossings]],
+    fabric: Fabric,
+    names: Sequence[str],
+) -> FabricWeave:
+    """Label the bodies of the weave one by one, and put over and under where the labels say."""
+    warp = np.array(candidates[0][0].warp)
+    label = np.zeros(threads.n_crossings, dtype=np.int64)
+    hands = set()
+    for body in part_bodies(candidates[0][1]):
+        reason: Obstruction | None = None
+        for strands, crossings in candidates:
+            body_crossings = crossings.some(body)
+            labelling = label_body(threads, strands, body_crossings, fabric, names)
+            if isinstance(labelling, Labelling):
+                label[body] = labelling.label
+                hands.add(labelling.hand)
+                warp[body_crossings.warp], warp[body_crossings.weft] = True, False
+                break
+            reason = reason or labelling
+        else:
+            return FabricWeave(obstruction=reason)
+    hands.discard("")
+    on_top = (label < fabric.over)[threads.crossing] == warp[threads.thread_of_pass]
+    twist = np.zeros(threads.n_crossings, dtype=bool)
+    twist[threads.crossing[threads.forward]] = on_top[threads.forward]
+    return FabricWeave(
+        Weave(threads, str(fabric), twist, over_of_passes(threads, twist)),
+        warp=warp,
+        label=label,
+        hand="mixed" if len(hands) > 1 else "".join(hands),
+    )

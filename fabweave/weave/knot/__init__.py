@@ -1,1 +1,0 @@
-"""Write weaves as knot theory writes links."""

@@ -1,0 +1,578 @@
+"""Colour the strands so that the weave can be seen, in hues of a scheme or tones of a material."""
+
+import heapq
+from itertools import pairwise
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.colour_space import Colours, bytes_of, light_of, light_of_hue, oklab_of
+from fabweave.core.errors import InputError
+from fabweave.weave.pattern import Weave, strand_passes
+from fabweave.weave.threads import Threads
+
+#: With more shades than this, threads may change theirs at every crossing, where few suffice.
+_MOST_SHADES = 24
+#: How often all stretches are looked at again.
+_SWEEPS = 8
+
+
+def shade_strands(
+    weave: Weave,
+    *,
+    breaks: BoolArray | None = None,
+    distinct: bool = False,
+) -> IntArray:
+    """Give every strand a shade so that at every crossing the strand above differs from the other.
+
+    It differs from the strand below on either side of it. A thread changes its shade only where
+    it lies below another one, so that the change is hidden; and as seldom as a greedy search with
+    some improvement can bring about. On a mesh of quads that leaves warp and weft, and three
+    directions on one of triangles, but for lines between irregular vertices.
+
+    Parameters
+    ----------
+    weave : Weave
+        Threads, and who is on top.
+    breaks : (P,) bool array, optional
+        The passes at which shades may change; without it, wherever the thread is below. Between
+        them a thread that crosses itself changes elsewhere, too: below, and if need be above.
+    distinct : bool
+        Whether a thread takes another shade at every break.
+
+    Returns
+    -------
+    (P, 2) int array
+        With which shade each pass comes to its crossing, and with which it leaves. The most
+        frequent is 0; the same for the same weave.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> ring = trace_threads(build_halfedges(parse_shape("shape:torus?m=9&n=7")))
+    >>> shades = shade_strands(plain_weave(ring))
+    >>> ring.n_threads, int(shades.max()) + 1
+    (2, 2)
+    """
+    threads = weave.threads
+    if len(threads.crossing) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    broken = ~weave.over if breaks is None else np.asarray(breaks, dtype=np.bool_)
+    stretch, conflicts = _parted(weave, broken)
+    shade = _shaded(stretch, conflicts, distinct)
+    if shade.max() >= _MOST_SHADES:
+        stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_))
+        shade = _shaded(stretch, conflicts, distinct=False)
+    used = np.bincount(shade[stretch].ravel())
+    number = np.empty(len(used), dtype=np.int64)
+    number[np.argsort(-used, kind="stable")] = np.arange(len(used))
+    return number[shade][stretch]
+
+
+def _parted(weave: Weave, broken: BoolArray) -> tuple[IntArray, IntArray]:
+    """Part threads until no stretch crosses itself; return stretches and pairs that must differ."""
+    broken = broken.copy()
+    for may_break in (~weave.over, np.ones(len(broken), dtype=np.bool_)):
+        stretch = stretches(weave.threads, broken)
+        pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
+        own = np.zeros(int(stretch.max()) + 1, dtype=np.bool_)
+        own[pairs[pairs[:, 0] == pairs[:, 1], 0]] = True
+        broken |= may_break & own[stretch].any(axis=1)
+    stretch = stretches(weave.threads, broken)
+    pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
+    return stretch, pairs[pairs[:, 0] != pairs[:, 1]]
+
+
+def stretches(threads: Threads, broken: BoolArray) -> IntArray:
+    """Give each stretch of thread between breaks a number; return it before and after each pass."""
+    thread = threads.thread_of_pass
+    after = np.cumsum(broken) + thread
+    before = after - broken
+    # A ring goes on from its last pass to its first.
+    filled = np.flatnonzero(threads.woven)
+    first, last = threads.offsets[filled], threads.offsets[filled + 1] - 1
+    ring = threads.closed[filled]
+    name = np.arange(int(after.max()) + 1)
+    name[before[first[ring]]] = after[last[ring]]
+    both = name[np.stack((before, after), axis=1)]
+    return np.unique(both, return_inverse=True)[1].reshape(-1, 2)
+
+
+def crossing_pairs(weave: Weave, stretch: IntArray) -> IntArray:
+    """Return the stretches that meet at crossings: each of the one strand, and each of the other.
+
+    Parameters
+    ----------
+    weave : Weave
+    stretch : (P, 2) int array
+        As ``stretches`` gives them.
+
+    Returns
+    -------
+    (4X, 2) int array
+        Four pairs for each crossing, the lower number first.
+    """
+    place = strand_passes(weave)
+    below, above = stretch[place[:, 0]], stretch[place[:, 1]]
+    pairs = np.stack((np.repeat(above, 2, axis=1), np.tile(below, 2)), axis=2).reshape(-1, 2)
+    return np.asarray(np.sort(pairs, axis=1))
+
+
+def _shaded(stretch: IntArray, conflicts: IntArray, distinct: bool) -> IntArray:
+    """Return a shade for each stretch: those in conflict differ, neighbours agree if they can."""
+    count = int(stretch.max()) + 1
+    along = stretch[stretch[:, 0] != stretch[:, 1]]
+    if distinct:
+        conflicts, along = np.concatenate((conflicts, along)), along[:0]
+    none = conflicts[:0]
+    apart, alike = (
+        [[other for other, _ in row] for row in _neighbours(pairs, none, count)]
+        for pairs in (conflicts, along)
+    )
+    shades = _spread(apart, alike)
+    _improve(shades, apart, alike)
+    return np.array(shades, dtype=np.int64)
+
+
+def _spread(apart: list[list[int]], alike: list[list[int]]) -> list[int]:
+    """Shade greedily from a first stretch outwards, that first which has the least choice.
+
+    Of equals, that comes first which goes on from others, and then what was met first.
+    """
+    shades = [-1] * len(apart)
+    seen: list[set[int]] = [set() for _ in apart]
+    goes_on = [0] * len(apart)
+    heap: list[tuple[int, int, int, int]] = []
+    met = 0
+    for start in range(len(apart)):
+        if shades[start] >= 0:
+            continue
+        heap.append((0, 0, met, start))
+        while heap:
+            *_, here = heapq.heappop(heap)
+            if shades[here] >= 0:
+                continue
+            shades[here] = _best(here, shades, seen[here], alike)
+            for other in apart[here]:
+                seen[other].add(shades[here])
+            for other in alike[here]:
+                goes_on[other] += 1
+            for other in (*alike[here], *apart[here]):
+                if shades[other] < 0:
+                    met += 1
+                    heapq.heappush(heap, (-len(seen[other]), -goes_on[other], met, other))
+    return shades
+
+
+def _best(here: int, shades: list[int], taken: set[int], alike: list[list[int]]) -> int:
+    """Return the free shade that most stretches have which one goes on from; or the first."""
+    told = [shades[other] for other in alike[here] if shades[other] >= 0]
+    free = [shade for shade in told if shade not in taken]
+    if free:
+        return max(free, key=lambda shade: (free.count(shade), -shade))
+    return next(shade for shade in range(len(taken) + 1) if shade not in taken)
+
+
+def _improve(shades: list[int], apart: list[list[int]], alike: list[list[int]]) -> None:
+    """Give stretches other shades as long as threads then change theirs less often."""
+    for _ in range(_SWEEPS):
+        moved = False
+        for here, others in enumerate(alike):
+            told = [shades[other] for other in others]
+            kept = told.count(shades[here])
+            if kept == len(told):
+                continue
+            taken = {shades[other] for other in apart[here]}
+            gains = {shade: told.count(shade) for shade in told if shade not in taken}
+            best = max(gains, key=lambda shade: (gains[shade], -shade), default=shades[here])
+            if gains.get(best, 0) > kept:
+                shades[here], moved = best, True
+        if not moved:
+            return
+
+
+#: Where two tones leave more than this share of the crossings alike, three are taken: a kagome
+#: weave has three directions.
+_MOST_ALIKE = 0.25
+#: What a change of tone along a thread costs, where two strands alike at a crossing cost 4.
+_CHANGE = 2
+#: How often all stretches are looked at again.
+_TONE_SWEEPS = 50
+
+
+def strand_tones(weave: Weave, groups: IntArray) -> IntArray:
+    """Give every strand one of two tones, or of three, so that strands that cross seldom have one.
+
+    Tones follow directions: warp and weft on quads, three directions on triangles. A direction
+    cannot be followed around an irregular vertex, so that lines are left between such vertices
+    where a thread changes its tone. It does so where it lies below another, which hides the
+    change; there it has the tone of the strand above on one side. Fewer such crossings are looked
+    for greedily, then improved.
+
+    Parameters
+    ----------
+    weave : Weave
+    groups : (T,) int array
+        Threads of different groups have different colours, and so need no tones where they cross.
+
+    Returns
+    -------
+    (P, 2) int array
+        The tone in which each pass comes to its crossing, and in which it leaves: 0 for that of
+        most strands. All are 0 where no threads of one group cross.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> ring = trace_threads(build_halfedges(parse_shape("shape:torus?m=8&n=6")))
+    >>> np.bincount(strand_tones(plain_weave(ring), np.zeros(ring.n_threads)).ravel()).tolist()
+    [192, 192]
+    """
+    threads = weave.threads
+    if len(threads.crossing) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    stretch = stretches(threads, ~weave.over)
+    place = strand_passes(weave)
+    group = groups[threads.thread_of_pass]
+    same = group[place[:, 0]] == group[place[:, 1]]
+    apart = crossing_pairs(weave, stretch)[np.repeat(same, 4)]
+    along = stretch[stretch[:, 0] != stretch[:, 1]]
+    near = _neighbours(apart[apart[:, 0] != apart[:, 1]], along, int(stretch.max()) + 1)
+    for count in (2, 3):
+        tone = _assigned(near, count)[stretch]
+        below, above = tone[place[same, 0]], tone[place[same, 1]]
+        alike = np.any(below[:, :, None] == above[:, None, :], axis=(1, 2))
+        if np.count_nonzero(alike) <= _MOST_ALIKE * len(alike):
+            break
+    order = np.argsort(-np.bincount(tone.ravel(), minlength=count), kind="stable")
+    return np.asarray(np.argsort(order, kind="stable")[tone])
+
+
+def _neighbours(apart: IntArray, along: IntArray, count: int) -> list[list[tuple[int, int]]]:
+    """Return for each stretch those it meets, and what it costs to have the same tone as they."""
+    pairs = np.concatenate((apart, along))
+    costs = np.repeat((1, -_CHANGE), (len(apart), len(along)))
+    both, number = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0, return_inverse=True)
+    total = np.bincount(number.ravel(), weights=np.tile(costs, 2)).astype(np.int64)
+    bounds = offsets_of(np.bincount(both[:, 0], minlength=count)).tolist()
+    listed = list(zip(both[:, 1].tolist(), total.tolist(), strict=True))
+    return [listed[low:high] for low, high in pairwise(bounds)]
+
+
+def _assigned(near: list[list[tuple[int, int]]], count: int) -> IntArray:
+    """Return a tone for each stretch: that first whose choice is clearest, then improved."""
+    tones = [-1] * len(near)
+    costs = [[0] * count for _ in near]
+    for start in range(len(near)):
+        heap = [(0, start)]
+        while heap:
+            _, here = heapq.heappop(heap)
+            if tones[here] >= 0:
+                continue
+            tones[here] = costs[here].index(min(costs[here]))
+            for other, cost in near[here]:
+                costs[other][tones[here]] += cost
+                if tones[other] < 0:
+                    ranked = sorted(costs[other])
+                    heapq.heappush(heap, (ranked[0] - ranked[1], other))
+    for _ in range(_TONE_SWEEPS):
+        moved = False
+        for here, own in enumerate(costs):
+            best = own.index(min(own))
+            if own[best] < own[tones[here]]:
+                for other, cost in near[here]:
+                    costs[other][tones[here]] -= cost
+                    costs[other][best] += cost
+                tones[here], moved = best, True
+        if not moved:
+            break
+    return np.array(tones, dtype=np.int64)
+
+
+#: Ways to choose the colours of threads.
+Palette: TypeAlias = Literal["safe", "hue-circle", "hue-range"]
+PALETTES: tuple[Palette, ...] = get_args(Palette)
+
+#: Safe colours, (24, 3) bytes of sRGB. Vermilion, blue and sky blue are of Okabe and Ito's palette;
+#: of a grid of colours, each later one is the farthest from all before, to whoever of four tells
+#: them apart worst: with full colour vision, protanopia, deuteranopia or tritanopia. Least OKLab
+#: differences of the first n to them, in hundredths (2 is just seen), and of other palettes:
+#:
+#: ======================  =====  =====  =====  =====
+#: n                           4      6     10     24
+#: this one                 18.9   18.4   11.5    6.5
+#: Okabe and Ito            13.1    8.6      -      -
+#: Tol, "muted"             13.5   12.1      -      -
+#: evenly spaced hues        1.2    1.2    0.6    0.2
+#: ======================  =====  =====  =====  =====
+SAFE_PALETTE: Colours = np.frombuffer(
+    bytes.fromhex(
+        "d55e00 0072b2 56b4e9 631e00 f2e075 053279 61f7ff 8e4c57"
+        "c0a689 9477fc a27b7a ea9600 472e44 0044a8 a2cfc5 0095b5"
+        "b71c0e e3be80 b4efbf 6fd2ff 67497d 7d5ee0 7ca6b4 763638"
+    ),
+    dtype=np.uint8,
+).reshape(-1, 3)
+#: How far members of a safe bunch go in lightness, to each side, at most, and together with those
+#: of all bunches: less than an eighth of the way to another bunch.
+_SAFE_LIGHTNESS, _SHARED_LIGHTNESS = 0.022, 0.14
+#: Hue circle: where it begins, lightness and chroma.
+_FIRST_HUE_DEG, _LIGHTNESS, _CHROMA = 45.0, 0.66, 0.16
+#: How far members of a bunch go in lightness and hue, to each side.
+_MEMBER_LIGHTNESS, _MEMBER_HUE_DEG = 0.075, 14.0
+#: Hue range: its middle, a blue, and its whole width;
+_RANGE_HUE_DEG, _RANGE_WIDTH_DEG = 250.0, 50.0
+#: lightness of the darkest and the lightest bunch, and the chroma.
+_DARK, _BRIGHT, _RANGE_CHROMA = 0.38, 0.86, 0.13
+_GOLDEN = (5**0.5 - 1) / 2
+
+
+def thread_colours(bunches: IntArray, strategy: Palette = "safe") -> Colours:
+    """Choose a colour for each thread.
+
+    ``hue-circle`` spreads the bunches evenly round the circle of hues; members of a bunch have
+    nearby hues and differ in lightness. ``hue-range`` stays in a small range of hues, where
+    bunches differ in lightness and members in hue. ``safe`` takes the colours of `SAFE_PALETTE`,
+    which everybody can tell apart, the colour-blind included; members differ a little in lightness.
+    The 25th bunch has the palette's first colour again.
+
+    Parameters
+    ----------
+    bunches : (T,) int array
+        The bunch of each thread, 0 upwards.
+    strategy : {"safe", "hue-circle", "hue-range"}
+        How to choose.
+
+    Returns
+    -------
+    (T, 3) uint8 array
+        sRGB.
+
+    Raises
+    ------
+    InputError
+        If there is no such strategy.
+
+    References
+    ----------
+    Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), section 9: colours
+    from the whole hue circle, and from a small range of hues. Okabe, Ito, "Color universal
+    design" (2008).
+
+    Examples
+    --------
+    >>> thread_colours(np.array([0, 1])).tolist()
+    [[213, 94, 0], [0, 114, 178]]
+    """
+    if strategy not in PALETTES:
+        raise InputError(
+            f"there are no colours called {str(strategy)[:40]!r}; choose {', '.join(PALETTES)}"
+        )
+    bunches = np.asarray(bunches, dtype=np.int64)
+    count = int(bunches.max(initial=-1)) + 1
+    apart = _members_apart(bunches)
+    if strategy == "safe":
+        lab = oklab_of(light_of(SAFE_PALETTE[bunches % len(SAFE_PALETTE)]))
+        hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
+        lightness = lab[:, 0] + min(_SAFE_LIGHTNESS, _SHARED_LIGHTNESS / max(count, 1)) * apart
+        return bytes_of(light_of_hue(lightness, np.hypot(lab[:, 1], lab[:, 2]), hue))
+    if strategy == "hue-circle":
+        spacing = 360.0 / max(count, 1)
+        spread = min(_MEMBER_HUE_DEG, spacing / 5.0)
+        hue = np.asarray(_FIRST_HUE_DEG + spacing * bunches + spread * apart, dtype=np.float64)
+        # Lightness goes its own way, so that not both are alike.
+        lightness = _LIGHTNESS + _MEMBER_LIGHTNESS * _shuffled(apart)
+        return bytes_of(light_of_hue(lightness, np.full(len(hue), _CHROMA), hue))
+    step = (_BRIGHT - _DARK) / max(count - 1, 1)
+    # A single bunch has the lightness in the middle; several end at both ends.
+    middle = _DARK + step * np.arange(count) if count > 1 else np.full(count, _LIGHTNESS)
+    lightness = middle[bunches] + min(0.02, step / 6) * _shuffled(apart)
+    around = np.asarray(_RANGE_HUE_DEG + _RANGE_WIDTH_DEG / 2 * apart, dtype=np.float64)
+    return bytes_of(light_of_hue(lightness, np.full(len(around), _RANGE_CHROMA), around))
+
+
+def _members_apart(bunches: IntArray) -> FloatArray:
+    """Return a number from -1 to 1 for each thread that differs among members of a bunch.
+
+    Steps of the golden ratio keep members apart however many there are, and neighbours most; a
+    bunch of one has 0, and so has the first of several.
+    """
+    order = np.argsort(bunches, kind="stable")
+    starts = np.searchsorted(bunches[order], bunches[order])
+    rank = np.empty(len(bunches), dtype=np.int64)
+    rank[order] = np.arange(len(bunches)) - starts
+    return np.asarray(2.0 * ((0.5 + rank * _GOLDEN) % 1.0) - 1.0, dtype=np.float64)
+
+
+def _shuffled(apart: FloatArray) -> FloatArray:
+    """Return numbers from -1 to 1 that go with the given ones in no order; 0 stays 0."""
+    return 2.0 * ((0.5 + 3.5 * apart) % 1.0) - 1.0
+
+
+#: Ways to choose colours. With ``safe``, ``direction`` and ``piece`` the strands of a crossing
+#: always differ, with ``material`` and ``bunch`` nearly always; ``hue-circle`` and ``hue-range``
+#: give each thread one colour, as the paper's figures do.
+Strategy: TypeAlias = Literal[
+    "material", "safe", "direction", "piece", "bunch", "hue-circle", "hue-range"
+]
+STRATEGIES: tuple[Strategy, ...] = get_args(Strategy)
+#: The light tone of a colour is so much lighter, and the dark one so much darker than the light, in
+#: OKLab; white and black leave no room on one side, and use it on the other.
+_LIGHTER, _APART = 0.04, 0.15
+_LIGHTEST, _DARKEST = 0.985, 0.22
+#: Shade is richer than light, as where light comes back from a neighbour: chroma of both tones.
+_CHROMAS = (0.9, 1.5)
+#: Hues of bunches begin here and have this lightness and chroma.
+_HUE_DEG, _BUNCH_LIGHTNESS, _BUNCH_CHROMA = 45.0, 0.64, 0.13
+
+
+def strand_colours(
+    weave: Weave,
+    bunches: IntArray,
+    strategy: Strategy = "material",
+    *,
+    breaks: BoolArray | None = None,
+    materials: Colours | None = None,
+) -> Colours:
+    """Choose the colours with which every strand comes to each crossing, and leaves it.
+
+    ``material`` keeps to the colour of each material, in tones of it by direction where threads of
+    one colour cross. ``safe`` gives every thread the colour of its bunch, if no thread crosses
+    itself; else threads change their colour where they lie below, or where their pieces meet.
+    ``direction`` does so on every mesh: colours tell warp from weft, or three directions, wherever
+    that can be told. ``piece`` gives each piece one colour, and its neighbours others. ``bunch``
+    keeps to a hue for each bunch, in tones of it where a bunch crosses itself. The others are
+    those of ``thread_colours``.
+
+    Parameters
+    ----------
+    weave : Weave
+    bunches : (T,) int array
+        The bunch of each thread, 0 upwards.
+    strategy : str
+        One of ``STRATEGIES``.
+    breaks : (P,) bool array, optional
+        The passes at which two pieces of a thread meet, where pieces are known.
+    materials : (T, 3) uint8 array, optional
+        The colour of each thread's material, for ``material``.
+
+    Returns
+    -------
+    (P, 2, 3) uint8 array
+        sRGB of each pass, as it comes and as it leaves; a pass leaves as the next one comes. Only
+        where a thread lies below another does it leave in another colour than it came in, but for
+        stretches that cross themselves in ``safe``, ``direction`` and ``piece``.
+
+    Raises
+    ------
+    InputError
+        If there is no such strategy, or pieces or materials are not known.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.catalogue import parse_shape
+    >>> from fabweave.weave.pattern import plain_weave
+    >>> from fabweave.weave.threads import trace_threads
+    >>> weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:octahedron"))))
+    >>> colours = strand_colours(weave, np.arange(4), "safe")
+    >>> np.unique(colours.reshape(-1, 3), axis=0).tolist()
+    [[0, 114, 178], [86, 180, 233], [99, 30, 0], [213, 94, 0]]
+    """
+    if strategy not in STRATEGIES:
+        raise InputError(
+            f"there are no colours called {str(strategy)[:40]!r}; choose {', '.join(STRATEGIES)}"
+        )
+    threads = weave.threads
+    owner = threads.thread_of_pass
+    if strategy == "piece" and breaks is None:
+        raise InputError(
+            "colours by piece are those of a finished job: where no pieces are cut, choose "
+            "--colours direction"
+        )
+    if strategy in ("hue-circle", "hue-range") or (
+        strategy == "safe" and _told_by_bunch(weave, bunches)
+    ):
+        return _of_threads(weave, thread_colours(bunches, strategy))
+    if strategy in ("safe", "direction", "piece"):
+        shades = shade_strands(
+            weave,
+            breaks=None if strategy == "direction" else breaks,
+            distinct=strategy == "piece",
+        )
+        return np.asarray(SAFE_PALETTE[shades % len(SAFE_PALETTE)])
+    if strategy == "bunch":
+        base = _bunch_hues(int(bunches.max(initial=-1)) + 1)
+        kind = bunches
+    else:
+        if materials is None:
+            raise InputError("colours of materials are asked for, and no material is known")
+        base, kind = np.unique(materials, axis=0, return_inverse=True)
+        kind = kind.reshape(-1)
+    tone = strand_tones(weave, kind)
+    shown = base[kind[owner]][:, None].repeat(2, axis=1)
+    for each, colour in enumerate(base):
+        own = kind[owner] == each
+        # A material that crosses others only has its very colour.
+        if np.any(tone[own]):
+            shown[own] = tones_of(colour, int(tone.max()) + 1)[tone[own]]
+    return np.asarray(shown)
+
+
+def tones_of(colour: Colours, count: int) -> Colours:
+    """Return two or more tones of a colour, from light to dark, (count, 3).
+
+    Examples
+    --------
+    >>> tones_of(np.array([0, 0, 128], dtype=np.uint8), 2).tolist()
+    [[13, 50, 151], [0, 11, 85]]
+    """
+    lightness, *ab = oklab_of(light_of(colour)).tolist()
+    light = min(max(lightness + _LIGHTER, _DARKEST + _APART), _LIGHTEST)
+    chroma = np.hypot(*ab) * np.linspace(*_CHROMAS, count)
+    hue = np.full(count, np.degrees(np.arctan2(ab[1], ab[0])))
+    return bytes_of(light_of_hue(np.linspace(light, light - _APART, count), chroma, hue))
+
+
+def _told_by_bunch(weave: Weave, bunches: IntArray) -> bool:
+    """Return whether the colours of bunches tell the strands of every crossing apart."""
+    below, above = bunches[weave.threads.thread_of_pass][strand_passes(weave)].T
+    few = int(bunches.max(initial=-1)) < len(SAFE_PALETTE)
+    return few and bool(np.all(below != above))
+
+
+def _of_threads(weave: Weave, colours: Colours) -> Colours:
+    """Return the colours of threads for each pass, as it comes and as it leaves."""
+    return np.asarray(np.repeat(colours[weave.threads.thread_of_pass, None], 2, axis=1))
+
+
+def _bunch_hues(count: int) -> Colours:
+    """Return a colour for each bunch, evenly round the circle of hues."""
+    hue: FloatArray = _HUE_DEG + 360.0 / max(count, 1) * np.arange(count, dtype=np.float64)
+    return bytes_of(
+        light_of_hue(np.full(count, _BUNCH_LIGHTNESS), np.full(count, _BUNCH_CHROMA), hue)
+    )
+
+
+def crossing_colours(weave: Weave, strands: Colours) -> Colours:
+    """Return the colours of each crossing's strands, the one below and the one above.
+
+    Parameters
+    ----------
+    weave : Weave
+    strands : (P, 2, 3) uint8 array
+        As ``strand_colours`` gives them.
+
+    Returns
+    -------
+    (X, 2, 2, 3) uint8 array
+        Of the strand below and of that above, as it comes and as it leaves.
+    """
+    return np.asarray(strands[strand_passes(weave)])

@@ -1,0 +1,152 @@
+"""Weave the mesh of a job: threads, bunches, and who is on top where they cross."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.files import read_input
+from fabweave.core.search import Search
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.upright import largest_dimension
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.bunches import part_bunches
+from fabweave.weave.pattern import Weave
+from fabweave.weave.settings import WeaveSettings
+from fabweave.weave.symmetry import find_weave_symmetry
+from fabweave.weave.threads import Threads, thread_labels, trace_threads
+from fabweave.weave.twill.weaving import Tie, rotation_ties
+from fabweave.weave.weave_pattern import WeaveResult, read_twists, twisted_weave, weave_pattern
+
+
+@frozen_value
+class WovenMesh:
+    """A mesh and its weave; nothing has a width or a thickness yet.
+
+    Parameters
+    ----------
+    source : LoadedMesh
+        The mesh.
+    result : WeaveResult
+        The weave, in the pattern that was asked for.
+    labels : tuple of str
+        Names of the threads.
+    bunches : (T,) int array
+        The bunch of each thread.
+    """
+
+    source: LoadedMesh
+    result: WeaveResult
+    labels: tuple[str, ...]
+    bunches: IntArray
+
+    @property
+    def mesh(self) -> PolyMesh:
+        """The mesh that is woven, in millimetres."""
+        return self.source.mesh
+
+    @property
+    def halfedges(self) -> Halfedges:
+        """The connectivity of the mesh."""
+        return self.source.halfedges
+
+    @property
+    def title(self) -> str:
+        """What to call the object."""
+        return self.source.title
+
+    @property
+    def weave(self) -> Weave:
+        """The weave."""
+        return self.result.weave
+
+    @property
+    def size_mm(self) -> float:
+        """Largest dimension."""
+        return largest_dimension(self.source.mesh)
+
+
+def weave_mesh(
+    source: LoadedMesh,
+    settings: WeaveSettings,
+    search: Search,
+    supplies: Supplies | None = None,
+    progress: Progress = no_progress,
+) -> WovenMesh:
+    """Weave a mesh in the pattern that the settings ask for.
+
+    Parameters
+    ----------
+    source : LoadedMesh
+    settings : WeaveSettings
+    search : Search
+        How hard a twill is looked for.
+    supplies : Supplies, optional
+        What the bunches are cut from. That every bunch has a supply is known once threads are
+        traced, and is said before the search for a pattern begins.
+    progress : callable
+
+    Raises
+    ------
+    InputError
+        If a bunch has no supply, or a supply no bunch.
+    CannotMakeError
+        If nothing crosses anything, or the pattern cannot be woven on this mesh.
+    """
+    progress("weave", 0, 1)
+    threads = trace_threads(source.halfedges, turn=settings.boundary == "turn")
+    labels = thread_labels(threads.n_threads)
+    bunches = part_bunches(threads)
+    if supplies is not None:
+        supplies.require(bunches)
+    if settings.twists is not None:
+        result = _weave_listed(Path(settings.twists), source.halfedges, threads)
+    else:
+        result = weave_pattern(
+            settings.pattern,
+            source.halfedges,
+            threads,
+            bunches,
+            labels,
+            n_old_vertices=source.n_old_vertices,
+            twill_method=settings.twill_method,
+            twill_weights=settings.twill_weights,
+            effort=search.effort,
+            seed=search.seed,
+            ties=_ties(source, threads, settings),
+            progress=progress,
+        )
+        if settings.pattern == "twill" and settings.twill_symmetry > 1:
+            result = _with_rotations(result, source)
+    if threads.n_crossings == 0:
+        raise CannotMakeError(
+            "no threads cross on this mesh, because no edge lies between two faces; weaving needs "
+            "faces that share edges"
+        )
+    return WovenMesh(source, result, labels, bunches)
+
+
+def _ties(source: LoadedMesh, threads: Threads, settings: WeaveSettings) -> tuple[Tie, ...]:
+    """Return which crossings a twill must twist alike to keep as many rotations as asked."""
+    if settings.pattern != "twill" or settings.twill_symmetry == 1:
+        return ()
+    return rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
+
+
+def _with_rotations(result: WeaveResult, source: LoadedMesh) -> WeaveResult:
+    """Count the rotations that carry a twill onto itself: it may keep more than were asked for."""
+    group = find_weave_symmetry(
+        source.mesh, source.halfedges, result.weave, reflections=False
+    ).group
+    count = group.n_rotations
+    note = f"{count} rotations carry the twill onto itself, with the one that leaves all in place"
+    return replace(result, rotations=count, notes=(*result.notes, note))
+
+
+def _weave_listed(path: Path, halfedges: Halfedges, threads: Threads) -> WeaveResult:
+    """Weave a mesh as a list of twists says."""
+    twist = read_twists(read_input(path, "list of twists"), halfedges, threads)
+    note = f"twists: as {path.name} has them"
+    return WeaveResult(twisted_weave(halfedges, threads, twist), (note,))

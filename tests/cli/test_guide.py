@@ -1,0 +1,286 @@
+"""The papers say what is true: every topic, option, file, message and figure on them is there."""
+
+import json
+import re
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import click
+import pytest
+from sayings import sayable
+
+from fabweave.cli.guide import TOPICS, for_terminal, page, summary
+from fabweave.cli.main import cli
+from fabweave.estimate.texts import hours_text
+from fabweave.mesh.shapes.catalogue import SHAPES
+from fabweave.mesh.subdivide.refine import SCHEMES
+from fabweave.options.page import options_page
+from fabweave.piece.joint.kinds import KINDS
+from fabweave.sheet.presets import preset_names
+from fabweave.sheet.targets import targets
+from fabweave.stock.material import material_library, min_bend_radius_mm
+from fabweave.verify.report import MEANINGS
+
+ROOT = Path(__file__).parents[2]
+GUIDE = ROOT / "fabweave" / "guide"
+PAPERS = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "CHANGELOG.md",
+    *sorted(GUIDE.glob("*.md")),
+]
+#: Options of other programs that a page names.
+FOREIGN = {"--help", "--strict-markers"}
+
+
+def text_of(name: str) -> str:
+    return (ROOT / name).read_text("utf-8")
+
+
+def rows(markdown: str, first_head: str) -> list[list[str]]:
+    """Return the rows of the table whose head begins with these words, without backticks."""
+    lines = markdown.replace("`", "").splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith(f"| {first_head} |")) + 2
+    found = []
+    while at < len(lines) and lines[at].startswith("|"):
+        found.append([cell.strip() for cell in lines[at].strip("|").split(" | ")])
+        at += 1
+    return found
+
+
+def first_column(topic: str, head: str) -> list[str]:
+    return [name for row in rows(page(topic), head) for name in row[0].split(", ")]
+
+
+# -- pages ---------------------------------------------------------------------------------------
+
+
+def test_every_page_is_a_topic_with_a_line_that_says_what_it_is_about():
+    assert {path.stem for path in GUIDE.glob("*.md")} == set(TOPICS)
+    for topic in TOPICS:
+        assert page(topic).startswith("# ")
+        assert 20 <= len(summary(page(topic))) <= 60
+        assert summary(page(topic)).endswith(".")
+
+
+def test_the_readme_is_short_and_leads_to_every_page():
+    readme = text_of("README.md")
+    assert len(readme.split()) <= 1500
+    for topic in TOPICS:
+        assert f"(fabweave/guide/{topic}.md)" in readme
+
+
+def test_a_terminal_sees_no_comment_no_picture_and_no_dead_link():
+    for topic in TOPICS:
+        shown = for_terminal(page(topic))
+        assert "<!--" not in shown
+        assert "![" not in shown
+        assert re.findall(r"\]\((?!https?:)", shown) == []
+        # Nothing else is lost.
+        assert shown.count("```") == page(topic).count("```")
+    sample = "a\n\n<!-- not run: b -->\n```sh\n\nc ![d](e.png) [f](g.md) [h](https://i.org)"
+    assert for_terminal(sample) == "a\n\n```sh\n\nc f [h](https://i.org)".replace("c f", "c  f")
+
+
+# -- links and pictures --------------------------------------------------------------------------
+
+
+def dead_links(text: str, folder: Path) -> list[str]:
+    links = re.findall(r"\]\(([^)\s]+)\)", text)
+    files = [link.partition("#")[0] for link in links if not link.startswith("https://")]
+    return [name for name in files if not (folder / name).exists()]
+
+
+@pytest.mark.parametrize("path", PAPERS, ids=lambda path: path.name)
+def test_links_lead_somewhere(path):
+    assert dead_links(path.read_text("utf-8"), path.parent) == []
+
+
+def test_a_dead_link_would_be_found():
+    assert dead_links("[a](README.md) ![b](none.png) [c](https://d.org)", ROOT) == ["none.png"]
+
+
+def test_pictures_are_small_and_every_word_of_the_glossary_has_one():
+    for picture in (ROOT / "examples").glob("*.png"):
+        assert picture.stat().st_size < 200_000
+    words = re.findall(r"!\[\]\(examples/glossary/([\w-]+)\.svg\) \| \*\*([^*]+)\*\*",
+                       text_of("CONTRIBUTING.md"))  # fmt: skip
+    pictures = list((ROOT / "examples" / "glossary").glob("*.svg"))
+    assert {name for name, _ in words} == {path.stem for path in pictures}
+    assert sum(path.stat().st_size for path in pictures) < 150_000
+    assert {word for _, word in words} == {
+        "half-edge", "medial graph", "thread", "crossing", "pass", "strand", "gap", "warp, weft",
+        "bunch", "portal", "rung", "rail", "panel", "run", "piece", "station", "lap", "joint",
+        "kind", "supply",
+    }  # fmt: skip
+
+
+# -- options, names and paths --------------------------------------------------------------------
+
+
+@cache
+def known_options() -> frozenset[str]:
+    return frozenset(
+        name
+        for command in cli.commands.values()
+        for param in command.get_params(click.Context(command))
+        for name in (*param.opts, *param.secondary_opts)
+    )
+
+
+def unknown_options(text: str) -> set[str]:
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*[a-z]", re.sub(r"<!--|-->", "", text)))
+    return named - known_options() - FOREIGN
+
+
+@pytest.mark.parametrize("path", PAPERS, ids=lambda path: path.name)
+def test_every_option_that_is_named_is_there(path):
+    assert unknown_options(path.read_text("utf-8")) == set()
+
+
+def test_an_option_that_is_not_there_would_be_found():
+    assert unknown_options("`--size 3mm`, `--sizes`, <!-- no --> | --- |") == {"--sizes"}
+
+
+def test_every_option_of_a_job_is_explained_somewhere_in_the_guide():
+    told = "".join(map(page, TOPICS))
+    options = re.findall(r"^### `(--[\w-]+)", options_page(), re.MULTILINE)
+    assert len(options) > 35
+    # These two are explained by the reference alone.
+    assert {name for name in options if name not in told} <= {"--crossing", "--paper"}
+
+
+def missing_paths(text: str) -> list[str]:
+    paths = re.findall(r"`((?:fabweave|tests|examples)/[\w./-]+)`", text)
+    assert len(paths) > 0
+    return [path for path in paths if not (ROOT / path).exists()]
+
+
+def test_every_file_that_contributing_names_is_there():
+    assert missing_paths(text_of("CONTRIBUTING.md")) == []
+    assert missing_paths("`fabweave/piece` and `fabweave/none.py`") == ["fabweave/none.py"]
+
+
+def test_contributing_names_every_room_in_the_order_of_imports():
+    from house import ALONE, FLOW, PROOF  # noqa: PLC0415 - found beside the tests
+
+    rooms = [row[0] for row in rows(text_of("CONTRIBUTING.md"), "room")]
+    assert rooms == [f"fabweave/{room}{'.py' * (room in ALONE)}" for room in (*FLOW, PROOF)]
+
+
+def test_the_story_that_contributing_tells_is_the_pipeline():
+    text = text_of("CONTRIBUTING.md").partition("excerpt of")[2]
+    excerpt = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+    assert excerpt.count("\n") >= 8
+    assert excerpt in text_of("fabweave/job.py")
+
+
+# -- tables of the guide -------------------------------------------------------------------------
+
+
+def test_tables_name_all_that_there_is():
+    assert set(first_column("machines", "--preset")) == set(preset_names())
+    assert first_column("machines", "--target") == [target.name for target in targets()]
+    kinds = {name.partition(":")[0] for name in first_column("joints", "--joint")}
+    assert kinds == set(KINDS)
+    shapes = {shape.name for shape in SHAPES}
+    assert set(first_column("weaves", "shape")) == shapes
+    assert set(first_column("design", "scheme")) == {scheme.name for scheme in SCHEMES}
+    checks = first_column("files", "checks")
+    assert sorted(checks) == sorted(MEANINGS)
+
+
+def test_the_table_of_materials_is_that_of_the_library():
+    told = [(row[0], row[1], row[2]) for row in rows(page("design"), "name")]
+    assert told == [
+        (
+            material.name,
+            f"{material.thickness_mm:g} mm",
+            f"{min_bend_radius_mm(material):.0f} mm",
+        )
+        for material in material_library()
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("row", "shape", "size"),
+    [(0, "shape:octahedron", "200mm"), (2, "shape:torus?m=24&n=12", "400mm")],
+)
+def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
+    job = finished(shape, "--size", size, "--effort", "quick")
+    waste = json.loads((job / "waste.json").read_text("utf-8"))
+    plan = json.loads((job / "crossing_map.json").read_text("utf-8"))
+    _, *told, time = rows(page("design"), "object")[row]
+    fasteners = sum(one["needed"] for one in waste["fasteners"])
+    assert list(map(int, told)) == [len(plan["crossings"]), len(plan["pieces"]), fasteners]
+    hours = hours_text(waste["estimate"]["assembly"]["hours"])
+    assert time.replace("minutes", "min").replace("hours", "h") == hours
+
+
+def test_the_files_of_a_job_are_those_that_are_told(finished):
+    told = page("files")
+    job = finished("shape:octahedron", "--size", "200mm", "--effort", "quick")
+    names = {
+        re.sub(r"\d\d", "01", str(path.relative_to(job)))
+        for path in sorted(job.rglob("*"))
+        if path.is_file()
+    }
+    table = " ".join(cell for row in rows(told, "file") for cell in row[0].split())
+    for name in names:
+        stem, dot, suffix = name.rpartition(".")
+        assert name in table or (f"{stem}." in table and f"{dot}{suffix}" in table), name
+    plan = json.loads((job / "crossing_map.json").read_text("utf-8"))
+    # Some keys are there only with an option, as their row says.
+    keys = [row for row in rows(told, "key") if not row[1].startswith("with --")]
+    assert {name for row in keys for name in row[0].split(", ")} == set(plan)
+    for part in ("pieces", "steps"):
+        section = told.partition(f"### A {part[:-1]}\n")[2].partition("\n#")[0]
+        for key in plan[part][0]:
+            assert f"`{key}`" in section or key == "step", key
+
+
+# -- examples of files, and messages --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_blocks_of_toml_can_be_read(topic):
+    for block in re.findall(r"```toml\n(.*?)```", page(topic), re.DOTALL):
+        tomllib.loads(block)
+
+
+def messages() -> list[str]:
+    blocks = re.findall(r"```text\n(.*?)```", "".join(map(page, TOPICS)), re.DOTALL)
+    return [block.strip() for block in blocks]
+
+
+@pytest.mark.slow
+def test_the_messages_that_are_explained_are_said():
+    assert len(messages()) >= 20
+    assert len(set(messages())) == len(messages())
+    assert [message for message in messages() if not sayable(message)] == []
+
+
+@pytest.mark.parametrize(
+    ("said", "never_said"),
+    [
+        ("there is no such file", "there is no such thing"),
+        ("has more than two faces", "has more than three faces"),
+        ("is too stiff", "is too soft"),
+        ("would burn away", "would fall off"),
+        ("fit on no sheet", "fit on one sheet"),
+        ("could not be turned into quads", "cannot be turned into quads"),
+    ],
+)
+def test_a_message_that_is_never_said_would_be_found(said, never_said):
+    (message,) = (one for one in messages() if said in one)
+    assert not sayable(message.replace(said, never_said))
+
+
+def test_every_changed_version_has_a_date_or_is_unreleased():
+    heads = re.findall(r"^## (.*)$", text_of("CHANGELOG.md"), re.MULTILINE)
+    assert heads
+    assert all(
+        re.fullmatch(r"\[\d+\.\d+\.\d+\] - (unreleased|\d{4}-\d\d-\d\d)", head) for head in heads
+    )

@@ -1,0 +1,159 @@
+"""A model that is too fine to be built is made on a coarser mesh, unless its mesh is to be kept."""
+
+import hashlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.design import making
+from fabweave.design.coarser import Attempt, foreseen, is_free
+from fabweave.design.making import make_or_advise
+from fabweave.job import run_job
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide.primal import mid_edge
+from fabweave.options.settings import Settings, read_job_options
+from fabweave.plan.ask import load_asked
+from fabweave.plan.verdict import Reason, Verdict
+from fabweave.ribbon.width import WidthRule
+
+
+@pytest.fixture(scope="module")
+def fine(tmp_path_factory):
+    """A ball of 5,120 triangles: an icosahedron, divided four times."""
+    mesh = parse_shape("shape:icosahedron")
+    for _ in range(4):
+        mesh = mid_edge(mesh)
+    radius = np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
+    path = tmp_path_factory.mktemp("fine") / "ball.obj"
+    write_mesh(path, mesh.with_vertices(mesh.vertices / radius))
+    return Settings.of(str(path), size_mm=70.0, effort="quick")
+
+
+def digests(folder):
+    return {
+        path.relative_to(folder): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
+    made = make_or_advise(fine, tmp_path / "plain")
+    assert not made.finished.job.verdict.stops
+    assert made.finished.proof.ok
+    assert made.finished.job.woven.mesh.n_faces < 512
+    # What is not said of the mesh is as it was asked for, and job.toml has what was made.
+    assert made.settings.but(remesh=None, bodies="all") == fine
+    assert read_job_options(tmp_path / "plain" / "job.toml")["remesh"] == made.settings.mesh.remesh
+    assert f"(--remesh {made.settings.mesh.remesh})" in made.chosen
+    assert "5,120 triangles" in made.chosen
+    # Asked for by hand, it comes to the very same files.
+    run_job(made.settings, tmp_path / "stated")
+    assert digests(tmp_path / "plain") == digests(tmp_path / "stated")
+
+
+def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
+    monkeypatch.setattr(making, "ways_out", lambda settings, *_, **__: asked.append(settings) or [])
+    with pytest.raises(CannotMakeError):
+        make_or_advise(fine.but(remesh="none"), tmp_path / "job")
+    assert asked == [fine.but(remesh="none")]
+    assert not (tmp_path / "job").exists()
+
+
+def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
+    made = make_or_advise(asked, tmp_path / "job")
+    assert (made.settings, made.chosen) == (asked, "")
+    assert "remesh" not in read_job_options(tmp_path / "job" / "job.toml")
+
+
+def test_what_is_foreseen_comes_true(fine, tmp_path):
+    kept = fine.but(remesh="none")
+    worst = foreseen(kept, load_asked(kept))[0]
+    assert (worst.rule, worst.limit) == ("width", 1.0)
+    assert worst.value < 1.0
+    with pytest.raises(CannotMakeError):
+        run_job(kept, tmp_path / "job")
+    # At six times the size its ribbons are six times as wide.
+    larger = kept.but(size_mm=6.0 * fine.mesh.size_mm)
+    assert foreseen(larger, load_asked(larger)) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "free"),
+    [
+        ({}, True),
+        (
+            {"pattern": "twill", "width": WidthRule(0.9, 8.0, 8.0), "up": "y", "bodies": "largest"},
+            True,
+        ),
+        ({"leave_out": "top:20mm"}, True),
+        ({"leave_out": "12,13"}, False),
+        ({"remesh": "none"}, False),
+        ({"remesh": "quads:90"}, False),
+        ({"refine": "loop:1"}, False),
+        ({"symmetrise": True}, False),
+        ({"twists": "own.csv"}, False),
+        ({"force": True}, False),
+    ],
+)
+def test_a_mesh_is_free_where_nothing_counts_its_faces(options, free):
+    assert is_free(Settings.of("model.obj", **options)) is free
+    assert not is_free(Settings.of("shape:cube", **options))
+
+
+def test_little_care_comes_first_and_then_likeness():
+    ball = parse_shape("shape:sphere?n=8")
+
+    def attempt(reasons, away, verdict="with care"):
+        """A mesh that is so far from its model everywhere, as a share of its size."""
+        mesh = ball.with_vertices(ball.vertices * (1.0 + 2.0 * away))
+        loaded = replace(load_asked(Settings.of("shape:sphere?n=8")), likeness=likeness(ball, mesh))
+        reason = Reason(rule="twist", level="with care", text="twist", advice="")
+        level = verdict if reasons else "makeable"
+        return Attempt(
+            Settings.of("a.obj"), loaded, Verdict(level=level, reasons=(reason,) * reasons)
+        )
+
+    order = [
+        attempt(0, 0.001),
+        attempt(0, 0.008),
+        attempt(1, 0.001),
+        attempt(2, 0.0005),
+        attempt(2, 0.002),
+        # What is hardly the model goes behind, though it is built with no care at all.
+        attempt(0, 0.03),
+    ]
+    ranks = [one.rank for one in order]
+    assert ranks == sorted(set(ranks))
+
+
+@pytest.mark.slow
+def test_where_no_mesh_can_be_built_it_is_refused(fine, tmp_path):
+    with pytest.raises(CannotMakeError, match="--material card"):
+        make_or_advise(fine.but(material="birch-ply-3"), tmp_path / "job")
+    assert not (tmp_path / "job").exists()
+
+
+def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
+    tried = []
+
+    def explore(_, designs, *__, **___):
+        tried.extend(designs)
+        return []
+
+    monkeypatch.setattr(making, "explore", explore)
+    asked = Settings.of("shape:torus?m=8&n=4", size_mm=120.0, material="birch-ply-3")
+    assert making.ways_out(asked) == []
+    assert any(one.stock.material == making.SOFT for one in tried)
+    assert any((one.mesh.size_mm or 0.0) > 120.0 for one in tried)
+    assert asked not in tried

@@ -1,0 +1,214 @@
+"""Designs are tried as they would be made, each once, and the choice follows from figures."""
+
+import csv
+import io
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from designs import candidate
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.parallel.executors import processes
+from fabweave.core.records import from_json
+from fabweave.design import search
+from fabweave.design.candidate import Candidate
+from fabweave.design.job import check_folder, plan_designs, run_design
+from fabweave.design.making import make_or_advise, meet_wishes
+from fabweave.design.page import design_csv, design_json, design_page, objectives, pareto_front
+from fabweave.design.rounds import Search
+from fabweave.design.search import explore
+from fabweave.design.variety import densities, name_of
+from fabweave.design.wishes import Wishes, choose, distance
+from fabweave.job import run_job
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.settings import Settings
+from fabweave.plan.verdict import NotMakeableError, refused
+
+BALL = Settings.of("shape:icosahedron", size_mm=200.0, effort="quick")
+DESIGNS = [BALL, BALL.but(refine="catmull-clark:1"), BALL.but(pattern="twill")]
+
+
+@pytest.fixture(scope="module")
+def tried(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("designs")
+    return folder, explore(BALL, DESIGNS, folder)
+
+
+@pytest.mark.slow
+def test_what_is_tried_is_what_is_made(tried, tmp_path):
+    for design, one in zip(DESIGNS[:2], tried[1][:2], strict=True):
+        job = run_job(design, tmp_path / one.candidate.key).job
+        told = one.candidate.figures
+        assert (told.pieces, told.joints) == (len(job.piece_set.pieces), len(job.piece_set.joints))
+        assert told.crossings == job.weave.threads.n_crossings
+        assert abs(told.sheets - len(job.layout.sheets)) <= 1
+        assert one.candidate.verdict.level == job.verdict.level
+        assert one.picture.startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_a_search_with_processes_finds_the_same(tried):
+    told = []
+    assert explore(BALL, DESIGNS, executors=processes(2), told=told.append) == tried[1]
+    assert told == [one.candidate for one in tried[1]]
+
+
+@pytest.mark.slow
+def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
+    folder, before = tried
+    calls, told = [], []
+    real = search.try_design
+    monkeypatch.setattr(
+        search, "try_design", lambda *task, **how: calls.append(task) or real(*task, **how)
+    )
+    assert explore(BALL, DESIGNS, folder, told=told.append) == before
+    assert calls == []
+    assert told == [one.candidate for one in before]
+    # What is cut off, or of other settings, is tried anew.
+    (folder / f"{before[1].candidate.key}.json").write_text('{"key": ')
+    assert explore(BALL, DESIGNS, folder) == before
+    assert [task[0] for task in calls] == [DESIGNS[1]]
+    explore(BALL, [BALL.but(size_mm=210.0)], folder)
+    assert len(calls) == 2
+
+
+@pytest.mark.slow
+def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch):
+    mesh = tmp_path / "ball.obj"
+    write_mesh(mesh, parse_shape("shape:sphere?n=8"))
+    asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
+    plain = asked.but(remesh="triangles:60")
+    designs = [plain, plain.but(pattern="triaxial"), plain.but(material="birch-veneer")]
+    apart = [explore(asked, [one])[0] for one in designs]
+    given_meshes = []
+    real = search.try_design
+    monkeypatch.setattr(
+        search, "try_design", lambda *task: given_meshes.append(task[-1]) or real(*task)
+    )
+    meshes = {}
+    assert explore(asked, designs, meshes=meshes) == apart
+    assert [one is not None for one in given_meshes] == [False, True, True]
+    assert len(meshes) == 1
+
+
+def test_the_files_tell_every_design(tmp_path):
+    mesh = tmp_path / "a <b> & c.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
+    found = run_design(asked, tmp_path / "designs", count=2).tried
+    page = (tmp_path / "designs" / "design.html").read_text()
+    assert "<b>" not in page
+    assert page.count('<div class="card"') + page.count('<div class="card ') == len(found) == 2
+    document = json.loads((tmp_path / "designs" / "design.json").read_text())
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "designs" / "design.csv").read_text())))
+    for one, told, row in zip(found, document["designs"], rows, strict=True):
+        assert from_json(Candidate, told) == one.candidate
+        assert (row["command"], row["pieces"]) == (
+            one.candidate.command,
+            str(one.candidate.figures.pieces),
+        )
+    # The same folder is taken again; one with something else in it is not.
+    check_folder(tmp_path / "designs")
+    (tmp_path / "designs" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"notes\.txt"):
+        run_design(asked, tmp_path / "designs", count=1)
+    assert (tmp_path / "designs" / "notes.txt").read_text() == "mine"
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=1, max_size=12))
+def test_the_front_is_what_nothing_is_better_than(rows):
+    values = np.array(rows, dtype=float)
+
+    def beaten(row):
+        return any(np.all(other <= row) and np.any(other < row) for other in values)
+
+    assert pareto_front(values).tolist() == [not beaten(row) for row in values]
+
+
+def test_what_cannot_be_built_is_on_no_front():
+    bad = candidate("bad", refused("no"), pieces=1)
+    good = candidate("good", pieces=100)
+    assert pareto_front(objectives([bad, good])).tolist() == [False, True]
+    one, two = (search.Tried(candidate=one, picture=None) for one in (bad, good))
+    page = design_page("x", Search(designs=(BALL, BALL), tried=(one, two)))
+    assert page.index("good") < page.index("bad")
+    told = Search(designs=(BALL,), tried=(one,), instead=(two, one), why="None <can>")
+    # What was tried otherwise is shown where it can be built.
+    page = design_page("x", told)
+    assert "None &lt;can&gt;" in page
+    assert ("H1" in page, "H2" in page) == (True, False)
+    document = json.loads(design_json("x", told))
+    assert document["why"] == "None <can>"
+    assert [row["name"] for row in document["instead"]] == ["good", "bad"]
+    assert design_csv([]).count("\n") == 1
+
+
+def test_the_nearest_to_a_wish_is_chosen():
+    few, some, many = (candidate(str(n), pieces=n, median_mm=900 / n) for n in (30, 90, 300))
+    for wish, best in ((28, few), (100, some), (1000, many)):
+        assert choose([many, some, few], Wishes(pieces=wish))[0] is best
+    assert choose([few, some, many], Wishes(ribbon_mm=9.0))[0] is some
+    # A limit that is kept weighs nothing, one that is passed much.
+    cheap, dear = candidate("cheap", sheets=2), candidate("dear", sheets=5)
+    assert distance(cheap, Wishes(sheets=3)) == distance(cheap, Wishes(sheets=9))
+    assert distance(dear, Wishes(sheets=3)) == pytest.approx(4.0 * math.log(5 / 3))
+    assert choose([dear, cheap], Wishes(sheets=3, pieces=12))[0] is cheap
+
+
+def test_what_cannot_be_built_is_never_chosen():
+    bad = candidate("bad", refused("it curls"), pieces=10)
+    assert choose([bad, candidate("far", pieces=900)], Wishes(pieces=10))[0].name == "far"
+    with pytest.raises(CannotMakeError, match="bad"):
+        choose([bad], Wishes(pieces=10))
+
+
+@given(st.floats(20.0, 2000.0), st.integers(1, 12))
+def test_densities_ascend_within_what_a_person_weaves(radius, count):
+    found = densities(parse_shape(f"shape:sphere?n=2&radius={radius:.3f}"), count)
+    assert found == sorted(set(found))
+    assert 1 <= len(found) <= count
+    assert 40 <= found[0] <= found[-1] <= 1500
+
+
+def test_what_is_stated_is_the_same_in_all_designs(tmp_path):
+    mesh = tmp_path / "ball.obj"
+    write_mesh(mesh, parse_shape("shape:sphere?n=8"))
+    asked = Settings.of(str(mesh), size_mm=300.0, remesh="quads:90", pattern="twill")
+    designs = plan_designs(asked, 30)
+    assert {(one.mesh.remesh, one.weave.pattern, one.mesh.size_mm) for one in designs} == {
+        ("quads:90", "twill", 300.0)
+    }
+    asked = Settings.of(str(mesh), size_mm=300.0)
+    free = plan_designs(asked, 30)
+    assert len({name_of(one, asked) for one in free}) == len(free) > 9
+
+
+@pytest.mark.slow
+def test_a_wish_is_met_by_what_is_made(tmp_path):
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = Settings.of(str(mesh), size_mm=300.0, effort="quick")
+    settings, why = meet_wishes(asked, Wishes(pieces=40))
+    job = run_job(settings, tmp_path / "job").job
+    assert f"{len(job.piece_set.pieces)} pieces" in why
+    assert 20 <= len(job.piece_set.pieces) <= 80
+
+
+@pytest.mark.slow
+def test_what_cannot_be_built_is_refused_with_what_can(tmp_path):
+    asked = Settings.of("shape:sphere?n=3", size_mm=90.0, material="birch-veneer", effort="quick")
+    with pytest.raises(NotMakeableError) as refusal:
+        make_or_advise(asked, tmp_path / "job")
+    assert not (tmp_path / "job").exists()
+    assert re.search(r"\n  --\w+", str(refusal.value))
+    # With --force it is made all the same, says so on each sheet, and is proved.
+    finished = make_or_advise(asked.but(force=True), tmp_path / "job").finished
+    assert finished.proof.ok
+    assert finished.job.verdict.forced
+    assert json.loads((tmp_path / "job" / "verdict.json").read_text())["forced"] is True

@@ -1,0 +1,126 @@
+"""Beside the nearest design are tried those that should come nearer, and the reasons are told."""
+
+import math
+
+import pytest
+from designs import candidate
+
+from fabweave.design import making
+from fabweave.design.candidate import Tried
+from fabweave.design.moves import moves
+from fabweave.design.variety import FEWEST, MOST
+from fabweave.design.wishes import Wishes, distance, misses, values_text
+from fabweave.options.settings import Settings
+from fabweave.options.table import option_named
+
+ASKED = Settings.of("cow.obj", size_mm=400.0)
+BEST = ASKED.but(remesh="quads:200")
+
+
+def beside(wishes, asked=ASKED, best=BEST, **figures):
+    return moves(asked, [best], [candidate(**figures)], 0, Wishes(**wishes))
+
+
+def test_a_met_wish_needs_no_more():
+    assert beside({"pieces": 100}, pieces=101) == []
+    assert beside({"sheets": 2, "likeness_mm": 9.0}, sheets=2, likeness_mm=3.0) == []
+
+
+def test_a_limit_is_missed_only_beyond_it():
+    figures = candidate(pieces=200, sheets=1).figures
+    assert misses(figures, Wishes(pieces=100, sheets=4)) == {
+        "pieces": pytest.approx(math.log(2.0)),
+        "sheets": 0.0,
+    }
+    assert values_text(figures, Wishes(pieces=100, sheets=4)) == "200 pieces, 1 sheets"
+
+
+@pytest.mark.parametrize(
+    ("wish", "figures", "helps"),
+    [
+        (
+            {"pieces": 50},
+            {"pieces": 100, "longest_mm": 300.0},
+            [
+                {"remesh": "quads:100"},
+                {"max_length_mm": 600.0},
+                {"prefer": "work"},
+                {"fair": 50},
+                {"remesh": "quads:50", "refine": "catmull-clark:1"},
+            ],
+        ),
+        (
+            {"ribbon_mm": 10.0},
+            {"median_mm": 12.0},
+            [
+                {"width": option_named("width").kind.parse("even,10mm")},
+                {"remesh": "quads:290"},
+            ],
+        ),
+        ({"likeness_mm": 5.0}, {"likeness_mm": 10.0}, [{"remesh": "quads:400"}]),
+        ({"sheets": 2}, {"sheets": 4}, [{"prefer": "waste"}]),
+    ],
+    ids=["fewer pieces", "narrower ribbons", "a nearer surface", "fewer sheets"],
+)
+def test_a_wish_that_is_missed_is_come_nearer_by_what_helps(wish, figures, helps):
+    found = beside(wish, **figures)
+    assert all(BEST.but(**changes) in found for changes in helps)
+    assert BEST not in found
+    assert len(set(map(str, found))) == len(found)
+    narrower = any(one.width_rule.relative < BEST.width_rule.relative for one in found)
+    assert narrower or "sheets" not in wish
+
+
+def test_what_was_tried_tells_how_far_to_go():
+    """Where twice the faces gave half as many pieces more, four times as many give the double."""
+    designs = [BEST, BEST.but(remesh="quads:100"), BEST.but(max_length_mm=150.0)]
+    tried = [candidate(pieces=n, longest_mm=300.0) for n in (150, 100, 225)]
+    found = moves(ASKED, designs, tried, 0, Wishes(pieces=200))
+    power = math.log(1.5) / math.log(2.0)
+    faces = 200 * (200 / 150) ** (1 / power)
+    assert BEST.but(remesh=f"quads:{10 * round(faces / 10)}") in found
+    (length,) = {one.pieces.max_length_mm for one in found} - {None}
+    assert length == pytest.approx(300 * (150 / 200) ** (1 / power), rel=0.03)
+
+
+def test_what_is_stated_stays():
+    asked = BEST.but(fair=20, prefer="work", max_length_mm=200.0,
+        width=option_named("width").kind.parse("12mm"),
+    )  # fmt: skip
+    wishes = {"pieces": 10, "ribbon_mm": 3.0, "sheets": 1, "likeness_mm": 0.1}
+    assert beside(wishes, asked, asked, pieces=100, sheets=9, likeness_mm=9.0) == []
+
+
+@pytest.mark.parametrize("pieces", [1, 100_000])
+def test_no_density_is_beyond_what_a_person_weaves(pieces):
+    counts = [
+        int(one.mesh.remesh.split(":")[1])
+        for one in beside({"pieces": 100}, pieces=pieces)
+        if not one.mesh.refine
+    ]
+    assert counts
+    assert all(FEWEST <= count <= MOST for count in counts)
+
+
+def test_the_search_goes_where_the_wish_is(monkeypatch):
+    """With pieces in proportion to faces, the number wished for is found, and tries are few."""
+    tries = []
+
+    def explore(_, designs, *__, **___):
+        tries.extend(designs)
+        return [
+            Tried(candidate=candidate(
+                name=str(number), pieces=int(0.7 * int(design.mesh.remesh.split(":")[1])),
+                longest_mm=300.0), picture=None)
+            for number, design in enumerate(designs, start=len(tries))
+        ]  # fmt: skip
+
+    planned = [ASKED.but(remesh=f"quads:{count}") for count in (70, 240, 800)]
+    monkeypatch.setattr(making, "explore", explore)
+    monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
+    chosen, why = making.meet_wishes(ASKED, Wishes(pieces=300))
+    assert chosen.mesh.remesh == "quads:430"
+    assert "\n  --remesh quads:430, " in why
+    assert len(tries) <= 24
+    assert len({str(one) for one in tries}) == len(tries)
+    assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01

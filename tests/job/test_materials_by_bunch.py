@@ -1,0 +1,295 @@
+"""A warp of one material and a weft of another: heights, grips, sheets, masses, and their proof."""
+
+import csv
+import json
+import shutil
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fabweave.core.errors import InputError
+from fabweave.job import run_job
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.settings import Settings
+from fabweave.piece.congruence import compare_pieces
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked
+from fabweave.ribbon.project import crossing_heights
+from fabweave.ribbon.rules.rules import measure_along, measure_layers
+from fabweave.stock.per_bunch import split_by_bunch
+from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
+from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.supplies import plan_supplies
+from fabweave.verify.proof import verify_job
+from fabweave.weave.pattern import plain_weave
+from fabweave.weave.threads import trace_threads
+
+WARP, WEFT = 0.4, 0.7
+SETTINGS = Settings.of(
+    "shape:torus?m=4&n=4",
+    size_mm=260.0,
+    effort="quick",
+    kinds="any",  # else there is room for a lap everywhere
+    force=True,  # veneer bends too much on so small a ring
+    material="warp=card,weft=birch-veneer",
+    thickness_mm=(("warp", WARP), ("weft", WEFT)),
+    gap_mm=(("warp", 1.5), ("weft", 3.0)),
+    sheets=(SheetSize(600.0, 400.0), SheetSize(610.0, 410.0, 9, bunch="weft")),
+)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a job of two materials and its folder, written once."""
+    folder = tmp_path_factory.mktemp("two") / "job"
+    job, proof, *_ = run_job(SETTINGS, folder)
+    assert proof.ok
+    return job, folder
+
+
+def read(folder: Path, name: str) -> dict:
+    return json.loads((folder / name).read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
+    job, _ = made
+    threads, ribbons = job.weave.threads, job.woven.ribbons
+    thickness = np.where(job.woven.bunches == 0, WARP, WEFT)[threads.thread_of_pass]
+    lapped = {joint.crossing for joint in job.piece_set.joints if joint.lap_mm > 0}
+    corners = [rail[ribbons.entry + at] for rail in (ribbons.right, ribbons.left) for at in (0, 1)]
+    away = np.mean(corners, axis=0) - ribbons.centre[threads.crossing]
+    height = np.einsum("pd,pd->p", away, ribbons.normal[threads.crossing])
+    for crossing in range(threads.n_crossings):
+        (one, other) = np.flatnonzero(threads.crossing == crossing)
+        over, under = (one, other) if job.weave.over[one] else (other, one)
+        # Faces, not middles: the under side of the upper layer, the upper side of what lies below.
+        lower_face = height[over] - thickness[over] / 2
+        upper_face = height[under] + thickness[under] * (1.0 if crossing in lapped else 0.5)
+        assert lower_face - upper_face == pytest.approx(0.1, abs=1e-9)
+
+
+def test_one_thickness_gives_the_heights_that_it_always_gave() -> None:
+    weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:octahedron"))))
+    laps = np.array([1, 4])
+    height = crossing_heights(weave, np.full(4, 0.5), 0.1, laps)
+    expected = np.full(12, 0.3)
+    expected[laps] = 0.425
+    assert np.array_equal(height, expected)
+
+
+def test_sheets_pieces_and_fasteners_are_of_their_threads_materials(made) -> None:
+    job, folder = made
+    plan, waste = read(folder, "crossing_map.json"), read(folder, "waste.json")
+    bunch = {thread["id"]: thread["bunch"] for thread in plan["threads"]}
+    sheets = {sheet["sheet"]: sheet for sheet in plan["sheets"]}
+    names = ("card", "birch-veneer")
+    for piece in plan["pieces"]:
+        sheet = sheets[piece["sheet"]]
+        assert sheet["material"] == names[bunch[piece["thread"]]]
+        assert sheet["thickness_mm"] == (WARP, WEFT)[bunch[piece["thread"]]]
+    # Sheets are numbered through, the warp's first.
+    assert [sheet["sheet"] for sheet in plan["sheets"]] == list(range(1, len(sheets) + 1))
+    order = [sheet["material"] for sheet in plan["sheets"]]
+    assert order == sorted(order, key=names.index)
+    assert set(order) == set(names)
+    with (folder / "pieces.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    area: Counter[str] = Counter()
+    mass: Counter[str] = Counter()
+    for row in rows:
+        assert row["material"] == sheets[int(row["sheet"])]["material"]
+        area[row["material"]] += float(row["area_mm2"])
+        mass[row["material"]] += float(row["mass_g"])
+    density = {"card": 750.0, "birch-veneer": job.supplies.materials[1].density_kg_m3}
+    for record in waste["materials"]:
+        name = record["material"]
+        weight = area[name] * record["thickness_mm"] * density[name] * 1e-6
+        assert mass[name] == pytest.approx(weight, rel=1e-3)
+        assert record["mass_g"] == pytest.approx(weight, rel=1e-6)
+    assert waste["totals"]["mass_g"] == pytest.approx(sum(mass.values()), rel=1e-3)
+    grips = {(row["layers"], row["grip_mm"]) for row in waste["fasteners"]}
+    assert grips <= {(2, 1.1), (3, 1.5), (3, 1.8)}
+    assert {layers for layers, _ in grips} == {2, 3}
+    assert sum(row["needed"] for row in waste["fasteners"] if row["layers"] == 3) == len(
+        [joint for joint in plan["joints"] if joint["grip_mm"]]
+    )
+
+
+def spoil_json(name: str, change):
+    def spoil(folder: Path) -> None:
+        document = read(folder, name)
+        change(document)
+        (folder / name).write_text(json.dumps(document), encoding="utf-8")
+
+    return spoil
+
+
+def spoil_text(name: str, old: str, new: str):
+    def spoil(folder: Path) -> None:
+        text = (folder / name).read_text(encoding="utf-8")
+        assert old in text
+        (folder / name).write_text(text.replace(old, new), encoding="utf-8")
+
+    return spoil
+
+
+SPOILS = {
+    "a sheet is of another material": (
+        spoil_json("crossing_map.json", lambda p: p["sheets"][0].update(material="birch-veneer")),
+        {"materials"},
+    ),
+    "a sheet is thicker": (
+        spoil_json("crossing_map.json", lambda p: p["sheets"][-1].update(thickness_mm=0.8)),
+        {"materials"},
+    ),
+    "bunches are exchanged": (
+        spoil_json(
+            "crossing_map.json",
+            lambda p: [thread.update(bunch=1 - thread["bunch"]) for thread in p["threads"]],
+        ),
+        {"materials", "joints", "space", "clearance"},
+    ),
+    "a thread is in the other bunch": (
+        spoil_json("crossing_map.json", lambda p: p["threads"][0].update(bunch=1)),
+        {"materials", "joints", "space", "kinds", "clearance"},
+    ),
+    "the weft is thicker than there is room": (
+        spoil_text("job.toml", "weft=0.7mm", "weft=0.9mm"),
+        {"materials", "space", "joints", "clearance"},
+    ),
+    "another material was asked for": (
+        spoil_text("job.toml", "weft=birch-veneer", "weft=museum-board"),
+        {"materials"},
+    ),
+    "a third bunch": (spoil_text("job.toml", "warp=card,", "warp=card,2=card,"), {"materials"}),
+    "a larger gap": (
+        spoil_text("job.toml", "warp=1.5mm", "warp=30mm"), {"materials", "sheets"},
+    ),
+    "a small sheet under the warp": (
+        spoil_text("job.toml", '"600x400mm",', '"weft=600x400mm",'), {"materials"},
+    ),
+    "a thread's limits": (
+        spoil_json("ribbons.json", lambda r: r["threads"][0]["limits"].update(thickness_mm=0.5)),
+        {"clearance", "bends"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SPOILS)
+def test_verify_objects_to_the_wrong_material(made, tmp_path, name: str) -> None:
+    spoil, expected = SPOILS[name]
+    folder = Path(shutil.copytree(made[1], tmp_path / "job"))
+    spoil(folder)
+    told = {check.name for check in verify_job(folder).checks if not check.ok}
+    # Whether pieces stand nearer than the gap of the other material is up to the layout, and so is
+    # what is left of a sheet and is of its material.
+    assert expected | {"seal"} <= told <= expected | {"seal", "sheets", "offcuts"}
+
+
+def test_warp_and_weft_name_two_bunches_only() -> None:
+    settings, supplies = complete_settings(
+        Settings.of("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
+    )
+    with pytest.raises(InputError, match="no bunch warp, weft and no material is given for 2"):
+        lay_asked(load_asked(settings), settings, supplies)
+
+
+def test_bunches_by_number() -> None:
+    # A cube has four threads, each of which crosses the others.
+    names = "0=card,1=birch-veneer,2=card,3=polypropylene"
+    settings, supplies = complete_settings(Settings.of("shape:cube", size_mm=300.0, material=names))
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    bunches = woven.bunches
+    assert sorted(bunches.tolist()) == [0, 1, 2, 3]
+    told = [supplies.materials[index].name for index in supplies.of(bunches)]
+    assert told == [dict(split_by_bunch(names, what="material"))[str(b)] for b in bunches.tolist()]
+    assert [supply.bunches for supply in supplies.each] == [("0", "2"), ("1",), ("3",)]
+    upper, lower = (
+        measure_layers(woven.ribbons, woven.weave, thread_limits(supplies, bunches)).__dict__[key]
+        for key in ("passes", "others")
+    )
+    thick = supplies.thickness_mm(bunches)[woven.weave.threads.thread_of_pass]
+    wanted = measure_layers(woven.ribbons, woven.weave, thread_limits(supplies, bunches)).limit
+    assert wanted == pytest.approx((thick[upper] + thick[lower]) / 2)
+
+
+NONE = (("", None),)
+
+
+def test_what_is_equal_is_one_supply_unless_its_sort_or_its_sheets_differ() -> None:
+    both = (("warp", "card"), ("weft", "card"))
+    one = plan_supplies(both, NONE, NONE, ())
+    assert not one.several
+    assert one.each[0].bunches == ("warp", "weft")
+    red = plan_supplies((("warp", "card:red"), ("weft", "card:blue")), NONE, NONE, ())
+    assert [m.name for m in red.materials] == ["card:red", "card:blue"]
+    sheets = [SheetSize(600.0, 400.0), SheetSize(9.0, 9.0, 1, bunch="weft")]
+    own = plan_supplies(both, NONE, NONE, sheets)
+    assert [len(supply.sheets) for supply in own.each] == [1, 2]
+    # Settings keep the stock as it was given, and the default of a bunch that has none.
+    assert own.sheets == tuple(sheets)
+    alone = plan_supplies(both, NONE, NONE, sheets[1:])
+    assert alone.sheets == (sheets[1], SheetSize(1000.0, 700.0, bunch="warp"))
+
+
+def test_sheets_of_a_material_are_for_its_threads_only() -> None:
+    both = (("warp", "card:red"), ("weft", "birch-veneer"))
+    card, veneer, other, any_of = (
+        SheetSize(500.0, 400.0, 2, name=name, material=name)
+        for name in ("card", "birch-veneer", "birch-ply-3", None)
+    )
+    made = plan_supplies(both, NONE, NONE, [card, veneer, other])
+    assert [supply.sheets for supply in made.each] == [(card,), (veneer,)]
+    assert made.sheets == (card, veneer)
+    with pytest.raises(InputError, match="the stock has no sheets of birch-veneer"):
+        plan_supplies(both, NONE, NONE, [card])
+    # Two sheets that might be of either cannot be counted twice.
+    with pytest.raises(InputError, match="could be of any of the 2 materials"):
+        plan_supplies(both, NONE, NONE, [replace(any_of, name="A")])
+
+
+def test_every_thread_is_held_to_its_own_limits() -> None:
+    settings, supplies = complete_settings(SETTINGS)
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    mixed = measure_along(woven.ribbons, thread_limits(supplies, woven.bunches))
+    thread = woven.weave.threads.thread_of_pass
+    for index, material in enumerate(supplies.materials):
+        alone = measure_along(woven.ribbons, ribbon_limits(material))
+        for rule, measured in mixed.items():
+            own = supplies.of(woven.bunches)[thread[measured.passes]] == index
+            assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
+
+
+def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
+    job, _ = made
+    piece = job.piece_set.pieces[0]
+    assert compare_pieces([piece, piece]).number.tolist() == [1, 1]
+    assert compare_pieces([piece, piece, piece], [0, 1, 0]).number.tolist() == [1, 2, 1]
+
+
+@pytest.mark.slow
+def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
+    settings = SETTINGS.but(
+        material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"
+    )
+    proof = run_job(settings, tmp_path / "job").proof
+    assert proof.ok
+    folders = {path.name for path in (tmp_path / "job").glob("*/*") if path.is_dir()}
+    assert {"card-red_0.4mm", "card-blue_0.4mm"} <= folders
+    # One mesh, one thickness: warp and weft differ in nothing but their colour.
+    plan = read(tmp_path / "job", "crossing_map.json")
+    bunch = {thread["id"]: thread["bunch"] for thread in plan["threads"]}
+    of_kind = {(piece["kind"], bunch[piece["thread"]]) for piece in plan["pieces"]}
+    assert len({kind for kind, _ in of_kind}) == len(of_kind)
+    kind = plan["pieces"][0]["kind"]
+    other = next(piece for piece in plan["pieces"] if bunch[piece["thread"]] == 1)
+    for piece in plan["pieces"]:
+        if piece["kind"] == other["kind"]:
+            piece["kind"] = kind
+    (tmp_path / "job" / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
+    failed = {check.name: check for check in verify_job(tmp_path / "job").checks if not check.ok}
+    assert "another material" in " ".join(failed["kinds"].findings)

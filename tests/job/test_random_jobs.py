@@ -1,0 +1,78 @@
+"""Random meshes with random settings are proved, or refused.
+
+    FABWEAVE_FUZZ=1000 pytest tests/app/test_random_jobs.py -n 8 --dist load
+
+makes a thousand jobs of each kind in place of some.
+"""
+
+import os
+
+import numpy as np
+import pytest
+from jobs import quick_jobs
+from random_jobs import earlier_stock, hull, outcome, outcome_of
+
+ENDS = ("proved", "cannot be made", "bad input")
+MANY = int(os.environ.get("FABWEAVE_FUZZ", "30"))
+
+
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, MANY))]
+)
+def test_a_random_job_is_proved_or_refused(seed):
+    found, said = outcome_of(seed)
+    assert found in ENDS, said
+
+
+@pytest.fixture(scope="module")
+def stocks(tmp_path_factory):
+    with quick_jobs():
+        return earlier_stock(tmp_path_factory.mktemp("earlier"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(91000, 91000 + 2 * MANY // 5))
+def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused(seed, stocks):
+    found, said = outcome_of(seed, small=True, stocks=stocks)
+    assert found in ENDS, said
+
+
+#: Jobs that found faults once: their seeds, and what was wrong.
+FAULTS = {
+    79: "a flat sheet, rounded to radii of 10^15 and of 10^6 mm, was two different ones",
+    50175: "on flat triangles far from regular the mean of portals is not where strands meet",
+    30146: "cross-lines of blocks meet the border of facets exactly, and rounding chose the side",
+    71113: "a line across a piece at a station in the gap of a dovetail meets nothing of it",
+    71316: "laps longer than any panel add to what is cut",
+    71669: "a neck is measured from its middle",
+    72089: "what is flat to the last digit of its model is flat",
+    72114: "a slot stays in a lap that is shorter than its panel",
+    74669: "the neck of a slanting lap",
+    76619: "two bodies of two slim triangles each: strands run nearly the same way across an edge",
+    76674: "the same",
+    77583: "the same, on a quad that had to be made convex",
+    78108: "the normal of a dart was taken from the corner that is bent in",
+    96302: "panels at two faces nearly folded onto each other ran through themselves",
+    97002: "the same, at one end of a panel",
+}
+LARGE = (79, 50175, 30146)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", FAULTS)
+def test_jobs_that_found_faults_are_proved(seed):
+    assert outcome_of(seed, small=seed not in LARGE) == ("proved", "")
+
+
+@pytest.mark.slow
+def test_a_long_lap_that_ends_askew_is_proved():
+    # Its last cross-line slants across the ribbon, with an end farther from the crossing than
+    # half the lap and half the width there.
+    options = {"size": "400mm", "joint": "rivet,lap=100mm", "effort": "quick", "force": True}
+    assert outcome(*hull(np.random.default_rng(6)), options) == ("proved", "")
+
+
+@pytest.mark.slow
+def test_what_joints_make_too_stiff_is_refused():
+    # It bends just enough with laps at every crossing, but not with laps where its joints are.
+    assert outcome_of(74758, small=True)[0] == "cannot be made"

@@ -1,0 +1,127 @@
+"""What is foretold of a greatest length is what is made of it, and the maker's wish decides."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.options.settings import Settings, settings_from_options
+from fabweave.piece.split import length_curve
+from fabweave.piece.split.length_curve import Choice, preferred
+from fabweave.piece.split.preferences import StockSheet, cost_of, hand_hours, sheets_for
+from fabweave.plan.ask import complete_settings, load_asked
+from fabweave.plan.planned_job import plan_job
+from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.weave_mesh import weave_mesh
+
+TORUS = ("shape:torus?m=24&n=12", {"size": "400mm", "pattern": "twill"})
+JOBS = {
+    "torus": TORUS,
+    "cube": ("shape:cube", {"size": "300mm", "refine": "catmull-clark:2"}),
+    "grain": ("shape:torus?m=16&n=8", {"size": "300mm", "rotations": "grain:5deg"}),
+    "open": ("shape:hypar", {"size": "500mm"}),
+    "two materials": (
+        "shape:torus?m=6&n=4",
+        {"size": "300mm", "material": "warp=card,weft=birch-veneer"},
+    ),
+    "long laps": ("shape:torus?m=16&n=8", {"size": "300mm", "joint": "rivet,lap=40mm"}),
+}
+
+
+def ribbons_of(mesh: str, **options) -> tuple[WovenObject, Settings, Supplies]:
+    settings = settings_from_options(mesh, sheet=["600x400mm"], force=True, **options)
+    settings, supplies = complete_settings(settings)
+    woven = weave_mesh(load_asked(settings), settings.weave, settings.search, supplies)
+    return lay_object(woven, settings.ribbons, supplies), settings, supplies
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", JOBS)
+def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name) -> None:
+    mesh, options = JOBS[name]
+    woven, settings, supplies = ribbons_of(mesh, **options)
+    plan = plan_job(woven, settings, supplies).split_plan
+    lengths = [choice.length_mm for choice in plan.choices]
+    assert len(lengths) >= 3
+    assert lengths == sorted(set(lengths))
+    assert plan.chosen in plan.choices
+    for choice in plan.choices[:: max(len(plan.choices) // 3, 1)]:
+        asked = settings.but(max_length_mm=choice.length_mm)
+        if choice.longer:
+            with pytest.raises(CannotMakeError):
+                plan_job(woven, asked, supplies)
+            continue
+        made = plan_job(woven, asked, supplies)
+        pieces = made.piece_set
+        assert (len(pieces.pieces), len(pieces.joints)) == (choice.pieces, choice.joints)
+        assert made.split_plan.chosen == choice
+        assert made.split_plan.prefer is None
+
+
+@pytest.fixture(scope="module")
+def torus():
+    mesh, options = TORUS
+    planned = ribbons_of(mesh, **options)
+    return planned, plan_job(*planned).split_plan
+
+
+def test_the_torus_gets_no_more_pieces_by_default_than_by_the_best_length_by_hand(torus) -> None:
+    # By hand, --max-length 900mm gave 135 pieces on four sheets, where the knee of a curve of sheet
+    # over joints had given 240 on as many.
+    plan = torus[1]
+    assert plan.prefer == "balanced"
+    assert plan.chosen.pieces == len(plan.runs.thread) <= 135
+    assert plan.chosen.sheets <= 4
+
+
+def test_few_threads_of_very_many_stand_for_all(torus, monkeypatch) -> None:
+    planned, exact = torus
+    monkeypatch.setattr(length_curve, "_MOST_SITES", 100)
+    about = plan_job(*planned).split_plan
+    assert not any(choice.exact for choice in about.choices)
+    # What is made of the length that is taken is counted all the same.
+    assert about.chosen.exact
+    assert about.chosen.pieces == len(about.runs.thread)
+    for choice, guess in zip(exact.choices, about.choices, strict=True):
+        assert guess.pieces == pytest.approx(choice.pieces, rel=0.15)
+
+
+def test_what_the_stock_suffices_for_goes_before_what_costs_less() -> None:
+    dear = Choice(200.0, 9, 9, 1.0, 2.0, hours=2.0, cost=9.0)
+    lacking = Choice(900.0, 5, 5, 1.0, 2.0, hours=1.0, cost=5.0, lacking_mm2=1.0)
+    for prefer in ("work", "waste", "balanced"):
+        assert preferred([dear, lacking], prefer) is dear
+
+
+def test_each_wish_takes_what_has_least_of_it() -> None:
+    waste = Choice(1.0, 9, 9, 1.0, 2.0, sheets_mm2=1.0, hours=3.0, cost=3.0)
+    work = Choice(2.0, 9, 9, 1.0, 2.0, sheets_mm2=3.0, hours=1.0, cost=2.0)
+    balanced = Choice(3.0, 9, 9, 1.0, 2.0, sheets_mm2=2.0, hours=2.0, cost=1.0)
+    # Of two that take as many sheets, the one with fewer joints.
+    full = Choice(4.0, 8, 8, 1.0, 3.0, sheets_mm2=1.0, hours=3.0, cost=3.0)
+    every = waste, work, balanced
+    assert preferred(every, "waste") is waste
+    assert preferred((*every, full), "waste") is full
+    assert preferred(every, "work") is work
+    assert preferred(every, "balanced") is balanced
+
+
+def test_sheets_are_whole_and_those_at_hand_are_used_first() -> None:
+    stock = [StockSheet(1.0, 0.0, 2), StockSheet(4.0, 6.0)]
+    assert sheets_for(1.5, stock).price == 0.0
+    needed = sheets_for(7.0, stock)
+    assert (needed.count, needed.area_mm2, needed.price) == (4, 10.0, 12.0)
+    assert sheets_for(7.0, stock[:1]).lacking_mm2 == pytest.approx(5.0)
+    # Nine sheets, the last one nearly empty, cost as much as nine full ones.
+    one = [StockSheet(1.0, 2.0)]
+    assert sheets_for(8.01, one) == sheets_for(9.0, one)
+
+
+def test_an_hour_of_each_costs_its_rate() -> None:
+    # 14.5 s to sort, find and take up a piece, 12 to align and hold a joint, at a middling pace.
+    assert hand_hours(240, 0) == pytest.approx(math.sqrt(1.5 * 3.0) * 14.5 / 15)
+    assert hand_hours(0, 300) == pytest.approx(math.sqrt(1.5 * 3.0))
+    costs = [cost_of(*np.eye(4)[part].tolist()) for part in range(4)]
+    assert costs == [1.0, 0.05, 15.0, 30.0]

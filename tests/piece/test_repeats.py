@@ -1,0 +1,238 @@
+"""Threads that rotations carry onto one another are cut alike, into as few kinds as can be."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from weaving_meshes import meshes
+
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.text import obj_bytes
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.shapes.grids import hypar, tube
+from fabweave.options.settings import settings_from_options
+from fabweave.piece.congruence import compare_pieces
+from fabweave.piece.cut_up import joined_pieces
+from fabweave.piece.development import Runs
+from fabweave.piece.joined_strands import split_object
+from fabweave.piece.split.repeats import Repeats, find_repeats
+from fabweave.piece.split.split_strands import object_repeats
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.weave.pattern import plain_weave
+from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
+from fabweave.weave.threads import trace_threads
+
+
+def found(mesh: PolyMesh) -> tuple[WeaveSymmetry, Repeats]:
+    halfedges = build_halfedges(mesh)
+    symmetry = find_weave_symmetry(mesh, halfedges, plain_weave(trace_threads(halfedges)))
+    return symmetry, find_repeats(symmetry)
+
+
+def images_of(symmetry: WeaveSymmetry, thread: int, first: int, last: int) -> set[tuple[int, ...]]:
+    """Return the images of a run as sets of passes: where rotations take each of its passes."""
+    walks = symmetry.weave.threads
+    count = int(walks.lengths[thread])
+    passes = walks.offsets[thread] + np.arange(first, last + 1) % count
+    usable = symmetry.group.proper & ~symmetry.group.reverses
+    return {tuple(sorted(row)) for row in symmetry.pass_images(passes)[usable].tolist()}
+
+
+def runs_of(*rows: tuple[int, int, int]) -> Runs:
+    return Runs(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        parse_shape("shape:octahedron"),
+        parse_shape("shape:torus?m=6&n=4"),
+        parse_shape("shape:dodecahedron"),
+        tube(5, 3, 1.0, 2.0),
+        hypar(4, 4, 1.0, 0.5),
+    ],
+    ids=["octahedron", "torus", "dodecahedron", "tube", "hypar"],
+)
+@given(data=st.data())
+def test_two_runs_are_of_one_class_where_a_rotation_takes_one_to_the_other(mesh, data):
+    symmetry, repeats = found(mesh)
+    walks = symmetry.weave.threads
+    rows = []
+    for _ in range(2):
+        thread = data.draw(st.sampled_from(np.flatnonzero(walks.lengths).tolist()))
+        count = int(walks.lengths[thread])
+        first = data.draw(st.integers(0, count - 1))
+        most = count - 2 if walks.closed[thread] else count - 1 - first
+        rows.append((thread, first, first + data.draw(st.integers(0, max(min(most, 5), 0)))))
+    one, other = repeats.classes(runs_of(*rows)).tolist()
+    there = images_of(symmetry, *rows[0])
+    target = next(iter(images_of(symmetry, *rows[1]) & there), None)
+    assert (one == other) == (target is not None)
+
+
+@given(meshes(), st.integers(0, 3), st.integers(0, 4))
+def test_images_of_a_run_are_all_there(mesh, begin, steps):
+    symmetry, repeats = found(mesh)
+    walks = symmetry.weave.threads
+    long = np.flatnonzero(walks.lengths > steps + 1)
+    if not len(long):
+        return
+    thread = int(long[0])
+    if not walks.closed[thread]:
+        begin = min(begin, int(walks.lengths[thread]) - 1 - steps)
+    spread = repeats.spread(runs_of((thread, begin, begin + steps)))
+    passes = {
+        tuple(
+            sorted(
+                (walks.offsets[t] + np.arange(a, b + 1) % walks.lengths[t]).tolist()
+            )
+        )
+        for t, a, b in zip(spread.thread.tolist(), spread.first.tolist(), spread.last.tolist(),
+                           strict=True)
+    }  # fmt: skip
+    assert passes == images_of(symmetry, thread, begin, begin + steps)
+
+
+def test_rotations_that_change_the_supply_do_not_count():
+    symmetry, repeats = found(parse_shape("shape:octahedron"))
+    assert repeats.repeat
+    supply = np.array([0, 0, 0, 1])
+    apart = find_repeats(symmetry, supply)
+    assert apart.leader.tolist() == [0, 0, 0, 3]
+    with_all = find_repeats(symmetry, np.zeros(4, dtype=np.int64))
+    assert with_all.leader.tolist() == repeats.leader.tolist()
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "shape:torus?m=8&n=4",
+        "shape:octahedron",
+        "shape:hypar?m=5&n=5",
+        "shape:tube?m=7&n=5",
+        "shape:hemisphere",
+        "shape:bipyramid?n=5",
+    ],
+)
+@pytest.mark.parametrize("kinds", ["auto", "fewest"])
+def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, kinds):
+    settings, supplies = complete_settings(
+        settings_from_options(shape, size="300mm", kinds=kinds, max_length="300mm")
+    )
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    plan = split_object(woven, brief_of(settings, supplies)).plan
+    repeats = object_repeats(woven, settings.pieces, supplies)
+    assert repeats is not None
+    walks, runs = woven.weave.threads, plan.runs
+    classes: dict[int, list] = {}
+    for thread in np.flatnonzero(walks.lengths).tolist():
+        own = runs.thread == thread
+        first, last = runs.first[own], runs.last[own]
+        assert np.array_equal(first[1:], last[:-1])
+        if walks.closed[thread]:
+            assert last[-1] == first[0] + walks.lengths[thread]
+        else:
+            assert (first[0], last[-1]) == (0, walks.lengths[thread] - 1)
+        kind = sorted(map(tuple, repeats.classes(Runs(runs.thread[own], first, last)).tolist()))
+        assert classes.setdefault(int(repeats.leader[thread]), kind) == kind
+
+
+def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
+    """Return how many pieces and kinds a job has, and how many classes of runs."""
+    asked = settings_from_options(mesh, size="400mm", sheet="600x400mm", **options)
+    settings, supplies = complete_settings(asked)
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    joined = split_object(woven, brief_of(settings, supplies))
+    pieces = joined_pieces(joined, brief_of(settings, supplies)).pieces
+    repeats = object_repeats(woven, settings.pieces, supplies)
+    classes = len(pieces)
+    if repeats is not None:
+        classes = len(np.unique(repeats.classes(joined.plan.runs), axis=0))
+    return len(pieces), int(compare_pieces(pieces).number.max()), classes
+
+
+@pytest.mark.parametrize(
+    ("mesh", "options", "most"),
+    [
+        ("shape:torus?m=16&n=8", {"holes": "alike"}, 4),
+        pytest.param(
+            "shape:torus?m=24&n=12",
+            {"pattern": "twill", "holes": "alike"},
+            8,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param("shape:sphere", {"holes": "alike"}, 8, marks=pytest.mark.slow),
+        pytest.param(
+            "shape:octahedron",
+            {"refine": "catmull-clark:2", "holes": "alike"},
+            4,
+            marks=pytest.mark.slow,
+        ),
+        *(
+            pytest.param(
+                "shape:icosahedron", {"refine": "catmull-clark:2", **fewer}, most,
+                marks=pytest.mark.slow,
+            )
+            for fewer, most in (({"kinds": "fewest"}, 2), ({"holes": "alike"}, 4))
+        ),
+    ],
+)  # fmt: skip
+def test_symmetric_objects_are_cut_from_a_handful_of_shapes(mesh, options, most):
+    pieces, kinds, classes = pieces_of(mesh, **options)
+    assert kinds == classes <= most
+    many = pieces_of(mesh, **{**options, "kinds": "any"})
+    assert many[1] > 2 * kinds
+    assert pieces <= 1.05 * many[0] or options.get("kinds") == "fewest"
+
+
+def test_each_thread_is_cut_by_itself_if_any_kinds_will_do():
+    asked = settings_from_options("shape:octahedron", size="200mm", kinds="any")
+    settings, supplies = complete_settings(asked)
+    woven = lay_asked(load_asked(settings), settings, supplies)
+    assert object_repeats(woven, settings.pieces, supplies) is None
+
+
+def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly_repeat(
+    monkeypatch, tmp_path
+):
+    """What rotations take to one another only roughly is cut alike, but is of several kinds."""
+    path = tmp_path / "torus.obj"
+    mesh = parse_shape("shape:torus?m=9&n=6")
+    noise = np.random.default_rng(5).uniform(0.99, 1.01, (len(mesh.vertices), 1))
+    path.write_bytes(obj_bytes(mesh.with_vertices(mesh.vertices * noise)))
+
+    def woven(name):
+        asked = settings_from_options(
+            name,
+            size="300mm",
+            sheet="700x500mm",
+            kinds="fewest",
+            max_length="300mm",
+            fasten="joints",
+        )
+        settings, supplies = complete_settings(asked)
+        return lay_asked(load_asked(settings), settings, supplies), settings, supplies
+
+    even, settings, supplies = woven("shape:torus?m=9&n=6")
+    repeats = object_repeats(even, settings.pieces, supplies)
+    monkeypatch.setattr("fabweave.piece.joined_strands.object_repeats", lambda *_: repeats)
+    uneven, settings, supplies = woven(str(path))
+    joined = split_object(uneven, brief_of(settings, supplies))
+    made = joined_pieces(joined, brief_of(settings, supplies))
+    assert len(made.kinds.first) > len(np.unique(repeats.classes(joined.plan.runs), axis=0))
+    stations = [
+        (int(crossing), (kind, min(at, len(piece.crossings) - 1 - at)), bool(drilled))
+        for piece, kind in zip(made.pieces, made.kinds.number.tolist(), strict=True)
+        for at, (crossing, drilled) in enumerate(
+            zip(piece.crossings, np.isfinite(piece.hole_mm), strict=True)
+        )
+    ]
+    allowed = set(np.flatnonzero(made.fastened).tolist())
+    while True:
+        places = {place for crossing, place, _ in stations if crossing in allowed}
+        more = {crossing for crossing, place, _ in stations if place in places} - allowed
+        if not more:
+            break
+        allowed |= more
+    assert {crossing for crossing, _, drilled in stations if drilled} <= allowed

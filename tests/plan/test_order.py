@@ -1,0 +1,390 @@
+"""The order of assembly: its cost by definition, near the optimum, far below naive orders."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from assembly_models import model_of
+from crossing_maps import step_record
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.errors import InputError
+from fabweave.piece.piece import find_owners
+from fabweave.piece.rim_ring import plan_ring
+from fabweave.plan.order import effort as model
+from fabweave.plan.order.annealed import improve_order
+from fabweave.plan.order.contacts import find_contacts
+from fabweave.plan.order.effort import State, piece_effort, reach
+from fabweave.plan.order.greedy import MeasuredOrder, grow_order, measure_order
+from fabweave.plan.order.planning import _easy_end, order_by_number, plan_order
+from fabweave.plan.steps import build_steps, last_tenth
+
+SMALL = (
+    "shape:tetrahedron", "shape:octahedron", "shape:cube?n=2", "shape:torus?m=6&n=4",
+    "shape:hypar?m=4&n=3", "shape:tube?m=6&n=2",
+)  # fmt: skip
+
+
+def effort_by_hand(made, order, *, enclosed):
+    """Return the effort of each piece in order, straight from the words of the model."""
+    pieces, there, result = made.pieces, set(), []
+    for at, number in enumerate(order):
+        piece, count = pieces[number], len(pieces[number].crossings)
+        there.add(number)
+        others = [other for other in there if other != number]
+        # The strand that the piece itself makes there counts, too, if it crosses itself.
+        held = {
+            (crossing, over)
+            for other in (*others, number)
+            for crossing, over in zip(pieces[other].crossings, pieces[other].over, strict=True)
+        }
+        over, under = [], []
+        for k, (crossing, top) in enumerate(zip(piece.crossings, piece.over, strict=True)):
+            if (crossing, not top) in held:
+                (over if top else under).append(k)
+        joined = 0
+        for joint in made.joints:
+            joined += (joint.pieces[0] == number) * (joint.pieces[1] in there)
+            joined += (joint.pieces[1] == number) * (joint.pieces[0] in there)
+        met = len(over) + len(under) + joined
+        plain = model.LAY * len(over) + model.CLOSE * (joined == 2)
+        plain += dict(enumerate(model.LOOSE)).get(met, 0.0)
+        behind = model.JOIN * joined
+        for k in under:
+            left = 2 * k <= count - 1
+            away = min(k, count - 1 - k)
+            outside = sum((2 * j <= count - 1) == left and (j < k) == left and j != k
+                          for j in under)  # fmt: skip
+            behind += model.TUCK if away == 0 else model.THREAD + model.PULL * away
+            behind += model.DRAG * outside
+        result.append(plain + behind * (reach((at + 1) / len(order)) if enclosed else 1.0))
+    return result
+
+
+@pytest.mark.parametrize("shape", SMALL)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_effort_is_what_the_model_says(shape, seed):
+    woven = model_of(shape)
+    order = np.random.default_rng(seed).permutation(len(woven.made.pieces)).tolist()
+    contacts = find_contacts(woven.made.pieces)
+    measured = measure_order(contacts, order, enclosed=woven.enclosed)
+    np.testing.assert_allclose(
+        measured.effort, effort_by_hand(woven.made, order, enclosed=woven.enclosed)
+    )
+
+
+@st.composite
+def situations(draw):
+    """Return a number of stations, and for each what is there: nothing, over or under."""
+    count = draw(st.integers(1, 14))
+    there = draw(st.lists(st.sampled_from(" ou"), min_size=count, max_size=count))
+    return count, there
+
+
+def state_of(there):
+    bits = State(len(there))
+    return sum(
+        bits.strand(k, over=what == "o", second=False) for k, what in enumerate(there) if what > " "
+    )
+
+
+@given(situations())
+def test_the_effort_is_the_same_from_either_end(situation):
+    count, there = situation
+    one, two = piece_effort(count, state_of(there)), piece_effort(count, state_of(there[::-1]))
+    assert one[0] == two[0]
+    # The middle of an odd number of stations has its tip at the start.
+    if count % 2 == 0 or there[count // 2] != "u":
+        assert one[1] == pytest.approx(two[1])
+
+
+@given(situations(), st.integers(0, 13))
+def test_a_strand_more_above_is_never_easier(situation, at):
+    count, there = situation
+    there[at % count] = " "
+    free = piece_effort(count, state_of(there))
+    there[at % count] = "o"
+    over = piece_effort(count, state_of(there))
+    there[at % count] = "u"
+    under = piece_effort(count, state_of(there))
+    assert sum(under) > sum(over)
+    assert under[1] >= free[1] + model.TUCK
+
+
+@given(situations(), st.data())
+def test_a_strand_lapped_of_two_pieces_is_one_strand(situation, data):
+    count, there = situation
+    state = state_of(there)
+    bits = State(count)
+    for k, what in enumerate(there):
+        if what > " " and data.draw(st.booleans()):
+            state ^= bits.strand(k, over=what == "o", second=True)
+            if data.draw(st.booleans()):
+                state ^= bits.strand(k, over=what == "o", second=False)
+    assert piece_effort(count, state) == piece_effort(count, state_of(there))
+
+
+def held(contacts, order):
+    """Say which pieces of an order meet nothing before them."""
+    rank = {piece: at for at, piece in enumerate(order)}
+    return [
+        piece
+        for piece in order
+        if all(rank[other] > rank[piece] for other, _, _ in contacts.meets[piece])
+    ]
+
+
+@pytest.mark.parametrize("shape", SMALL)
+@pytest.mark.parametrize("effort", ["quick", "normal"])
+def test_every_piece_comes_once_and_holds(shape, effort):
+    woven = model_of(shape)
+    contacts = find_contacts(woven.made.pieces)
+    found = plan_order(
+        woven.made.pieces,
+        woven.centres,
+        woven.normals,
+        enclosed=woven.enclosed,
+        effort=effort,
+        seed=3,
+    )
+    order = found.order.tolist()
+    assert sorted(order) == list(range(len(woven.made.pieces)))
+    assert held(contacts, order) == order[:1]
+    # What is told is what the order costs, and neither naive order costs less.
+    measured = measure_order(contacts, order, enclosed=woven.enclosed)
+    assert found.effort.tolist() == measured.effort.tolist()
+    naive = [
+        sum(effort_by_hand(woven.made, order, enclosed=woven.enclosed))
+        for order in (range(len(order)), order_by_number(woven.made.pieces).tolist())
+    ]
+    assert (found.by_thread, found.by_number) == pytest.approx(naive)
+    assert found.total < min(naive)
+    assert found.saved == pytest.approx(1 - found.total / min(naive))
+
+
+def test_same_seed_same_order():
+    woven = model_of("shape:torus?m=6&n=4")
+    one, two = (
+        plan_order(
+            woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="quick", seed=5
+        )
+        for _ in range(2)
+    )
+    assert one.order.tolist() == two.order.tolist()
+
+
+@pytest.mark.parametrize("shape", ["shape:tetrahedron", "shape:hypar?m=2&n=3"])
+def test_the_best_of_all_orders_is_found(shape):
+    """Every order of six or seven pieces in which each meets one before it."""
+    woven = model_of(shape)
+    contacts = find_contacts(woven.made.pieces)
+    count = len(woven.made.pieces)
+    assert 5 <= count <= 7
+    best = min(
+        measure_order(contacts, order, enclosed=woven.enclosed).total
+        for order in itertools.permutations(range(count))
+        if len(held(contacts, order)) == 1
+    )
+    found = plan_order(
+        woven.made.pieces,
+        woven.centres,
+        woven.normals,
+        enclosed=woven.enclosed,
+        effort="best",
+        seed=0,
+    )
+    assert found.total <= best * 1.02 + 1e-9
+
+
+def test_what_annealing_takes_for_the_effort_is_the_effort():
+    """Improving never loses track: more sweeps from the same start end lower than the start."""
+    woven = model_of("shape:torus?m=12&n=6", max_length_mm=120.0)
+    contacts = find_contacts(woven.made.pieces)
+    grown = grow_order(contacts, [0])
+    before = measure_order(contacts, grown, enclosed=True).total
+    after = improve_order(contacts, grown, [0], enclosed=True, sweeps=20, seed=0)
+    assert after[0] == 0
+    assert held(contacts, after) == [0]
+    assert measure_order(contacts, after, enclosed=True).total < 0.95 * before
+
+
+@pytest.mark.parametrize(
+    ("shape", "changed"),
+    [
+        ("shape:torus?m=24&n=12", {}),
+        ("shape:cube", {"refine": "catmull-clark:3", "max_length_mm": 200.0}),
+        ("shape:slit?genus=2", {"pattern": "twill"}),
+        ("shape:icosahedron", {"pattern": "triaxial", "refine": "loop:1"}),
+    ],
+)
+def test_three_tenths_below_naive_orders(shape, changed):
+    woven = model_of(shape, 400.0, **changed)
+    found = plan_order(
+        woven.made.pieces,
+        woven.centres,
+        woven.normals,
+        enclosed=woven.enclosed,
+        effort="quick",
+        seed=0,
+    )
+    assert found.saved >= 0.30
+
+
+@pytest.mark.parametrize("shape", ["shape:torus?m=12&n=6", "shape:hypar?m=8&n=8"])
+def test_the_end_is_easier_than_that_of_naive_orders(shape):
+    woven = model_of(shape, max_length_mm=150.0)
+    pieces, contacts = woven.made.pieces, find_contacts(woven.made.pieces)
+    found = plan_order(
+        pieces, woven.centres, woven.normals, enclosed=woven.enclosed, effort="normal", seed=0
+    )
+    tenth = max(1, len(pieces) // 10)
+    ends = [
+        measure_order(contacts, order, enclosed=woven.enclosed).effort[-tenth:].mean()
+        for order in (range(len(pieces)), order_by_number(pieces).tolist())
+    ]
+    assert found.effort[-tenth:].mean() < 0.8 * min(ends)
+
+
+def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_taken():
+    def order(*efforts):
+        return MeasuredOrder(np.arange(len(efforts)), np.array(efforts))
+
+    hard, easy = order(40.0, 40.0, 20.0), order(50.0, 40.5, 10.0)
+    dear = order(60.0, 42.0, 1.0)
+    assert _easy_end([hard, easy, dear]) is easy
+    assert _easy_end([]).total == 0.0
+
+
+def test_two_objects_are_made_one_after_the_other():
+    """Where nothing joins them, each begins with a piece of its own, and is finished first."""
+    woven = model_of("shape:octahedron")
+    one = woven.made.pieces
+    crossings = len(woven.centres)
+    two = [
+        type(piece)(
+            **{name: getattr(piece, name) for name in piece.__dataclass_fields__}
+            | {
+                "crossings": piece.crossings + crossings,
+                "start_joint": piece.start_joint + 100,
+                "end_joint": piece.end_joint + 100,
+                "thread": piece.thread + 100,
+            }
+        )
+        for piece in one
+    ]
+    pieces = [*one, *two]
+    contacts = find_contacts(pieces)
+    found = plan_order(
+        pieces, np.concatenate((woven.centres, woven.centres + 500.0)),
+        np.tile(woven.normals, (2, 1)), enclosed=True,
+        effort="quick", seed=0,
+    )  # fmt: skip
+    order = found.order.tolist()
+    assert held(contacts, order) == [order[0], order[len(one)]]
+    assert set(order[: len(one)]) == set(range(len(one)))
+
+
+def test_orders_by_number():
+    woven = model_of("shape:octahedron")
+    ids = [woven.made.pieces[k].id for k in order_by_number(woven.made.pieces)]
+    assert ids[:5] == ["A1", "B1", "C1", "D1", "A2"]
+    assert ids == sorted(ids, key=lambda name: (int(name[1:]), name[0]))
+
+
+def test_an_unknown_effort_is_refused():
+    woven = model_of("shape:tetrahedron")
+    with pytest.raises(InputError, match="choose one of quick, normal, best"):
+        plan_order(
+            woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="some", seed=0
+        )
+
+
+@pytest.mark.parametrize("shape", SMALL)
+def test_steps_group_only_what_is_laid(shape):
+    woven = model_of(shape)
+    found = plan_order(
+        woven.made.pieces,
+        woven.centres,
+        woven.normals,
+        enclosed=woven.enclosed,
+        effort="quick",
+        seed=0,
+    )
+    steps = build_steps(woven.made, found)
+    ids = [piece.id for piece in woven.made.pieces]
+    assert [key for step in steps for key in step.pieces] == [ids[k] for k in found.order]
+    for step in steps:
+        if len(step.pieces) > 1:
+            connections = len(step.over) + len(step.under) + len(step.joints)
+            assert not step.under
+            assert connections <= 8
+            assert len(step.pieces) <= 4
+    assert sum(step.effort for step in steps) == pytest.approx(found.total, abs=0.01 * len(ids))
+
+
+def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
+    woven = model_of("shape:hypar?m=4&n=3")
+    found = plan_order(
+        woven.made.pieces, woven.centres, woven.normals, enclosed=False, effort="quick", seed=0
+    )
+    keys = np.array([5, 2, 9, 7])
+    turn = np.arange(4) * np.pi / 2
+    places = np.column_stack((50 * np.cos(turn), 50 * np.sin(turn), np.zeros(4)))
+    ring = plan_ring(
+        "top", keys, places, (0.0, 0.0), 60.0, count=2, first=1,
+        hole_mm=np.full(4, 2.0), edge_mm=4.0, thickness_mm=0.4,
+    )  # fmt: skip
+    plain = build_steps(woven.made, found)
+    *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)
+    assert (last.ring, last.pieces, last.effort, last.number) == (
+        ("R1", "R2"), (), 0.0, len(plain) + 1
+    )  # fmt: skip
+    assert sorted(last.fasten) == sorted(keys)
+    for step, before in zip(steps, plain, strict=True):
+        waits = tuple(key for key in before.fasten if key not in keys)
+        assert step == replace(before, fasten=waits)
+    owners = find_owners(woven.made.pieces, len(woven.centres)).piece
+    for piece in ring.pieces:
+        for at, key in enumerate(piece.crossings, start=1):
+            over, under = (woven.made.pieces[owners[key, side]].id for side in (1, 0))
+            part = next(one for one in last.text.split(": ")[1].split(";") if piece.id in one)
+            assert f"{over} with {under} ({at})" in part
+
+
+def test_the_last_tenth_is_that_of_the_fewest_last_steps():
+    first = step_record(1, pieces=("A1",) * 9, effort=9.0)
+    last = step_record(2, pieces=("A2",), effort=4.0)
+    # One piece of ten takes 4, all take 1.3 in the mean.
+    assert last_tenth([first, last]) == pytest.approx(4.0 / 1.3)
+    # Of eleven pieces, one is less than a tenth: the step before counts, too.
+    assert last_tenth([step_record(0, pieces=("B1",)), first, last]) == pytest.approx(
+        1.3 / (14 / 11)
+    )
+    assert last_tenth([]) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("rivet", {"lap its start on", "lap its end on"}),
+        ("glue", {"glue its start on", "glue its end on"}),
+        ("dovetail", {"lock its start with", "lock its end with"}),
+        ("slot", {"take the tab of", "put its tab through"}),
+        ("none", {"butt its start against", "butt its end against"}),
+    ],
+)
+def test_steps_say_how_each_kind_of_joint_is_made(kind, words):
+    woven = model_of("shape:octahedron", joint=kind)
+    found = plan_order(
+        woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="quick", seed=0
+    )
+    joints = [
+        clause.split(" at joint #")[0].rpartition(" ")[0].strip()
+        for step in build_steps(woven.made, found)
+        for clause in step.text.split(";")
+        if "#" in clause
+    ]
+    assert len(joints) == len(woven.made.joints)
+    assert {said.removeprefix("last, ") for said in joints} == words

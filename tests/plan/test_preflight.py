@@ -1,0 +1,205 @@
+"""Preflight: every rule objects to what breaks it, at the right place, and to nothing else."""
+
+import json
+import re
+import shutil
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from crossing_maps import piece_record, sheet_record, small_map
+from hypothesis import example, given
+from hypothesis import strategies as st
+from jobs import run
+
+from fabweave.plan.preflight.rules import flaw_lines, preflight, preflight_record
+from fabweave.ribbon.rules.finding import Finding, written
+from fabweave.sheet.targets import target_named
+from fabweave.stock.material import material_named, with_thickness
+
+CARD = material_named("card")
+PLY = with_thickness(material_named("birch-ply-3"), 3.0)
+DEFAULT = target_named("default")
+
+
+def bar(length=100.0, width=20.0):
+    return [[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]]
+
+
+def plan(*pieces, width=600.0, height=400.0):
+    numbers = range(1, 1 + max(piece.sheet for piece in pieces))
+    return small_map(
+        pieces=pieces, sheets=[sheet_record(number, width, height) for number in numbers]
+    )
+
+
+def flaws_of(job, material=CARD, target=DEFAULT, findings=()):
+    return preflight(job, findings, [material], target)
+
+
+def test_a_sound_piece_has_no_flaw() -> None:
+    assert flaws_of(plan(piece_record("A1", bar(), [(20, 10, 4.0), (80, 10, 4.0)]))) == ()
+
+
+def test_small_holes_are_found_where_they_are() -> None:
+    turned = piece_record("A1", bar(), [(20, 10, 2.0), (80, 10, 3.0)], turn=90.0, at=(50.0, 5.0))
+    flaws = flaws_of(plan(turned), PLY)
+    assert [flaw.rule for flaw in flaws] == ["hole"]
+    # R(90°)(20, 10) + (50, 5) = (-10 + 50, 20 + 5)
+    assert flaws[0].place == (40.0, 25.0)
+    assert (flaws[0].value, flaws[0].limit, flaws[0].count) == (2.0, 3.0, 1)
+    assert flaws[0].remedy == "--fastener 3mm"
+
+
+@pytest.mark.parametrize(("y", "bad"), [(8.0, False), (7.9, True)])
+def test_holes_keep_two_diameters_from_edges(y, bad) -> None:
+    flaws = flaws_of(plan(piece_record("A1", bar(), [(50, y, 4.0)])))
+    assert [flaw.rule for flaw in flaws] == ["hole-edge"] * bad
+    if bad:
+        assert (flaws[0].value, flaws[0].limit) == (pytest.approx(7.9), 8.0)
+
+
+def test_a_target_may_want_more_around_holes() -> None:
+    job = plan(piece_record("A1", bar(), [(50, 2.2, 1.0)]))
+    metal = with_thickness(material_named("aluminium-5052"), 1.0)
+    assert flaws_of(job, metal) == ()  # two diameters are enough
+    (flaw,) = flaws_of(job, metal, target_named("fictiv"))
+    # Two thicknesses of material at the rim.
+    assert (flaw.rule, flaw.value, flaw.limit) == ("hole-edge", pytest.approx(2.2), 2.5)
+    (flaw,) = flaws_of(job, metal, target_named("gosnapcut"))
+    assert (flaw.rule, flaw.limit) == ("hole", 1.5)
+
+
+@given(st.floats(0.2, 8.0), st.floats(0.0, 360.0))
+@example(1.5, 2.0)  # half of the limit: the first halving is a tie
+def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
+    side = (20 - neck) / 2
+    outline = [
+        [0, 0], [40, 0], [40, side], [60, side], [60, 0], [100, 0],
+        [100, 20], [60, 20], [60, 20 - side], [40, 20 - side], [40, 20], [0, 20],
+    ]  # fmt: skip
+    flaws = flaws_of(plan(piece_record("A1", outline, turn=turn, at=(200.0, 200.0))), PLY)
+    assert [flaw.rule for flaw in flaws] == ["web"] * (neck < 3.0 - 1e-3)
+    if flaws:
+        assert flaws[0].value == pytest.approx(neck, abs=0.01)
+        back = np.deg2rad(-turn)
+        x, y = np.array(flaws[0].place) - 200.0
+        at = (x * np.cos(back) - y * np.sin(back), x * np.sin(back) + y * np.cos(back))
+        assert 38 < at[0] < 62
+        assert abs(at[1] - 10) < 1.5
+
+
+def test_webs_between_holes() -> None:
+    job = plan(
+        piece_record("A1", bar(), [(20, 10, 4.0), (24.5, 10, 4.0)]),
+        # As near, but on another piece.
+        piece_record("B1", bar(), [(24.5, 10, 4.0)], at=(0.0, 30.0)),
+    )
+    flaws = flaws_of(job)
+    assert [(flaw.rule, flaw.piece, flaw.place) for flaw in flaws] == [("web", "A1", (22.25, 10.0))]
+    assert flaws[0].value == pytest.approx(0.5)
+
+
+def test_gaps_between_pieces_of_one_sheet() -> None:
+    near = piece_record("B1", bar(), at=(0.0, 20.4))
+    flaws = flaws_of(plan(piece_record("A1", bar()), near))
+    assert [(flaw.rule, flaw.piece) for flaw in flaws] == [("gap", "A1")]
+    assert flaws[0].value == pytest.approx(0.4)
+    assert flaws[0].place[1] == pytest.approx(20.2)
+    assert flaws_of(plan(piece_record("A1", bar()), replace(near, sheet=2))) == ()
+    assert (
+        flaws_of(plan(piece_record("A1", bar()), piece_record("B1", bar(), at=(0.0, 20.5)))) == ()
+    )
+
+
+def test_pieces_and_sheets_larger_than_the_target_takes() -> None:
+    job = plan(piece_record("A1", bar(950.0), turn=30.0), width=1300.0, height=600.0)
+    flaws = flaws_of(job, target=target_named("cutitout"))
+    assert [(flaw.rule, flaw.piece) for flaw in flaws] == [("piece", "A1")]
+    assert (flaws[0].value, flaws[0].limit) == (pytest.approx(950.0), 900.0)
+    flaws = flaws_of(job, target=target_named("snijlab"))
+    assert [(flaw.rule, flaw.sheet, flaw.value, flaw.limit) for flaw in flaws] == [
+        ("sheet", 1, 1300.0, 1200.0)
+    ]
+    # Sheets may be turned.
+    assert (
+        flaws_of(
+            plan(piece_record("A1", bar()), width=600.0, height=1200.0),
+            target=target_named("snijlab"),
+        )
+        == ()
+    )
+
+
+def test_short_sides_are_flaws_of() -> None:
+    outline = [[0, 0], [50, 0], [50.05, 0], [100, 0], [100, 20], [0, 20]]
+    flaws = flaws_of(plan(piece_record("A1", outline)))
+    assert [(flaw.rule, flaw.place) for flaw in flaws] == [("segment", (50.025, 0.0))]
+
+
+def test_what_was_found_in_space_is_told_again() -> None:
+    bend = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 0, 0, None, (0, 0, 0), 5, 9, size_mm=412)
+    twist = Finding("twist", "warn", 40.0, 31.0, "degrees", "A", 0, 0, None, (0, 0, 0), 1, 9)
+    findings = [written(finding) for finding in (bend, twist)]
+    flaws = flaws_of(plan(piece_record("A1", bar())), findings=findings)
+    assert [(flaw.rule, flaw.value, flaw.count, flaw.remedy) for flaw in flaws] == [
+        ("bend", 30.0, 5, "--size 412mm")
+    ]
+
+
+def test_the_worst_place_of_each_rule_is_named() -> None:
+    job = plan(
+        piece_record("A1", bar(), [(20, 10, 2.5), (80, 10, 2.0)]),
+        piece_record("B1", bar(), [(50, 10, 1.0)], at=(0.0, 40.0)),
+    )
+    (line,) = flaw_lines(flaws_of(job, PLY))
+    assert [float(number) for number in re.findall(r"\d+\.\d+", line)] == [1.0, 3.0, 50.0, 50.0]
+    record = preflight_record(flaws_of(job, PLY), [PLY], DEFAULT)
+    assert [(flaw["piece"], flaw["count"]) for flaw in record["flaws"]] == [("A1", 2), ("B1", 1)]
+
+
+# Whole jobs.
+
+
+@pytest.fixture(scope="module")
+def job(finished):
+    """Return the folder of a job whose sheet is larger than one target takes."""
+    return finished("shape:octahedron", "--size", "300mm", "--effort", "quick", "--sheet",
+                    "1500x600mm", "--target", "snijlab")  # fmt: skip
+
+
+def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> None:
+    record = json.loads((job / "preflight.json").read_text(encoding="utf-8"))
+    assert record["target"] == "snijlab"
+    assert [(flaw["rule"], flaw["value_mm"]) for flaw in record["flaws"]] == [("sheet", 1500.0)]
+    assert run("preflight", job, "--json") == 0
+    assert json.loads(capsys.readouterr().out) == record
+    assert run("preflight", job, "--strict", "-q") == 1
+    assert run("preflight", job, "--target", "default", "--strict") == 0
+    assert run("preflight", job, "--target", "nobody") == 2
+
+
+@pytest.mark.slow
+def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path) -> None:
+    out = tmp_path / "out"
+    # Pieces that have no room for an id.
+    narrow = "shape:octahedron --size 100mm --width 1.5mm --fastener none --joint glue"
+    assert run("make", *narrow.split(), "--force", "--strict", "-q", "-o", out) == 1
+    assert run("make", "--config", job / "job.toml", "--strict", "-q", "-o", out) == 1
+    assert list(tmp_path.iterdir()) == []
+    # The other way round: what was asked strictly stays so in job.toml.
+    assert run("make", "--config", job / "job.toml", "--target", "default", "--strict", "-q", "-o",
+               out) == 0  # fmt: skip
+    assert tomllib.loads((out / "job.toml").read_text(encoding="utf-8"))["job"]["strict"] is True
+
+
+@pytest.mark.parametrize("name", ["crossing_map.json", "ribbons.json", "job.toml"])
+def test_a_folder_that_is_no_job_gets_one_message(job, name, tmp_path, capsys) -> None:
+    spoilt = tmp_path / "job"
+    shutil.copytree(job, spoilt)
+    (spoilt / name).write_text("{}" if name.endswith("json") else "", encoding="utf-8")
+    assert run("preflight", spoilt) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("fabweave: ")
+    assert "Traceback" not in error

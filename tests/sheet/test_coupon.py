@@ -1,0 +1,152 @@
+"""The coupon that is written has the holes, widths and lengths that it is to test."""
+
+import json
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from jobs import OCTAHEDRON
+
+from fabweave.cli.main import main
+from fabweave.core.errors import InputError
+from fabweave.plan.coupon_job import coupon_for, write_coupon
+from fabweave.sheet.coupon import BLOCKS, draw_coupon, plan_coupon
+from fabweave.sheet.drawing import Circle, Layer, Polyline
+from fabweave.stock.material import hole_edge_mm, material_library, material_named
+from fabweave.verify.read.dxf import read_dxf
+from fabweave.verify.read.svg import read_svg
+
+COUPONS = [plan_coupon(material) for material in material_library()]
+COUPONS.append(
+    plan_coupon(material_named("card"), hole_mm=4.1, lap_mm=31.7, width_mm=20.4, bend_mm=59.3)
+)
+
+
+def outline(piece):
+    (own,) = [one.points for one in piece.entities if one.layer is Layer.CUT_OUTER]
+    return shapely.Polygon(own)
+
+
+def sides(piece):
+    left, low, right, top = outline(piece).bounds
+    return right - left, top - low
+
+
+def named(drawing, name):
+    return next(piece for piece in drawing.pieces if piece.piece_id == name)
+
+
+def holes(piece):
+    return [one for one in piece.entities if isinstance(one, Circle)]
+
+
+@pytest.mark.parametrize("read", [read_dxf, read_svg])
+def test_what_is_written_has_the_diameters_and_widths(tmp_path, read):
+    write_coupon(plan_coupon(material_named("card"), hole_mm=2.5), tmp_path)
+    drawing = read(tmp_path / f"coupon.{read.__name__[-3:]}")
+    radii = drawing.radius[drawing.groups["CUT_INNER", "HOLES"]]
+    np.testing.assert_allclose(np.sort(2 * radii), [2.3, 2.4, 2.5, 2.6, 2.7, 2.8], atol=1e-4)
+    total = 0.0
+    for number in range(1, BLOCKS + 1):
+        (at,) = drawing.groups["CUT_OUTER", f"KERF{number}"]
+        total += float(np.ptp(drawing.shape(int(at)).points[:, 0]))
+    assert total == pytest.approx(100.0, abs=1e-3)
+    assert drawing.problems == ()
+
+
+def test_the_kerf_comes_out_of_the_instruction():
+    # The beam takes half a kerf off each side of each block.
+    drawing, kerf = draw_coupon(plan_coupon(material_named("card"))), 0.17
+    row = sum(
+        np.ptp(shapely.get_coordinates(outline(piece).buffer(-kerf / 2, join_style="mitre"))[:, 0])
+        for piece in drawing.pieces
+        if piece.piece_id.startswith("KERF")
+    )
+    assert (100 - row) / 10 == pytest.approx(kerf)
+
+
+@pytest.mark.parametrize("coupon", COUPONS, ids=lambda coupon: coupon.material.name)
+def test_pieces_keep_apart_and_inside_and_letters_inside_them(coupon):
+    drawing = draw_coupon(coupon)
+    pieces = drawing.pieces
+    polygons = [outline(piece) for piece in pieces]
+    sheet = shapely.box(0, 0, drawing.width_mm, drawing.height_mm).buffer(-9.999)
+    assert all(sheet.covers(polygon) for polygon in polygons)
+    gap = max(coupon.material.gap_mm, 3.0)
+    for number, polygon in enumerate(polygons):
+        assert all(polygon.distance(other) >= gap - 1e-9 for other in polygons[:number])
+    for piece, polygon in zip(pieces, polygons, strict=True):
+        cuts = [shapely.Point(hole.x, hole.y).buffer(hole.radius) for hole in holes(piece)]
+        for one in piece.entities:
+            if one.layer is Layer.ENGRAVE_LABEL:
+                line = shapely.LineString(one.points)
+                assert polygon.contains(line)
+                assert line.distance(polygon.exterior) > 0.5
+                assert all(line.distance(cut) > 0.5 for cut in cuts)
+        for hole in holes(piece):
+            room = shapely.Point(hole.x, hole.y).distance(polygon.exterior)
+            assert room >= hole_edge_mm(coupon.material, 2 * hole.radius) - 1e-9
+
+
+@pytest.mark.parametrize("coupon", COUPONS, ids=lambda coupon: coupon.material.name)
+def test_the_ladder_has_rungs_far_enough_apart(coupon):
+    rungs = sorted(holes(named(draw_coupon(coupon), "HOLES")), key=lambda hole: hole.x)
+    sizes = [2 * hole.radius for hole in rungs]
+    np.testing.assert_allclose(np.diff(sizes), 0.1)
+    assert sizes[2] == pytest.approx(coupon.hole_mm)
+    assert all(b.x - a.x >= 6 * b.radius - 1e-9 for a, b in pairwise(rungs))
+
+
+def test_lap_and_bend_are_those_of_the_job():
+    drawing = draw_coupon(COUPONS[-1])
+    one, other = (named(drawing, name) for name in ("LAP-A", "LAP-B"))
+    assert sides(one)[1] == sides(other)[1] == pytest.approx(20.4)
+    for strip in (one, other):
+        (hole,) = holes(strip)
+        # Hole on hole, the end of each strip lies at the other's ticks: a lap away.
+        left, low, _, top = outline(strip).bounds
+        assert hole.x - left == pytest.approx(31.7 / 2)
+        assert hole.y == pytest.approx((low + top) / 2)
+        ticks = [one for one in strip.entities if one.layer is Layer.ENGRAVE_MARK]
+        assert all(tick.points[0, 0] - left == pytest.approx(31.7) for tick in ticks)
+    bend = named(drawing, "BEND")
+    ticks = {
+        round(float(one.points[0, 0]), 6)
+        for one in bend.entities
+        if isinstance(one, Polyline) and one.layer is Layer.ENGRAVE_MARK
+    }
+    assert max(ticks) - min(ticks) == pytest.approx(math.pi * 59.3, abs=1e-5)
+
+
+def test_a_hole_that_no_laser_cuts_is_refused():
+    with pytest.raises(InputError, match="too small for a laser"):
+        plan_coupon(material_named("birch-ply-3"), hole_mm=1.0)
+
+
+def test_command(tmp_path, capsys):
+    out = tmp_path / "deep" / "coupon"
+    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    assert sorted(path.name for path in out.iterdir()) == [
+        "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt"
+    ]  # fmt: skip
+    assert "hole 2 mm" in capsys.readouterr().out
+    first = {path.name: path.read_bytes() for path in out.iterdir()}
+    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == first
+
+
+def test_a_job_gives_its_figures(finished, tmp_path):
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
+    coupon = coupon_for(folder)
+    assert coupon.material.name == "card"
+    joints = json.loads((folder / "crossing_map.json").read_text())["joints"]
+    assert coupon.hole_mm == joints[0]["hole_mm"]
+    assert coupon.lap_mm == pytest.approx(np.median([joint["lap_mm"] for joint in joints]))
+    thinner = coupon_for(folder, thickness_mm=0.3)
+    assert thinner == coupon._replace(material=replace(coupon.material, thickness_mm=0.3))
+    (folder / "ribbons.json").unlink()
+    with pytest.raises(InputError, match=r"ribbons\.json"):
+        coupon_for(folder)

@@ -1,0 +1,285 @@
+"""The manual says on paper what the crossing map says: every piece, sheet, step and station."""
+
+import io
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pypdf
+import pytest
+import shapely
+
+from fabweave.estimate.assembly_time import step_seconds
+from fabweave.job import make_job
+from fabweave.options.settings import Settings
+from fabweave.options.table import option_named
+from fabweave.picture.surfaces import ribbon_triangles
+from fabweave.picture.zbuffer import all_fragments, nearest_triangles
+from fabweave.piece.development import piece_stretches
+from fabweave.plan.bom import bill_of_materials
+from fabweave.show.files import job_map
+from fabweave.show.manual import book as manual_book
+from fabweave.show.manual.cover import write_cover
+from fabweave.show.manual.painting import build_scene, packed
+from fabweave.show.manual.sheets import place_across
+from fabweave.show.manual.step_pictures import step_pictures
+from fabweave.show.manual.writing import manual_pdf
+from fabweave.show.papers import job_facts
+
+
+@cache
+def job_of(mesh="shape:torus?m=8&n=4", **changed):
+    return make_job(Settings.of(mesh, size_mm=300.0, effort="quick", **changed))
+
+
+def facts_of(job):
+    return job_facts(job, bill_of_materials(job.piece_set), job.costs)
+
+
+@cache
+def parts_of(**changed):
+    job = job_of(**changed)
+    crossing_map = job_map(job)
+    return crossing_map, step_pictures(scene_of(**changed), crossing_map)
+
+
+@cache
+def scene_of(**changed):
+    job = job_of(**changed)
+    pieces, colours = job.piece_set.pieces, job.piece_colours
+    return build_scene(job.woven.ribbons, job.weave, pieces, job_map(job), colours)
+
+
+@cache
+def manual_of(paper="a4", **changed):
+    job = job_of(**changed)
+    crossing_map, pictures = parts_of(**changed)
+    seconds = step_seconds(crossing_map, job.costs.assembly)
+    return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, seconds, paper=paper)
+
+
+@cache
+def pages_of(paper="a4", **changed):
+    """Return what a stranger reads on each page, with single spaces."""
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper, **changed)))
+    return [" ".join(page.extract_text().split()) for page in reader.pages]
+
+
+def section(name, **changed):
+    return " ".join(page for page in pages_of(**changed) if page.startswith(name))
+
+
+def test_papers_are_those_of_the_settings():
+    assert tuple(manual_book.PAPERS) == option_named("paper").kind.choices
+
+
+@pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
+def test_every_page_has_the_size_of_the_paper(paper, size):
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))
+    for page in reader.pages:
+        box = page.mediabox
+        assert np.allclose(np.array([box.width, box.height], dtype=float) / 72 * 25.4, size, atol=1)
+
+
+@pytest.mark.parametrize("paper", manual_book.PAPERS)
+def test_nothing_stands_outside_the_margins(paper):
+    reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))
+    wide, high = manual_book.PAPERS[paper]
+    for page in reader.pages:
+        places = []
+
+        def keep(text, turn, place, _, __, places=places):
+            if text.strip():
+                places.append(np.array([*place[4:], 1.0]) @ np.array(turn).reshape(3, 2))
+
+        page.extract_text(visitor_text=keep)
+        x, y = np.array(places).T
+        assert len(x)
+        assert x.min() > manual_book.MARGIN - 1.0
+        assert x.max() < wide
+        assert y.min() > manual_book.MARGIN - 9.0
+        assert y.max() < high
+
+
+def test_same_bytes():
+    crossing_map, _ = parts_of()
+    job = job_of()
+    again = step_pictures(scene_of(), crossing_map)
+    seconds = step_seconds(crossing_map, job.costs.assembly)
+    data = manual_pdf(crossing_map, facts_of(job), job.drawings, again, seconds)
+    assert data == manual_of()
+
+
+def test_every_piece_is_in_every_section_that_lists_pieces():
+    crossing_map, _ = parts_of()
+    ids = {piece.id for piece in crossing_map.pieces}
+    for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps"):
+        words = set(re.findall(r"[A-Z]+\d+", section(name)))
+        assert ids <= words, name
+        assert words <= ids, name
+
+
+def test_cover_has_the_figures():
+    crossing_map, _ = parts_of()
+    text = section("Overview")
+    assert f"{len(crossing_map.pieces)} pieces on {len(crossing_map.sheets)} sheet" in text
+    assert f"{len(crossing_map.joints)} joints" in text
+    needed = [int(number) for number in re.findall(r"(\d+) needed", text)]
+    # Each hole of an upper strand, and nothing else, has a fastener.
+    holes = sum(
+        cut.kind == "hole" and piece.stations[cut.station].over
+        for piece in crossing_map.pieces
+        for cut in piece.cutouts
+    )
+    assert sum(needed) == holes > 0
+
+
+def test_the_map_tells_the_step_of_each_piece():
+    crossing_map, _ = parts_of()
+    told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
+    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
+
+
+# --- pictures -----------------------------------------------------------------------------------
+
+
+def test_pieces_cover_the_ribbons():
+    """Every stretch of ribbon is of one piece; where two lap, of both."""
+    job = job_of(max_length_mm=250.0)
+    ribbons, pieces = job.woven.ribbons, job.piece_set.pieces
+    rung, piece = piece_stretches(ribbons, job.weave, pieces).quads()
+    vertices, triangles, thread = ribbon_triangles(ribbons)
+    first = set((triangles[::2, 0] // 2).tolist())
+    assert set(rung.tolist()) == first
+    threads = np.array([one.thread for one in pieces])
+    own = dict(zip((triangles[::2, 0] // 2).tolist(), thread[::2].tolist(), strict=True))
+    assert [own[at] for at in rung.tolist()] == threads[piece].tolist()
+    for joint in job.piece_set.joints:
+        one, other = (set(rung[piece == index].tolist()) for index in joint.pieces)
+        shared = one & other
+        assert shared
+        middle = vertices[2 * np.array(sorted(shared))].mean(axis=0)
+        centre = ribbons.centre[joint.crossing]
+        wide = np.linalg.norm(ribbons.left - ribbons.right, axis=1).max()
+        assert np.linalg.norm(middle - centre) < 1.5 * wide
+
+
+def test_fragments_hold_the_nearest():
+    dice = np.random.default_rng(3)
+    points, triangles = dice.uniform(0, 20, (30, 3)), dice.integers(0, 30, (40, 3))
+    triangle, pixel, near = all_fragments(points, triangles, width=20, height=16)
+    seen, nearness = nearest_triangles(points, triangles, width=20, height=16)
+    best = np.full(320, -np.inf)
+    np.maximum.at(best, pixel, near)
+    assert np.allclose(best.reshape(16, 20), nearness)
+    assert np.all(np.diff(triangle) >= 0)
+    assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
+
+
+def bent_strip(low, high):
+    """Return a strip 1.5 points wide between two heights."""
+    x = np.linspace(0.0, 120.0, 13)
+    lower = np.column_stack((x, np.linspace(low, high, 13) + 2.0 * np.sin(x / 20.0)))
+    return np.concatenate((lower, np.add(lower[::-1], (0.0, 1.5))))
+
+
+def test_names_of_narrow_pieces_stand_on_them_and_clear_of_one_another():
+    strips = {f"A{n}": bent_strip(3.0 * n, 3.0 * n + 5.0) for n in range(8)}
+    places = place_across(strips)
+    boxes = []
+    for key, (x, y, angle) in places.items():
+        assert shapely.Polygon(strips[key]).distance(shapely.Point(x, y)) < 0.3
+        assert -90.0 < angle <= 90.0
+        half = manual_book.text_width(key, manual_book.PLATE, bold=True) / 2
+        box = shapely.affinity.rotate(shapely.box(x - half, y - 2.8, x + half, y + 2.8), angle)
+        assert not any(box.intersects(other) for other in boxes)
+        boxes.append(box)
+    assert list(places) == list(strips)
+
+
+def test_a_name_stands_along_its_piece():
+    strip = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 60.0], [0.0, 60.0]])
+    x, y, angle = place_across({"A1": strip})["A1"]
+    assert (x, y) == pytest.approx((0.5, 30.0), abs=0.6)
+    assert abs(angle) == pytest.approx(90.0, abs=2.0)
+
+
+def test_each_sign_that_is_explained_is_pointed_out():
+    text = section("How to read")
+    explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Cross|Hole)", text))
+    head = re.split(r"page 2 / \d+", text)[1].split("Piece ")[0]
+    assert set(head.split()) == explained == set("1234")
+
+
+def test_pieces_that_are_alike_are_drawn_once():
+    crossing_map, _ = parts_of()
+    text = section("Parts list")
+    kinds = [piece.kind for piece in crossing_map.pieces]
+    assert len(set(kinds)) < len(kinds)
+    for kind in set(kinds):
+        count = kinds.count(kind)
+        assert len(re.findall(rf"\bKind {kind}\b", text)) == (count > 1)
+        if count > 1:
+            assert len(re.findall(rf"\bKind {kind}\s+x {count}: ", text)) == 1
+    for piece in crossing_map.pieces:
+        assert len(re.findall(rf"\b{piece.id}\b", text)) == 1
+
+
+# --- pages --------------------------------------------------------------------------------------
+
+
+def test_pictures_take_few_bytes():
+    assert len(manual_of()) < 2_000_000
+
+
+def test_pictures_are_kept_as_they_are():
+    dice = np.random.default_rng(3)
+    pixels = dice.integers(0, 256, (5, 7, 3), dtype=np.uint8)
+    book = manual_book.Book("a4", "Pictures")
+    book.page("One")
+    book.image(packed(pixels), 50.0, 50.0, 70.0, 50.0)
+    page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
+    (found,) = (np.asarray(image.image.convert("RGB")) for image in page.images)
+    assert np.array_equal(found, pixels)
+    assert np.array_equal(np.asarray(packed(pixels).image), pixels)
+
+
+def test_characters_that_no_font_has_become_question_marks():
+    book = manual_book.Book("a4", "Knödel 編み (a\\b)")
+    book.page("One")
+    text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
+    assert "Knödel ?? (a\\b)" in text
+
+
+def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_many_there_are():
+    reader = pypdf.PdfReader(io.BytesIO(manual_of()))
+    least = {}
+    for number, page in enumerate(reader.pages, start=1):
+        text = " ".join(page.extract_text().split())
+        assert f"page {number} / {len(reader.pages)}" in text
+        content = page.get_contents().get_data().decode("latin-1")
+        sizes = [float(size) for size in re.findall(r"/F\d+ ([\d.]+) Tf", content)]
+        for name in ("Overview", "How to read", "Threads and", "Parts", "Sheets"):
+            if text.startswith(name):
+                least[name] = min([least.get(name, 99.0), *sizes])
+    assert len(least) == 5
+    assert min(least[name] for name in ("Overview", "How to read", "Parts")) >= 9.5
+    # Names on pieces, and of pieces on bands, are somewhat smaller where there is no room.
+    assert min(least.values()) >= 8.0
+
+
+@pytest.mark.parametrize(("words", "pages"), [(10, 1), (150, 1), (600, 2)])
+def test_a_long_verdict_makes_the_picture_small_and_runs_on(words, pages):
+    facts = replace(facts_of(job_of()), buildable="Yes, with care. " * (words // 3))
+    book = manual_book.Book("a4", "Torus")
+    write_cover(book, job_map(job_of()), facts)
+    reader = pypdf.PdfReader(io.BytesIO(book.finish()))
+    assert len(reader.pages) == pages
+    heights = []
+    for page in reader.pages:
+        assert page.extract_text().startswith("Overview")
+        page.extract_text(visitor_text=lambda text, _, at, *__: heights.append((at[5], text)))
+    assert "".join(text for _, text in heights).count("Yes,") == words // 3
+    assert min(at for at, text in heights if text.strip()) >= manual_book.MARGIN

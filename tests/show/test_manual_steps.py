@@ -1,0 +1,241 @@
+"""The steps of the manual: what is new is seen and named, and the object is turned seldom.
+
+Measures and their sources: share of what is new, contrast (WCAG 2.2, 1.4.11), height of capitals
+(NUREG-0700, 11.4.1.5), turns.
+"""
+
+from functools import cache
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+
+from fabweave.core.colour_space import light_of
+from fabweave.estimate.assembly_time import step_seconds
+from fabweave.job import make_job
+from fabweave.options.settings import Settings
+from fabweave.picture.camera import View, frame_object
+from fabweave.picture.zbuffer import nearest_triangles
+from fabweave.show.files import job_map
+from fabweave.show.manual.painting import (
+    BLACK,
+    FIXED,
+    NEW,
+    OUTLINE,
+    THERE,
+    build_scene,
+    make_palette,
+)
+from fabweave.show.manual.step_pictures import (
+    VIEWS,
+    choose_views,
+    side_words,
+    step_pictures,
+    strand_pieces,
+)
+from fabweave.show.manual.steps import view_words
+from fabweave.show.manual.tags import TAG, place_tags
+
+LARGE = pytest.param(
+    {"source": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
+    marks=pytest.mark.slow,
+)
+SMALL = {"source": "shape:torus?m=8&n=4", "size_mm": 300.0}
+
+
+@cache
+def _made(changed):
+    job = make_job(Settings.of(effort="quick", **dict(changed)))
+    crossing_map = job_map(job)
+    scene = build_scene(
+        job.woven.ribbons, job.weave, job.piece_set.pieces, crossing_map, job.piece_colours
+    )
+    return job, crossing_map, scene, step_pictures(scene, crossing_map)
+
+
+def made(settings):
+    return _made(tuple(settings.items()))
+
+
+def steps_of(pictures):
+    return [picture for whole in pictures for picture in whole.steps]
+
+
+def luminance(colours):
+    return light_of(np.asarray(colours)) @ (0.2126, 0.7152, 0.0722)
+
+
+def contrast(one, other):
+    light, dark = max(one, other), min(one, other)
+    return (light + 0.05) / (dark + 0.05)
+
+
+# --- tones --------------------------------------------------------------------------------------
+
+
+def test_new_and_in_place_and_paper_differ_in_grey_too():
+    dice = np.random.default_rng(1)
+    tones = luminance(make_palette(dice.integers(0, 256, (200, 3)).astype(np.uint8)).tones)
+    there, new = tones[:, : len(THERE)], tones[:, len(THERE) :]
+    assert contrast(new.max(), there.min()) >= 3.0
+    outline, black = luminance(FIXED)[[OUTLINE, BLACK]]
+    assert contrast(outline, 1.0) >= 3.0
+    assert contrast(black, there.min()) >= 7.0
+    assert tones == pytest.approx(np.tile((*THERE, *NEW), (len(tones), 1)), abs=0.01)
+
+
+@pytest.mark.parametrize("settings", [SMALL, LARGE])
+def test_what_is_new_is_seen(settings):
+    """The new pieces fill a fair share of the picture; once all of it was 0.7 %."""
+    _, _, _, pictures = made(settings)
+    dark = []
+    for picture in steps_of(pictures):
+        grey = luminance(np.asarray(picture.painted.image))
+        # Outlines of what is in place are darker than the lightest of what is new, but thin.
+        columns = (grey < max(NEW) + 0.005).sum(axis=0)
+        dark.append((columns.sum() / grey.size, np.count_nonzero(columns) / grey.shape[1]))
+    share, wide = np.array(dark).T
+    assert np.mean(share >= 0.007) >= 0.95
+    assert np.mean((share >= 0.02) | (wide >= 0.5)) >= 0.7
+    assert np.median(share) >= 0.03
+
+
+@pytest.mark.parametrize("settings", [SMALL, LARGE])
+def test_a_picture_is_drawn_to_its_scale_and_holds_what_is_new(settings):
+    _, crossing_map, scene, pictures = made(settings)
+    numbers = {piece.id: at for at, piece in enumerate(crossing_map.pieces)}
+    for step, picture in zip(crossing_map.steps, steps_of(pictures), strict=True):
+        for key, ends in zip(step.pieces, picture.ends, strict=True):
+            assert np.all(ends >= 0.0)
+            assert np.all(ends <= picture.size)
+            true = scene.rung_ends(numbers[key]) @ picture.view.axes()[:2].T
+            spans = [np.ptp(points.reshape(-1, 2), axis=0) for points in (ends, true)]
+            assert spans[0] * 25.4 / 72 * picture.ratio == pytest.approx(spans[1], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_last_picture_shows_what_the_object_shows():
+    """A picture is the nearest surface of what is there, as a plain z-buffer finds it."""
+    _, _, scene, pictures = made(SMALL)
+    whole = pictures[-1]
+    image = np.asarray(whole.painted.image)
+    size = image.shape[1], image.shape[0]
+    frame = frame_object(scene.points, whole.view, size)
+    seen, _ = nearest_triangles(
+        frame.pixels(scene.points), scene.triangles, width=size[0], height=size[1]
+    )
+    there = np.any(image < 255, axis=2)
+    # White is seen on the object only in the thin gaps where strands cross.
+    assert not np.any(there & (seen < 0))
+    assert np.count_nonzero((seen >= 0) & ~there) < 0.12 * np.count_nonzero(seen >= 0)
+
+
+# --- names --------------------------------------------------------------------------------------
+
+
+def tags_of(picture):
+    bands = np.concatenate([ends.mean(axis=1) for ends in picture.ends])
+    return place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
+
+
+@pytest.mark.parametrize("settings", [SMALL, LARGE])
+def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
+    _, crossing_map, _, pictures = made(settings)
+    strands, there = strand_pieces(crossing_map), set()
+    stations = {piece.id: piece.stations for piece in crossing_map.pieces}
+    for step, picture in zip(crossing_map.steps, steps_of(pictures), strict=True):
+        there |= set(step.pieces)
+        wanted = {("new", key) for key in step.pieces}
+        wanted |= {("joint", f"#{key}") for key in step.joints}
+        for one in (one for key in step.pieces for one in stations[key]):
+            word = "over" if one.over else "under"
+            if one.crossing in getattr(step, word):
+                others = strands[one.crossing, not one.over]
+                wanted |= {(word, other) for other in others if other in there}
+        assert {(mark.kind, mark.text) for mark in picture.marks} == wanted
+        assert {tag.mark.text for tag in tags_of(picture)} == {text for _, text in wanted}
+
+
+@pytest.mark.parametrize("settings", [SMALL, LARGE])
+def test_names_are_in_the_picture_clear_of_one_another_and_of_crossings(settings):
+    _, _, _, pictures = made(settings)
+    crowded = covered = far = count = 0
+    for picture in steps_of(pictures):
+        tags = tags_of(picture)
+        count += len(tags)
+        for tag in tags:
+            assert np.all(tag.middle - tag.half >= 0.0)
+            assert np.all(tag.middle + tag.half <= picture.size)
+            away = np.maximum(np.abs(picture.crossings - tag.middle) - tag.half, 0.0)
+            covered += bool(np.any(np.linalg.norm(away, axis=1) < picture.radius))
+            far += float(np.linalg.norm(tag.line[1] - tag.line[0])) > 15.0 / 25.4 * 72.0
+        for at, tag in enumerate(tags):
+            crowded += any(
+                np.all(np.abs(tag.middle - other.middle) < tag.half + other.half)
+                for other in tags[:at]
+            )
+    assert crowded == 0
+    assert far == 0
+    assert covered <= 0.03 * count
+
+
+def test_letters_are_large_enough():
+    """Capitals are 0.72 of the size of a letter: 2.4 mm for what is read on the bench."""
+    assert TAG * 0.72 * 25.4 / 72 >= 2.4
+
+
+# --- views --------------------------------------------------------------------------------------
+
+
+def brute_force(lost, turn):
+    """Return the least cost of any sequence of views."""
+    views, steps = lost.shape
+    return min(
+        sum(lost[view, at] for at, view in enumerate(way))
+        + turn * sum(one != other for one, other in pairwise(way))
+        for way in product(range(views), repeat=steps)
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("turn", [0.05, 0.3])
+def test_the_sequence_of_views_is_the_best_there_is(seed, turn):
+    seen = np.random.default_rng(seed).integers(1, 9, (3, 6)).astype(float)
+    way = choose_views(seen, seen, turn)
+    share = seen / seen.max(axis=0)
+    lost = (1.0 - share) ** 2 + 2.0 * np.maximum(1.0 - share / 0.35, 0.0)
+    cost = sum(lost[view, at] for at, view in enumerate(way)) + turn * np.sum(np.diff(way) != 0)
+    assert cost == pytest.approx(brute_force(lost, turn))
+
+
+def test_a_view_that_hides_a_piece_is_left():
+    least = np.array([[9.0, 0.0], [1.0, 1.0]])
+    total = np.array([[9.0, 900.0], [1.0, 1.0]])
+    assert choose_views(least, total, 0.2).tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("settings", [SMALL, LARGE])
+def test_the_object_is_turned_in_an_eighth_of_the_steps_and_that_is_told(settings):
+    _, crossing_map, _, pictures = made(settings)
+    turned = [False, *(one.view != other.view for one, other in pairwise(pictures))]
+    assert [whole.turned for whole in pictures] == turned
+    assert sum(turned) <= len(crossing_map.steps) / 8
+    for whole in pictures:
+        assert all(picture.view == whole.view for picture in whole.steps)
+
+
+def test_words_tell_each_view_from_the_others():
+    assert len({side_words(view) for view in VIEWS}) == len(VIEWS) == 26
+    assert view_words(View(0.0, 35.0), turned=True) == (
+        "Turn the object to see it from the right and above."
+    )
+
+
+# --- times --------------------------------------------------------------------------------------
+
+
+def test_steps_take_as_long_as_the_whole():
+    job, crossing_map, _, _ = made(SMALL)
+    whole = job.costs.assembly
+    told = sum(step_seconds(crossing_map, whole)) / 3600.0
+    assert told == pytest.approx(np.sqrt(np.prod(whole.hours)), rel=1e-3)
