@@ -15,8 +15,13 @@ from fabweave.weave.threads import Threads
 _TAPER = 0.25
 #: The middles of two yarns that cross are this much farther apart than they must be.
 _LIFT = 1.08
-#: Points of a span, its first guide among them.
-_POINTS = 12
+#: Points of a span: one for each of these angles that it turns by, and one for each of these
+#: lengths, in radii; at least and at most so many; and how many are tried to find where it turns.
+_STEP_DEG, _STEP_RADII = 12.0, 4.0
+_FEWEST, _MOST = 3, 48
+_TRIAL = 24
+#: No two points of a span are nearer than this share of it.
+_NEAREST = 0.005
 
 
 @frozen_value
@@ -216,15 +221,27 @@ def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
     course : Course
     radius_mm : (G,) float array
         The radius at each guide.
+
+    Returns
+    -------
+    Spines
+        With points where the yarns turn, and near the guides, so that the polylines are level
+        there, too.
     """
+    trial = np.arange(len(course.spans[0]) * _TRIAL) / _TRIAL
+    return _drawn(course, radius_mm, _samples(course, radius_mm, _drawn(course, radius_mm, trial)))
+
+
+def _drawn(course: Course, radius_mm: FloatArray, samples: FloatArray) -> Spines:
+    """Draw spines with points at the given samples: numbers of spans plus shares of them."""
     start, end = course.spans
     # An open end is where the yarn leaves the quad itself; there it goes straight on.
     ends = ~(course.half[start].any(axis=1) & course.half[end].any(axis=1))
     control = course.place[start] + course.half[start]
     control[ends] = (course.place[start[ends]] + course.place[end[ends]]) / 2
     lift = (_LIFT * radius_mm)[:, None] * course.rise
-    span = np.repeat(np.arange(len(start)), _POINTS)
-    t = np.tile(np.arange(_POINTS) / _POINTS, len(start))
+    span = np.floor(samples).astype(np.int64)
+    t = samples - span
     a, b = start[span], end[span]
     ease = t * t * (3.0 - 2.0 * t)
     s, e = t[:, None], ease[:, None]
@@ -236,7 +253,7 @@ def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
 
     # The last guide of an open yarn starts no span, and is a point of its own.
     own = np.ones(len(course.place), dtype=np.int64)
-    own[start] = _POINTS
+    own[start] = np.bincount(span, minlength=len(start))
     first = offsets_of(own)
     point, way, thick = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
     last = np.ones(len(own), dtype=bool)
@@ -249,3 +266,49 @@ def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
     guide = np.repeat(np.arange(len(own)), own)
     return Spines(first[course.offsets], course.closed, point, way, thick, guide)
+
+
+def _samples(course: Course, radius_mm: FloatArray, trial: Spines) -> FloatArray:
+    """Return where spans need points to be smooth, each span's start among them.
+
+    A span has points where it turns, one for each dozen degrees or so, others along its length,
+    and one near either end: what crosses there is as near as can be.
+    """
+    start, end = course.spans
+    following = trial.following
+    here = np.flatnonzero(following >= 0)  # all but open ends: one for each of the trial's points
+    ahead = following[here]
+    way = np.zeros_like(trial.point)
+    way[here] = trial.point[ahead] - trial.point[here]
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+    cosine = np.einsum("ij,ij->i", way[here], way[ahead])
+    turn = np.where(following[ahead] >= 0, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), 0.0)
+    # The angle at a point counts half for the stretch before and half for the one after.
+    corner = np.zeros(len(trial.point))
+    corner[ahead] = turn
+    length = np.linalg.norm(trial.point[ahead] - trial.point[here], axis=1)
+    load = (turn + corner[here]) / 2 / _STEP_DEG + length / (_STEP_RADII * trial.radius_mm[here])
+    load = load.reshape(len(start), _TRIAL)
+    counts = np.clip(np.ceil(load.sum(axis=1)), _FEWEST, _MOST)
+    load *= (counts / load.sum(axis=1))[:, None]
+    reached = np.concatenate(([0.0], np.cumsum(load)))
+    at = np.interp(np.arange(int(counts.sum())), reached, np.arange(len(reached)) / _TRIAL)
+    span = np.repeat(np.arange(len(start)), counts.astype(np.int64))
+    share = np.clip(at - span, 0.0, 1.0)
+
+    number = np.arange(len(start))
+    near = [_near_share(course, radius_mm, guide) for guide in (start, end)]
+    span = np.concatenate((span, number, number, number))
+    share = np.concatenate((share, near[0], 1.0 - near[1], np.zeros(len(start))))
+    order = np.lexsort((share, span))
+    span, share = span[order], share[order]
+    # Of points that nearly coincide, one does; none is near a span's end but the next one's start.
+    kept = np.concatenate(([True], (np.diff(span) > 0) | (np.diff(share) > _NEAREST)))
+    kept &= share < 1.0 - _NEAREST
+    return span[kept] + share[kept]
+
+
+def _near_share(course: Course, radius_mm: FloatArray, guide: IntArray) -> FloatArray:
+    """Return which share of a span is about a radius long at the given guide."""
+    speed = 2.0 * np.linalg.norm(course.half[guide], axis=1)
+    return np.clip(radius_mm[guide] / np.maximum(speed, 1e-300), 2 * _NEAREST, 0.25)

@@ -101,17 +101,24 @@ def touching_points(spines: Spines, *, enough: int | None = None) -> IntArray:
 
 
 def _near_pairs(middle: FloatArray, reach: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Yield pairs of balls that overlap, each once, in batches."""
-    tree, most = cKDTree(middle), float(reach.max(initial=0.0))
-    for first in range(0, len(middle), _BATCH):
-        rows = np.arange(first, min(first + _BATCH, len(middle)))
-        found = tree.query_ball_point(middle[rows], reach[rows] + most)
-        one = np.repeat(rows, [len(near) for near in found])
-        other = np.concatenate(found).astype(np.int64)
-        away = middle[one] - middle[other]
-        near = np.einsum("ij,ij->i", away, away) <= (reach[one] + reach[other]) ** 2
-        kept = near & (one < other)
-        yield one[kept], other[kept]
+    """Yield pairs of balls that overlap, each once, in batches.
+
+    Balls go in classes by half powers of two of their size, and each looks for others in its own
+    class and in those of larger ones, so that small ones are not compared over large distances.
+    """
+    level = np.floor(2.0 * np.log2(np.maximum(reach, 1e-300)))
+    for size in np.unique(level).tolist():
+        own, upto = np.flatnonzero(level == size), np.flatnonzero(level <= size)
+        tree, most = cKDTree(middle[own]), float(reach[own].max())
+        for first in range(0, len(upto), _BATCH):
+            rows = upto[first : first + _BATCH]
+            found = tree.query_ball_point(middle[rows], reach[rows] + most)
+            one = np.repeat(rows, [len(near) for near in found])
+            other = own[np.concatenate(found).astype(np.int64)]
+            away = middle[one] - middle[other]
+            near = np.einsum("ij,ij->i", away, away) <= (reach[one] + reach[other]) ** 2
+            kept = near & ((level[one] < size) | (one < other))
+            yield one[kept], other[kept]
 
 
 def sweep(spines: Spines, sides: int) -> FloatArray:

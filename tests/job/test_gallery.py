@@ -40,7 +40,7 @@ KEYS = {
     "basket": "4 threads, 176 crossings",
     "lamp": "92 of 96 faces are left",
     "two_materials": "3 sheets of two materials",
-    "yarns": "16 yarns, up to 12.3 mm thick",
+    "yarns": "16 yarns, up to 11.9 mm thick",
     "knot": "0 broken conditions in 4 threads",
 }
 

@@ -236,8 +236,9 @@ def test_regular_mesh_is_embedded_and_exactly_twillable(face, valence, genus, re
     irregular = {key: found for key, found in valences(mesh).items() if key != 4}
     assert irregular == ({big: 2 * count} if count else {})
     # Around a vertex with 4 k edges the angles cannot be better than 90° / k.
-    assert corner_angles_deg(mesh).min() > 0.4 * 90 / (big // 4)
-    if face != valence or face == 4:
+    both_large = face == valence > 4
+    assert corner_angles_deg(mesh).min() > (0.4 if both_large else 0.5) * 90 / (big // 4)
+    if not both_large:
         return
     # Straight on from one such vertex lies one of the other sort, vertices and middles of faces.
     links = coarse_links(half, face)
