@@ -317,7 +317,7 @@ def read(path: str | Path, **options: Any) -> Mesh:
     path : str or Path
     options
         Of the mesh, as on the command line: ``size="400mm"``, ``up="y"``,
-        ``remesh="quads:300"``, ``refine="catmull-clark:1"``, ``fair=50``. A number without a unit
+        ``remesh="quads:300"``, ``refine="catmull-clark:1"``, ``fair=12``. A number without a unit
         is in millimetres.
 
     Raises

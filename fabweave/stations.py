@@ -50,9 +50,11 @@ class Request:
 
 def mesh_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that a loaded mesh depends on: where they are equal, the mesh is."""
-    mesh, weave = settings.mesh, settings.weave
+    mesh, weave, stock = settings.mesh, settings.weave, settings.stock
     seed = settings.search.seed if mesh.remeshed else None
-    return mesh, weave.course, weave.triaxial, seed
+    # A mesh is faired for what its ribbons are cut from.
+    material = (stock.material, stock.materials, stock.thickness_mm) if mesh.faired else None
+    return mesh, weave.course, weave.triaxial, seed, material
 
 
 def weave_view(settings: Settings) -> tuple[Any, ...]:

@@ -6,8 +6,9 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from fabweave.design.candidate import Candidate, Figures
-from fabweave.design.variety import FAIR, FEWEST, MOST, two_digits
+from fabweave.design.variety import FEWEST, MOST, fairable, two_digits
 from fabweave.design.wishes import Wishes, come_to, distance, misses, values_text
+from fabweave.mesh.fair.fairing import STEPS
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
@@ -197,8 +198,8 @@ def _wider(
 
 def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:
     """Yield the mesh faired, and a coarser one that is refined to about as many faces."""
-    if not asked.mesh.fair and not best.mesh.fair:
-        yield best.but(fair=FAIR)
+    if fairable(asked, best):
+        yield best.but(fair=STEPS)
     kind, count = density(best)
     free = asked.mesh.remesh is None and asked.mesh.refine is None and best.mesh.refine is None
     if free and kind == "quads" and count >= _FOLD * FEWEST:

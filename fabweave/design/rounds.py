@@ -12,8 +12,9 @@ from fabweave.design.candidate import Candidate, Figures, Tried
 from fabweave.design.instead import Found, closer, farther, instead_text, nearest, slimmed
 from fabweave.design.moves import SCHEME, density
 from fabweave.design.search import Meshes, ToldDesign, explore, tell_nobody
-from fabweave.design.variety import FAIR, FEWEST, MOST, NARROW, two_digits
+from fabweave.design.variety import FEWEST, MOST, NARROW, fairable, two_digits
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_of_field
@@ -190,8 +191,8 @@ def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator
         yield design.but(remesh=f"quads:{fewer}", refine=SCHEME)
     if rules - {"twist"} and free:
         yield from _coarser(design)
-    if rules & _UNEVEN and not asked.mesh.fair and not design.mesh.fair:
-        yield design.but(fair=FAIR)
+    if rules & _UNEVEN and fairable(asked, design):
+        yield design.but(fair=STEPS)
     if (
         "triangles" not in (design.mesh.remesh or "")
         and asked.weave.pattern == "plain" == design.weave.pattern

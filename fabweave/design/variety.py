@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
@@ -24,10 +25,13 @@ FEWEST, MOST = 40, 1500
 _MOST_AS_THEY_COME = 1500
 #: A built-in shape, or a mesh of so few faces, is refined rather than made anew.
 _LOW_POLY = 60
-#: Steps of fairing that are tried.
-FAIR = 50
 #: By what factor ribbons of a narrower weave are narrower, which shows more of what is behind it.
 NARROW = 0.7
+
+
+def fairable(asked: Settings, design: Settings) -> bool:
+    """Tell whether fairing is another design: what was remeshed is faired already."""
+    return asked.mesh.fair is None and not design.mesh.faired
 
 
 def name_of(settings: Settings, asked: Settings) -> str:
@@ -123,7 +127,7 @@ def _all(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
         )
     if asked.narrowable:
         yield from (settings.narrower(NARROW) for settings in meshes)
-    yield from (settings.but(fair=FAIR) for settings in meshes if not asked.mesh.fair)
+    yield from (settings.but(fair=STEPS) for settings in meshes if fairable(asked, settings))
     if asked.pieces.max_length_mm is None and asked.pieces.prefer == option_named("prefer").default:
         for prefer in ("work", "waste"):
             yield from (settings.but(prefer=prefer) for settings in meshes)

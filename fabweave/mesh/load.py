@@ -11,8 +11,9 @@ from fabweave.core.files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import with_bodies
 from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
-from fabweave.mesh.fairing import fair_mesh
-from fabweave.mesh.fairness import portals_of
+from fabweave.mesh.fair.energy import Wish
+from fabweave.mesh.fair.fairing import STEPS, fair_mesh
+from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh, states_up
@@ -28,6 +29,7 @@ from fabweave.mesh.remesh.direction import (
     axis_direction,
     read_directions,
 )
+from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remesh import remesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, parse_remesh
@@ -134,12 +136,13 @@ def load_mesh(
     course: str = "auto",
     triaxial: bool = False,
     seed: int = 0,
+    wish: Wish | None = None,
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
     A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
-    and brought to size; then remeshed, refined, made symmetric, faired, and brought
-    to size again where that changed it; at last opened, and subdivided for triaxial twill.
+    and brought to size; then remeshed, refined, faired, made symmetric, and brought to size again
+    where that changed it; at last opened, and subdivided for triaxial twill.
 
     Parameters
     ----------
@@ -156,6 +159,8 @@ def load_mesh(
         Whether the mesh is subdivided through the middles of its edges, for triaxial twill.
     seed : int
         Of random numbers in remeshing.
+    wish : Wish, optional
+        What ribbons should be like, for fairing.
 
     Raises
     ------
@@ -206,7 +211,7 @@ def load_mesh(
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     along = _wished(settings.along, up, factor)
     mesh, remeshed, like, loss, changes = _changed(
-        mesh, settings, along, progress, remeshed, course=course, seed=seed
+        mesh, settings, along, progress, remeshed, course=course, seed=seed, wish=wish
     )
     notes += changes
     mesh, n_old_vertices, openings, changes = _opened(mesh, settings.leave_out, triaxial=triaxial)
@@ -317,12 +322,12 @@ def _changed(
     *,
     course: str,
     seed: int,
+    wish: Wish | None,
 ) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, list[str]]:
-    """Remesh, refine, symmetrise and fair as the settings ask, and tell what was done."""
+    """Remesh, refine, fair and symmetrise as the settings ask, and tell what was done."""
     notes: list[str] = []
     done = []
-    model: PolyMesh | None = None
-    growth = 1.0
+    given, model, growth = mesh, None, 1.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
         remeshed = remeshed or remesh(
@@ -334,7 +339,7 @@ def _changed(
         )
         notes += remeshed.notes
         if remeshed.method != "unchanged":
-            model = mesh
+            model = given
             if remeshed.mesh.n_faces < mesh.n_faces:
                 notes.append(
                     f"the model's own {faces_text(mesh)} became {faces_text(remeshed.mesh)} "
@@ -347,6 +352,14 @@ def _changed(
     if refinements:
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
+    # What was made anew need not stay as it is.
+    steps = settings.fair if settings.fair is not None else STEPS if model is not None else 0
+    if steps:
+        near = model_of(given, mesh.n_vertices)
+        faired = fair_mesh(mesh, near, steps, wish=wish, course=course, progress=progress)
+        mesh = faired.mesh
+        notes.append(faired.note)
+        done.append("faired")
     if settings.symmetrise:
         symmetric = symmetrise(mesh)
         mesh = symmetric.mesh
@@ -354,15 +367,6 @@ def _changed(
         done.append("made symmetric")
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
-    if settings.fair:
-        portals = portals_of(course, mesh, build_halfedges(mesh))
-        faired = fair_mesh(mesh, settings.fair, portals=portals, progress=progress)
-        mesh, scale = faired.mesh, 1.0
-        if settings.size_mm is not None:
-            mesh, scale = resize_mesh(mesh, size_mm=settings.size_mm)
-        notes.append(faired.note(scale))
-        done.append("faired")
-        growth *= scale
     like = loss = None
     if model is not None:
         progress("likeness", 0, 1)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
-from fabweave.mesh.one_rings import sum_at
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 
 
 @frozen_value
@@ -28,10 +27,6 @@ class Feet:
     shares: FloatArray
     normals: FloatArray
     distances: FloatArray
-
-
-# Planes that a direction meets at a smaller sine are not aimed at.
-_LEAST_STEEP = 0.5
 
 
 class Surface:
@@ -68,32 +63,8 @@ class Surface:
         self._triangles = np.ascontiguousarray(triangles[wide])
         size = np.linalg.norm(area[wide], axis=1, keepdims=True)
         self._normals = area[wide] / size
-        # Normals at points, by area: a triangle's normal jumps at its edges, these do not.
-        spread = np.repeat(area[wide], 3, axis=0)
-        self._smooth = unit(sum_at(self._triangles.reshape(-1), spread, len(points)))
         self._tree = AABB()
         self._tree.init(self._points, self._triangles)
-
-    def closest(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the closest points of the surface, (N, 3), and the normals there.
-
-        Parameters
-        ----------
-        places : (N, 3) float array
-            Finite.
-
-        Returns
-        -------
-        points : (N, 3) float array
-        normals : (N, 3) float array
-            Unit vectors that turn continuously across edges.
-        distances : (N,) float array
-        """
-        feet = self.feet(places)
-        normals = unit(np.einsum("nk,nkd->nd", feet.shares, self._smooth[feet.corners]))
-        flat = ~np.any(normals, axis=1)
-        normals[flat] = feet.normals[flat]
-        return feet.points, normals, feet.distances
 
     def feet(self, places: FloatArray) -> Feet:
         """Return the closest points of the surface, and where on which triangle they are.
@@ -114,28 +85,6 @@ class Surface:
             normals=self._normals[nearest],
             distances=np.sqrt(np.maximum(square, 0.0)) / self._scale,
         )
-
-    def dropped(self, places: FloatArray, along: FloatArray) -> FloatArray:
-        """Return places moved along directions to the plane of their closest triangle, (N, 3).
-
-        A place below a ridge is equally near to both of its sides; moved up to the plane of
-        either, it comes to the ridge. Places where the direction runs along the plane stay.
-
-        Parameters
-        ----------
-        places : (N, 3) float array
-            Finite.
-        along : (N, 3) float array
-            Unit vectors.
-        """
-        asked = (places - self._origin) * self._scale
-        _, nearest, points = self._nearest(asked)
-        normals = self._normals[nearest]
-        steep = np.einsum("nd,nd->n", along, normals)
-        height = np.einsum("nd,nd->n", points - asked, normals)
-        usable = np.abs(steep) > _LEAST_STEEP
-        way = np.where(usable, height / np.where(usable, steep, 1.0), 0.0)
-        return places + way[:, None] / self._scale * along
 
     def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
         """Return squared distances, triangles and closest points, all in the tree's scale."""

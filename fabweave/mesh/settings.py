@@ -23,7 +23,7 @@ class MeshSettings:
     along: str | None
     refine: str | None
     symmetrise: bool
-    fair: int
+    fair: int | None
     leave_out: str | None
     rim: str
 
@@ -31,3 +31,8 @@ class MeshSettings:
     def remeshed(self) -> bool:
         """Whether the mesh is made anew before it is woven."""
         return self.remesh not in (None, "none")
+
+    @property
+    def faired(self) -> bool:
+        """Whether its vertices move, so that ribbons run straighter."""
+        return self.remeshed if self.fair is None else self.fair > 0

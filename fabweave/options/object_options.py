@@ -143,10 +143,9 @@ OBJECT_OPTIONS = (
         "fair",
         MESH,
         whole(0, 1000),
-        "Move the vertices along the surface in so many steps, such as 50, so that threads run "
-        "straighter and narrow ribbons find room. Sharp edges stay; a coarse mesh loses some "
-        "shape, so refine it first.",
-        default=0,
+        "Move the vertices in so many steps, so that strands run straighter and ribbons are more "
+        "even while the mesh stays near the model; 0 leaves them where they are. By default 12 "
+        "where the mesh was remeshed, else none.",
     ),
     Option(
         "leave_out",

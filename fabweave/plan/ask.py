@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fabweave.core.arrays import Progress, no_progress
+from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.load import LoadedMesh, load_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
@@ -13,6 +14,7 @@ from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.ribbon.lay import WovenObject, lay_object
 from fabweave.sheet.kerf import check_kerf
 from fabweave.stock.per_bunch import by_bunch
+from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import check_stock
 from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
@@ -30,15 +32,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         cannot be read.
     """
     stock = settings.stock
-    supplies = plan_supplies(
-        parse_materials(stock.material),
-        by_bunch(stock.thickness_mm),
-        by_bunch(stock.gap_mm),
-        stock.sheets,
-        stock.materials,
-    )
     supplies = replace(
-        supplies,
+        _supplies_of(settings),
         margin_mm=stock.margin_mm,
         rotations=stock.rotations,
         mirrored=settings.pieces.mirrored,
@@ -59,6 +54,17 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         width=settings.width_rule,
     )
     return completed, supplies
+
+
+def _supplies_of(settings: Settings) -> Supplies:
+    stock = settings.stock
+    return plan_supplies(
+        parse_materials(stock.material),
+        by_bunch(stock.thickness_mm),
+        by_bunch(stock.gap_mm),
+        stock.sheets,
+        stock.materials,
+    )
 
 
 def brief_of(settings: Settings, supplies: Supplies) -> Brief:
@@ -84,6 +90,7 @@ def load_asked(
     remeshed: Remeshed | None = None,
 ) -> LoadedMesh:
     """Load the mesh of a job, see :func:`fabweave.mesh.load.load_mesh`."""
+    limits = [ribbon_limits(material) for material in _supplies_of(settings).materials]
     return load_mesh(
         settings.mesh,
         progress,
@@ -92,6 +99,11 @@ def load_asked(
         course=settings.weave.course,
         triaxial=settings.weave.triaxial,
         seed=settings.search.seed,
+        # Of several materials, what suits the stiffest.
+        wish=Wish(
+            radius_mm=max(float(one.bend_mm) for one in limits),
+            twist_deg=min(float(one.twist_deg) for one in limits),
+        ),
     )
 
 

@@ -438,7 +438,7 @@ def project_ribbons(
         Factor on the width at each pass, in (0, 1]; a turn has that of the pass before it.
     portals : (H,) float array, optional
         Where the middle of a strand crosses each portal, as a share of the way from the vertex to
-        the face's centre: see :mod:`fabweave.mesh.fairness`. The room of the strand is then the
+        the face's centre: see :mod:`fabweave.mesh.fair.portals`. The room of the strand is then the
         longest piece of the portal with that middle. By default half, and the whole portal.
 
     Returns

@@ -45,7 +45,6 @@ def test_a_limit_is_missed_only_beyond_it():
                 {"remesh": "quads:100"},
                 {"max_length_mm": 600.0},
                 {"prefer": "work"},
-                {"fair": 50},
                 {"remesh": "quads:50", "refine": "catmull-clark:1"},
             ],
         ),

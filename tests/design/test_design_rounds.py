@@ -74,15 +74,14 @@ def test_where_none_serves_a_coarser_mesh_goes_first():
 @pytest.mark.parametrize(
     ("rule", "expected"),
     [
-        ("twist", ["narrower", "quads:50 catmull-clark:1", "fair 50"]),
+        ("twist", ["narrower", "quads:50 catmull-clark:1"]),
         ("bend", ["quads:120", "twill"]),
-        ("width", ["quads:50 catmull-clark:1", "quads:120", "fair 50"]),
+        ("width", ["quads:50 catmull-clark:1", "quads:120"]),
         ("clearance", ["narrower"]),
     ],
 )
 def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
     known = {
-        "fair 50": quads(200, fair=50),
         "twill": quads(200, pattern="twill"),
         "quads:50 catmull-clark:1": quads(50, refine="catmull-clark:1"),
         "quads:120": quads(120),

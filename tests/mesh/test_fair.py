@@ -1,4 +1,4 @@
-"""Fairing: vertices stay on the surface and faces upright, while threads straighten."""
+"""Fairing: strands straighten and even out near the model, and the energy falls."""
 
 import tomllib
 
@@ -8,21 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jobs import run
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 from strategies import merged
-from trimesh.triangles import closest_point
 from weaving_meshes import meshes
 
 from fabweave.core.errors import InputError
-from fabweave.mesh import fairing as feature_lines
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.fairing import ON_SURFACE, fair_mesh
-from fabweave.mesh.fairness import Fairness
+from fabweave.mesh.fair.energy import Energy, Wish
+from fabweave.mesh.fair.fairing import Guard, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.mirror import find_partners
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.one_rings import find_rim
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.subdivide.primal import split_to_quads
@@ -39,200 +39,124 @@ def shaken(mesh, seed, share=0.12):
     return mesh.with_vertices(mesh.vertices + share * edge * noise)
 
 
-def shaken_plane(m, n, seed):
-    """Return a flat grid whose inner vertices are moved in the plane."""
-    mesh = hypar(m, n, 100.0, 0.0)
-    inner = ~find_rim(build_halfedges(mesh), mesh.n_vertices).on
-    noise = np.random.default_rng(seed).uniform(-1, 1, size=mesh.vertices.shape)
-    return mesh.with_vertices(mesh.vertices + 30.0 / m * noise * inner[:, None] * [1, 1, 0])
+def faired(mesh, model, steps=12, **options):
+    return fair_mesh(mesh, model_of(model, mesh.n_vertices), steps, **options)
 
 
-def size_of(mesh):
-    return float(np.ptp(mesh.vertices, axis=0).max())
-
-
-def fan_triangles(mesh):
-    """Return the triangles between edges and centres, (H, 3, 3), without the code under test."""
-    triangles = []
-    for face in mesh.faces():
-        corners = mesh.vertices[face]
-        triangles += [
-            [corners.mean(axis=0), corners[k], corners[(k + 1) % len(face)]]
-            for k in range(len(face))
-        ]
-    return np.array(triangles)
-
-
-def distances(points, mesh):
-    """Return distances from a mesh's surface by trying every triangle."""
-    triangles = fan_triangles(mesh)
-    found = []
-    for point in points:
-        nearest = closest_point(triangles, np.broadcast_to(point, (len(triangles), 3)))
-        found.append(np.linalg.norm(nearest - point, axis=1).min())
-    return np.array(found)
-
-
-def fan_normals(mesh):
-    """Return twice the area vectors of these triangles."""
-    centre, tail, head = np.moveaxis(fan_triangles(mesh), 1, 0)
-    return np.cross(tail - centre, head - centre)
-
-
-IRREGULAR = {
-    "torus": lambda: shaken(torus(24, 12, 35.0, 15.0), 0),
-    "sphere": lambda: shaken(sphere(6, 50.0), 1),
-    "hypar": lambda: shaken(hypar(10, 10, 100.0, 20.0), 2),
-    "tube": lambda: shaken(tube(16, 12, 25.0, 100.0), 3),
-    "hemisphere": lambda: shaken(hemisphere(4, 50.0), 4),
-    "triangles": lambda: shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5, 0.06),
-    "plane": lambda: shaken_plane(9, 9, 6),
+BALL, ROUND = sphere(5, 50.0), sphere(24, 50.0)
+TUBE, PIPE = tube(16, 12, 25.0, 100.0), tube(48, 20, 25.0, 100.0)
+RING, FINE_RING = torus(16, 8, 35.0, 15.0), torus(48, 24, 35.0, 15.0)
+#: A coarse mesh off its model, and the model.
+ROUGH = {
+    "sphere": lambda: (shaken(BALL, 1, 0.1), ROUND),
+    "tube": lambda: (shaken(TUBE, 3), PIPE),
+    "torus": lambda: (shaken(RING, 0), FINE_RING),
+    "hypar": lambda: (shaken(hypar(8, 8, 100.0, 20.0), 2), hypar(20, 20, 100.0, 20.0)),
+    "hemisphere": lambda: (shaken(hemisphere(4, 50.0), 4), hemisphere(16, 50.0)),
+    "triangles": lambda: (shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5, 0.06), FINE_RING),
 }
-irregular = pytest.mark.parametrize("name", IRREGULAR)
+rough = pytest.mark.parametrize("name", ROUGH)
 
 
-@irregular
-def test_threads_straighten_and_narrow_ribbons_find_room(name) -> None:
-    faired = fair_mesh(IRREGULAR[name](), 30)
-    assert faired.after.turning_deg < 0.8 * faired.before.turning_deg
-    assert faired.after.width_spread > faired.before.width_spread + 0.04
+# Known answers.
 
 
-@irregular
-def test_vertices_stay_on_the_surface_and_faces_the_same(name) -> None:
-    mesh = IRREGULAR[name]()
-    faired = fair_mesh(mesh, 15)
-    off = distances(faired.mesh.vertices, mesh)
-    assert off.max() < ON_SURFACE * size_of(mesh)
-    assert faired.off_surface < ON_SURFACE * size_of(mesh)
-    centres_off = distances(face_centres(faired.mesh), mesh).max()
-    assert faired.centres_off == pytest.approx(centres_off, rel=1e-6, abs=1e-9)
-    assert np.array_equal(faired.mesh.indices, mesh.indices)
-    assert np.array_equal(faired.mesh.offsets, mesh.offsets)
-    moved = np.linalg.norm(faired.mesh.vertices - mesh.vertices, axis=1)
-    assert faired.moved == pytest.approx(moved.max())
-    assert moved.max() > 1e-3 * size_of(mesh)
-    # The measure can object: a vertex lifted off by little is seen.
-    lifted = faired.mesh.vertices + 1e-4 * size_of(mesh)
-    assert distances(lifted, mesh).max() > 10 * ON_SURFACE * size_of(mesh)
+@rough
+def test_strands_straighten_near_the_model_while_the_energy_falls(name) -> None:
+    mesh, model = ROUGH[name]()
+    result = faired(mesh, model)
+    assert np.all(np.diff(result.energies) < 0)
+    assert result.after.turn_deg < 0.8 * result.before.turn_deg
+    assert result.after.room_ratio < result.before.room_ratio
+    before, after = likeness(model, mesh), likeness(model, result.mesh)
+    assert after.in_mean_mm < before.in_mean_mm
+    assert after.out_mean_mm < before.out_mean_mm
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_no_triangle_of_a_ball_turns_inward(seed) -> None:
-    mesh = shaken(sphere(6, 50.0), seed)
-    faired = fair_mesh(mesh, 40).mesh
-    outward = np.einsum("td,td->t", fan_normals(faired), fan_triangles(faired)[:, 0])
-    assert np.all(outward > 0)
+def test_a_noisy_cylinder_becomes_a_grid() -> None:
+    result = faired(*ROUGH["tube"]())
+    assert result.before.turn_deg > 10
+    # What is left is due to samples of the model, which are no grid.
+    assert result.after.turn_deg < 0.3
+    assert result.after.room_ratio < 1.06
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_plane_stays_the_plane_it_was_without_overlap(seed) -> None:
-    mesh = shaken_plane(8, 6, seed)
-    faired = fair_mesh(mesh, 40).mesh
-    assert np.abs(faired.vertices[:, 2]).max() < 1e-12
-    areas = fan_normals(faired)[:, 2] / 2
-    assert areas.min() > 0
-    # Upright triangles that cover the square's area once cannot overlap.
-    assert areas.sum() == pytest.approx(np.prod(np.ptp(mesh.vertices, axis=0)[:2]), rel=1e-12)
-    rim = find_rim(build_halfedges(mesh), mesh.n_vertices)
-    reach = np.abs(mesh.vertices[:, :2]).max(axis=0)
-    on_side = np.abs(np.abs(faired.vertices[:, :2]) - reach) < 1e-9
-    assert np.array_equal(np.any(on_side, axis=1), rim.on)
-    corners = np.flatnonzero(rim.corner)
-    assert np.array_equal(faired.vertices[corners], mesh.vertices[corners])
-    # Vertices of the boundary keep their order, and so their sides.
-    ahead = faired.vertices[rim.after[rim.on]] - faired.vertices[rim.on]
-    once = mesh.vertices[rim.after[rim.on]] - mesh.vertices[rim.on]
-    assert np.all(np.einsum("nd,nd->n", ahead, once) > 0)
+def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
+    clean, noisy = faired(BALL, ROUND, 20), faired(*ROUGH["sphere"](), 20)
+    assert clean.before.turn_deg > 12
+    assert clean.after.turn_deg < 6.5
+    # Energies count in mean edges and rooms of their own start, which differ a little.
+    energy = Energy(BALL, model_of(ROUND, BALL.n_vertices))
+    ends = [energy.at(one.mesh.vertices).value for one in (clean, noisy)]
+    assert ends[1] == pytest.approx(ends[0], rel=0.01)
 
 
-@settings(max_examples=25)
-@given(mesh=meshes(), seed=st.integers(0, 2**32 - 1))
-def test_any_mesh_keeps_what_it_is(mesh, seed) -> None:
-    mesh = shaken(mesh, seed, 0.08)
-    faired = fair_mesh(mesh, 6)
-    size = size_of(mesh)
-    off = Surface(*fans(mesh)).closest(faired.mesh.vertices)[2]
-    assert off.max() < ON_SURFACE * size
-    assert check_mesh(faired.mesh).fatal == ()
-    assert np.array_equal(faired.mesh.indices, mesh.indices)
-    rim = find_rim(build_halfedges(mesh), mesh.n_vertices)
-    if rim.on.any():
-        start, end = mesh.vertices[rim.on], mesh.vertices[rim.after[rim.on]]
-        for point in faired.mesh.vertices[rim.on]:
-            way = end - start
-            share = np.einsum("nd,nd->n", point - start, way) / np.sum(way**2, axis=1)
-            foot = start + np.clip(share, 0, 1)[:, None] * way
-            assert np.linalg.norm(foot - point, axis=1).min() < 1e-9 * size
+def test_a_torus_gets_straighter_and_not_less_even() -> None:
+    # Straightness alone could be bought with evenness.
+    clean = faired(RING, FINE_RING)
+    assert clean.after.turn_deg < clean.before.turn_deg
+    result = faired(*ROUGH["torus"]())
+    assert result.after.turn_deg < 0.8 * result.before.turn_deg
+    assert result.after.room_ratio < 0.6 * result.before.room_ratio
+    assert result.after.turn_deg == pytest.approx(clean.after.turn_deg, rel=0.05)
 
 
-def test_sharp_edges_and_corners_stay(monkeypatch) -> None:
-    mesh = cube()
-    for _ in range(3):
-        mesh = split_to_quads(mesh)
-    corner = np.abs(mesh.vertices).max()
-    at_side = np.abs(np.abs(mesh.vertices) - corner) < 1e-9
-    rng = np.random.default_rng(0)
-    # Vertices are shaken along the faces and edges of the cube that they are on.
-    noise = rng.uniform(-0.06, 0.06, size=mesh.vertices.shape) * corner * ~at_side
-    mesh = mesh.with_vertices(mesh.vertices + noise)
-    faired = fair_mesh(mesh, 30)
-    assert faired.n_fixed == 8
-    still = np.abs(np.abs(faired.mesh.vertices) - corner) < 1e-9
-    assert np.array_equal(still, at_side)
-    assert faired.centres_off < 1e-9 * corner
-    assert faired.after.turning_deg < faired.before.turning_deg
-    # Without sharp edges it would be rounded off: the angle decides.
-    monkeypatch.setattr(feature_lines, "SHARP_DEG", 120.0)
-    assert fair_mesh(mesh, 30).centres_off > 1e-3 * corner
+@rough
+def test_fairing_again_gains_little(name) -> None:
+    mesh, model = ROUGH[name]()
+    fitted = model_of(model, mesh.n_vertices)
+    once = fair_mesh(mesh, fitted, 20)
+    energy = Energy(mesh, fitted)
+    again = fair_mesh(once.mesh, fitted, 20)
+    first, second = (energy.at(one.mesh.vertices).value for one in (once, again))
+    assert first - second < 0.01 * first + 1e-4 * once.energies[0]
 
 
-# Symmetry.
+def test_scale_makes_no_difference_if_the_wish_goes_along() -> None:
+    mesh, model = ROUGH["hypar"]()
+    wish = Wish(least_mm=9.0, most_mm=11.0, radius_mm=4.0, twist_deg=5.0)
+    # By a power of two: samples in a row of equal areas fall the same way.
+    large = Wish(36.0, 44.0, 16.0, 5.0)
+    once = faired(mesh, model, 6, wish=wish)
+    grown = [one.with_vertices(4.0 * one.vertices) for one in (mesh, model)]
+    other = faired(*grown, 6, wish=large)
+    assert other.energies == pytest.approx(once.energies, abs=1e-6 * once.energies[0])
+    # What bends this way or that by rounding alone leads astray, but not far.
+    assert np.abs(other.mesh.vertices / 4.0 - once.mesh.vertices).max() < 1e-3 * 100.0
 
 
-@pytest.mark.parametrize(
-    ("mesh", "iterations", "motions"),
-    [
-        # Rounding grows with every iteration, so few are made.
-        (torus(12, 8, 35.0, 15.0), 3, Rotation.from_rotvec([[0, 0, np.pi / 6], [np.pi, 0, 0]])),
-        (sphere(4, 50.0), 20, Rotation.from_rotvec(np.pi / 2 * np.eye(3))),
-    ],
-)
-def test_symmetry_is_kept(mesh, iterations, motions) -> None:
-    faired = fair_mesh(mesh, iterations).mesh.vertices
-    for motion in (*motions.as_matrix(), np.diag([1.0, 1.0, -1.0])):
-        away, _ = cKDTree(faired).query(faired @ motion.T)
-        assert away.max() < 1e-8
+def test_the_same_bytes_each_time() -> None:
+    mesh, model = ROUGH["torus"]()
+    one, two = (faired(mesh, model, 4).mesh.vertices for _ in range(2))
+    assert one.tobytes() == two.tobytes()
 
 
-def test_motions_and_scale_make_no_difference() -> None:
-    mesh = shaken(tube(10, 6, 25.0, 80.0), 7)
-    turn, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
-    turn *= np.sign(np.linalg.det(turn))
-    once = fair_mesh(mesh, 8).mesh.vertices
-    other = fair_mesh(mesh.with_vertices(3.0 * mesh.vertices @ turn.T + [70, -20, 5]), 8)
-    assert np.abs(other.mesh.vertices - (3.0 * once @ turn.T + [70, -20, 5])).max() < 1e-6 * 240
+# The energy and its measures.
 
 
-def test_bodies_do_not_disturb_each_other() -> None:
-    small, large = shaken(torus(9, 6, 3.0, 1.0), 1), shaken(sphere(4, 50.0), 2)
-    large = large.with_vertices(large.vertices + np.array([200.0, 0.0, 0.0]))
-    both = fair_mesh(merged(small, large), 12)
-    cut = small.n_vertices
-    for body, faired in ((small, both.mesh.vertices[:cut]), (large, both.mesh.vertices[cut:])):
-        fairness = Fairness(body, build_halfedges(body))
-        before, after = (fairness.turning_deg(x).mean() for x in (body.vertices, faired))
-        assert after < before
-        surface = Surface(*fans(body))
-        assert surface.closest(faired)[2].max() < ON_SURFACE * size_of(body)
-
-
-# The measure and its derivatives.
+@pytest.mark.parametrize("name", ["torus", "hypar", "triangles"])
+def test_derivatives_are_those_of_the_energy(name) -> None:
+    mesh, model = ROUGH[name]()
+    # All terms count: nothing is wide enough, or bends or twists little enough.
+    wish = Wish(least_mm=9.0, most_mm=9.5, radius_mm=50.0, twist_deg=3.0)
+    energy = Energy(mesh, model_of(model, mesh.n_vertices), wish)
+    way = np.random.default_rng(0).normal(size=mesh.vertices.shape)
+    state, step = energy.at(mesh.vertices), 1e-6
+    rise = energy.at(mesh.vertices + step * way).value
+    rise -= energy.at(mesh.vertices - step * way).value
+    slope = 2 * state.gradient @ way.T.reshape(-1)
+    assert rise / (2 * step) == pytest.approx(slope, rel=1e-7)
+    # The curvature is symmetric, and no motion makes the square of anything negative.
+    assert np.abs(state.curvature - state.curvature.T).max() < 1e-9 * state.curvature.max()
+    assert way.T.reshape(-1) @ (state.curvature @ way.T.reshape(-1)) > 0
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_turning_in_the_plane_is_that_of_the_threads(seed) -> None:
-    mesh = shaken_plane(6, 5, seed)
+def test_turns_in_the_plane_are_those_of_the_threads(seed) -> None:
+    flat = hypar(6, 5, 100.0, 0.0)
+    inner = ~np.any(np.isclose(np.abs(flat.vertices[:, :2]), np.abs(flat.vertices).max()), axis=1)
+    noise = np.random.default_rng(seed).uniform(-5, 5, size=flat.vertices.shape)
+    mesh = flat.with_vertices(flat.vertices + noise * inner[:, None] * [1, 1, 0])
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges)
     centres = face_centres(mesh)
@@ -250,58 +174,120 @@ def test_turning_in_the_plane_is_that_of_the_threads(seed) -> None:
         for k in range(1, len(ways) - 1):
             turn = angle[k + 1] - angle[k - 1]
             turns.append(abs((turn + np.pi) % (2 * np.pi) - np.pi))
-    found = Fairness(mesh, halfedges).turning_deg(mesh.vertices)
+    found = Energy(mesh, model_of(flat, 42)).turns_deg(mesh.vertices)
     # Each crossing is measured as its two threads pass it, walked both ways.
     expected = np.sort(np.repeat(np.degrees(turns), 2))
-    assert np.allclose(np.sort(found), expected, atol=1e-9)
+    assert np.allclose(np.sort(found), expected, atol=1e-6)
     assert expected.max() > 5
 
 
-def test_regular_triangles_are_straight() -> None:
+@pytest.mark.parametrize("course", ["auto", "projection"])
+def test_regular_triangles_are_straight_and_even(course) -> None:
     m, n = 6, 5
     i, j = np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij")
     points = np.stack([i + j / 2, j * np.sqrt(0.75), 0 * i], axis=-1).reshape(-1, 3)
     at = (i * (n + 1) + j)[:-1, :-1].reshape(-1)
     right, up = n + 1, 1
-    faces = np.concatenate(
-        [
-            np.stack([at, at + right, at + up], axis=1),
-            np.stack([at + right, at + right + up, at + up], axis=1),
-        ]
-    )
+    triangles = [[at, at + right, at + up], [at + right, at + right + up, at + up]]
+    faces = np.concatenate([np.stack(corners, axis=1) for corners in triangles])
     mesh = PolyMesh.from_faces(points, faces)
-    fairness = Fairness(mesh, build_halfedges(mesh))
-    assert fairness.turning_deg(points).max() < 1e-9
-    assert np.allclose(fairness.widths(points), 1 / np.sqrt(3))
+    energy = Energy(mesh, model_of(mesh, mesh.n_vertices), course=course)
+    assert energy.turns_deg(points).max() < 1e-6
+    assert np.ptp(energy.rooms(points)) < 1e-9
 
 
-@pytest.mark.parametrize("name", ["torus", "hypar", "hemisphere"])
-def test_derivatives_are_those_of_the_energy(name) -> None:
-    mesh = IRREGULAR[name]()
-    fairness = Fairness(mesh, build_halfedges(mesh))
-    rng = np.random.default_rng(0)
-    one, other = rng.normal(size=(2, *mesh.vertices.shape))
-    slope, step = fairness.at(mesh.vertices), 1e-5
-    rise = fairness.at(mesh.vertices + step * one).energy
-    rise -= fairness.at(mesh.vertices - step * one).energy
-    assert rise / (2 * step) == pytest.approx(2 * np.sum(slope.gradient() * one), rel=1e-5)
-    assert np.sum(slope.curvature(one) * other) == pytest.approx(
-        np.sum(slope.curvature(other) * one), rel=1e-9, abs=1e-9
+# What is kept.
+
+
+@settings(max_examples=8)
+@given(mesh=meshes(), seed=st.integers(0, 2**32 - 1))
+def test_any_mesh_keeps_what_it_is(mesh, seed) -> None:
+    rough_one = shaken(mesh, seed, 0.08)
+    result = faired(rough_one, mesh, 4)
+    assert np.array_equal(result.mesh.indices, mesh.indices)
+    assert np.array_equal(result.mesh.offsets, mesh.offsets)
+    assert np.all(np.diff(result.energies) < 0)
+    before, after = check_mesh(rough_one), check_mesh(result.mesh)
+    assert after.fatal == ()
+    assert (after.euler, after.component_genus) == (before.euler, before.component_genus)
+
+
+def test_left_and_right_stay_alike() -> None:
+    # Wavy along the torus, alike above and below; the samples of the model are not.
+    wave = 1.0 + 0.1 * np.sin(np.arctan2(RING.vertices[:, 1], RING.vertices[:, 0]) + 0.3)
+    mesh = RING.with_vertices(RING.vertices * wave[:, None])
+    partner = cKDTree(mesh.vertices).query(mesh.vertices * [1, 1, -1])[1]
+    assert np.array_equal(find_partners(mesh)[1], partner)
+    moved = faired(mesh, FINE_RING, 6).mesh.vertices
+    assert np.abs(moved[partner] - moved * [1, 1, -1]).max() < 1e-9
+    assert np.abs(moved - mesh.vertices).max() > 1.0
+    assert find_partners(shaken(RING, 0)) is None
+
+
+def test_no_face_is_turned_over() -> None:
+    mesh, model = ROUGH["torus"]()
+    result = faired(mesh, model)
+    assert result.n_held > 0
+    before, after = (
+        np.einsum("td,td->t", _fan_normals(RING), _fan_normals(one)) for one in (mesh, result.mesh)
     )
-    assert np.sum(slope.curvature(one) * one) > 0
-    assert np.abs(slope.curvature(np.ones_like(one))).max() < 1e-9  # shifts change nothing
+    assert np.all(after[before > 0] > 0)
+    assert len(self_intersections(result.mesh)) <= len(self_intersections(mesh))
+
+
+def test_the_guard_objects_to_faces_turned_over_or_through_one_another() -> None:
+    low, high = hypar(6, 6, 100.0, 0.0), hypar(6, 6, 100.0, 0.0)
+    sheets = merged(low, high.with_vertices(high.vertices + np.array([0.0, 0.0, 2.0])))
+    guard = Guard(sheets)
+    assert not guard.spoilt(sheets.vertices).any()
+    inner = 24  # the middle of the lower sheet
+    for move, touched in (([0, 0, 5], True), ([0, 0, -5], False), ([20, 0, 0], True)):
+        moved = sheets.vertices.copy()
+        moved[inner] += move
+        assert guard.spoilt(moved)[inner] == touched
+    # What was so from the start may stay.
+    moved = sheets.vertices.copy()
+    moved[inner] += [0, 0, 5]
+    assert not Guard(sheets.with_vertices(moved)).spoilt(moved).any()
+
+
+def _fan_normals(mesh):
+    points, triangles = fans(mesh)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def test_boundaries_and_sharp_lines_stay_lines() -> None:
+    mesh, model = ROUGH["hypar"]()
+    rim = model_of(model, mesh.n_vertices).rim
+    half = build_halfedges(mesh)
+    on = half.tail[half.twin < 0]
+    before, after = (
+        rim.nearest(one.vertices[on])[1].mean() for one in (mesh, faired(mesh, model).mesh)
+    )
+    assert after < 0.1 * before
+    box = cube()
+    for _ in range(3):
+        box = split_to_quads(box)
+    corner = np.abs(box.vertices).max()
+    at_side = np.isclose(np.abs(box.vertices), corner).sum(axis=1)
+    noise = np.random.default_rng(0).uniform(-0.06, 0.06, size=box.vertices.shape) * corner
+    moved = faired(box.with_vertices(box.vertices + noise * (at_side == 1)[:, None]), box)
+    lines = np.sort(np.abs(moved.mesh.vertices[at_side > 1]), axis=1)
+    assert np.abs(lines[:, 1:] - corner).max() < 0.03 * corner
+    assert Surface(*fans(box)).feet(moved.mesh.vertices).distances.max() < 0.03 * corner
 
 
 # Limits, and what is refused.
 
 
 def test_what_cannot_be_faired_is_refused() -> None:
-    with pytest.raises(InputError, match="-1 times"):
-        fair_mesh(cube(), -1)
-    assert np.array_equal(fair_mesh(cube(), 0).mesh.vertices, cube().vertices)
+    with pytest.raises(InputError, match="-1 steps"):
+        faired(cube(), cube(), -1)
+    assert np.array_equal(faired(cube(), cube(), 0).mesh.vertices, cube().vertices)
     flat = cube().with_vertices(cube().vertices * [1, 0, 0])
     with pytest.raises(InputError, match="triangles with an area"):
-        fair_mesh(flat, 5)
+        faired(flat, cube())
 
 
 def test_foreign_code_never_sees_a_broken_surface() -> None:
@@ -311,40 +297,51 @@ def test_foreign_code_never_sees_a_broken_surface() -> None:
     with pytest.raises(ValueError, match="do not exist"):
         Surface(points, triangles + 20)
     with pytest.raises(ValueError, match="must be finite"):
-        Surface(points, triangles).closest(np.full((1, 3), np.inf))
+        Surface(points, triangles).feet(np.full((1, 3), np.inf))
 
 
 @pytest.mark.parametrize("factor", [1e-150, 1e150])
 def test_closest_points_at_any_scale(factor) -> None:
     points, triangles = fans(cube())
     places = np.array([[0.2, 0.3, 5.0], [-7.0, 0.1, 0.2]])
-    found, normals, away = Surface(points * factor, triangles).closest(places * factor)
+    feet = Surface(points * factor, triangles).feet(places * factor)
     side = points.max()
-    assert np.allclose(found / factor, [[0.2, 0.3, side], [-side, 0.1, 0.2]])
-    assert np.allclose(away / factor, [5 - side, 7 - side])
-    assert np.all(np.einsum("nd,nd->n", normals, places) > 0)
+    assert np.allclose(feet.points / factor, [[0.2, 0.3, side], [-side, 0.1, 0.2]])
+    assert np.allclose(feet.distances / factor, [5 - side, 7 - side])
+    assert np.all(np.einsum("nd,nd->n", feet.normals, places) > 0)
 
 
-# Real meshes and whole jobs.
+# Whole jobs.
 
 
 @pytest.mark.slow
 def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(2, 50.0), 3, 0.08))
-    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick", "--fair", "12")
+    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick", "--fair", "6")
     assert run("make", tmp_path / "ball.obj", *options, "-q", "-o", tmp_path / "out") == 0
     job = tomllib.loads((tmp_path / "out" / "job.toml").read_text(encoding="utf-8"))
-    assert job["job"]["fair"] == 12
-    assert any(note.startswith("fairing: in 12 iterations") for note in job["outcome"]["notes"])
+    assert job["job"]["fair"] == 6
+    assert any(note.startswith("fairing: in ") for note in job["outcome"]["notes"])
     assert run("verify", tmp_path / "out", "-q") == 0
+
+
+def test_what_is_remeshed_is_faired_unless_it_is_not_to_be(tmp_path) -> None:
+    write_mesh(tmp_path / "ball.obj", triangulate(sphere(8, 50.0)))
+    asked = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, remesh="triangles:100")
+    woven = load_asked(asked)
+    plain = load_asked(asked.but(fair=0), remeshed=woven.remeshed)
+    told = [any(note.startswith("fairing: ") for note in one.notes) for one in (woven, plain)]
+    assert told == [True, False]
+    assert not np.array_equal(woven.mesh.vertices, plain.mesh.vertices)
+    assert not any("fair" in note for note in load_asked(asked.but(remesh=None)).notes)
 
 
 def test_fairing_comes_before_the_triaxial_subdivision_and_the_final_size(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", shaken(sphere(3, 50.0), 3, 0.08))
-    plain = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, fair=10)
+    plain = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, fair=4)
     woven = load_asked(plain)
     triaxial = load_asked(plain.but(pattern="triaxial"))
-    assert size_of(woven.mesh) == pytest.approx(300.0, rel=1e-12)
+    assert np.ptp(woven.mesh.vertices, axis=0).max() == pytest.approx(300.0, rel=1e-12)
     old = triaxial.mesh.vertices[: triaxial.n_old_vertices]
     assert np.array_equal(old, woven.mesh.vertices)
     assert any(note.startswith("the mesh was faired:") for note in woven.notes)

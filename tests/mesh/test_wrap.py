@@ -48,7 +48,8 @@ def test_a_sound_mesh_keeps_its_place_and_its_genus():
     assert_clean(wrapped.mesh, (1,))
     size = np.ptp(torus.vertices, axis=0).max()
     flat = triangulate(torus)
-    apart = Surface(flat.vertices, flat.indices.reshape(-1, 3)).closest(wrapped.mesh.vertices)[2]
+    apart = Surface(flat.vertices, flat.indices.reshape(-1, 3))
+    apart = apart.feet(wrapped.mesh.vertices).distances
     assert apart.max() < 0.1 * STEP * size
     assert wrapped.left_out == 0.0
 

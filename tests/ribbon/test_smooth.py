@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from unfolding import plain_ribbons, shape_at, worst_stretch
 from weaving_meshes import meshes
 
-from fabweave.mesh.fairness import portals_of
+from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh

@@ -9,7 +9,7 @@ from meshes_shared import real_mesh
 from unfolding import plain_ribbons
 from weaving_meshes import meshes
 
-from fabweave.mesh.fairness import medial_portals, portals_of
+from fabweave.mesh.fair.portals import medial_portals, portals_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from weaving_meshes import meshes
 
-from fabweave.mesh.fairness import medial_portals
+from fabweave.mesh.fair.portals import medial_portals
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh

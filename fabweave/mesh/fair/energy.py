@@ -1,0 +1,355 @@
+"""Measure how far a mesh is from one that weaves well and is like its model."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
+from fabweave.mesh.fair.portals import crossing_shares, walks
+from fabweave.mesh.fair.varying import Varying, combined
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh, face_normals
+from fabweave.mesh.remesh.fit import Model, line_edges
+from fabweave.mesh.triangulate import fans
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What ribbons should be like; the defaults are those of card.
+
+    Parameters
+    ----------
+    least_mm, most_mm : float
+        Narrower and wider ones are a nuisance to hands.
+    radius_mm : float
+        The least to which the material bends.
+    twist_deg : float
+        The most by which it twists over a length that equals its width.
+    """
+
+    least_mm: float = 6.0
+    most_mm: float = 30.0
+    radius_mm: float = 8.0
+    twist_deg: float = 31.0
+
+
+#: Weights of the terms. Strands turn little over two portals in a row, and over four: turns that
+#: add up make wavy strips, turns that cancel do not. They meet portals at right angles.
+_TURNS, _SQUARE = {2: 1.0, 4: 0.5}, 0.3
+#: Rooms change little along a strand, are even all over, not narrower nor wider than wished for.
+_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.8, 1.5, 1.0
+#: Spans bend little, and not more tightly than the material takes; so with twist.
+_BEND, _TIGHT, _TWIST, _WRUNG = 0.05, 2.0, 0.1, 4.0
+#: Quads are flat, the mesh is near the model and the model near it, thin parts are not thinner
+#: than ribbons like, and boundaries and sharp lines stay lines.
+_PLANE, _CLOSE, _COVER, _THIN, _LINE = 0.05, 8.0, 8.0, 1.5, 3.0
+#: Ribbons take this share of their room; bends and twists begin to count at such shares of what
+#: the material takes.
+_SHARE, _FIRM, _LOOSE = 0.65, 1.5, 0.8
+#: Samples as far off as this share of the mean edge count twice, so that tips come out.
+_FAR = 0.25
+#: Both sides of a part are as far apart as so many of the narrowest ribbons; what is sought are
+#: faces whose normals have a scalar product below this.
+_THICK, _OPPOSED = 2.5, -0.5
+#: No wish for a least width is larger than this share of the mean room, nor one for a greatest
+#: width smaller than its inverse.
+_USUAL = 0.5
+#: No wish for a least radius is larger than this share of the mean edge: so stiff a material would
+#: flatten the model.
+_TIGHTEST = 0.3
+#: Beyond this squared sine a strand runs along its portal.
+_LEAST_SINE2 = 1e-6
+
+#: What is nearer than this many mean edges touches.
+_TOUCHING = 1e-9
+
+#: Quantities, (N,), and their derivatives by the coordinates of vertices: all x, all y, all z.
+_Rows: TypeAlias = tuple[FloatArray, sparse.csr_array]
+
+
+@frozen_value
+class State:
+    """The energy at some positions, half its gradient, (3V,), and half its curvature, (3V, 3V)."""
+
+    positions: FloatArray
+    value: float
+    gradient: FloatArray
+    curvature: sparse.csc_array
+
+
+class Energy:
+    """A sum of squares whose least value is the mesh that weaves best.
+
+    Let a strand arrive at a portal (from vertex to face centre) along A and leave it along B, both
+    chords between the points at which it crosses portals, and a, b be their cosines with the
+    portal. Developed, it turns by the difference of their angles; its room is the length of the
+    portal times the sine. Crossings have the normals of their quads; a span between two of them
+    with slopes α and β against its chord of length l bends by k = |α + β| + √(2 α² + 2 β²) over l.
+
+    It is a function of positions alone: the closest points are found anew for each. Lengths count
+    in mean edges of the mesh at first, so that it does not depend on scale if the wish goes along.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        The mesh to be woven.
+    model : Model
+        What it is to be like.
+    wish : Wish
+        What ribbons are to be like.
+    course : str
+        How strands cross faces, as ``--course`` says it.
+    """
+
+    def __init__(
+        self, mesh: PolyMesh, model: Model, wish: Wish | None = None, course: str = "auto"
+    ) -> None:
+        """Set up what does not depend on positions."""
+        half = build_halfedges(mesh)
+        self._mesh, self._model, self._wish = mesh, model, wish or Wish()
+        n_vertices = mesh.n_vertices
+        first = half.edge_halfedge
+        ends = np.stack([half.tail[first], half.head[first]], axis=1)
+        self.unit = float(np.linalg.norm(np.diff(mesh.vertices[ends], axis=1), axis=2).mean())
+        centres = sparse.csr_array(
+            (1.0 / mesh.face_sizes[half.face], (half.face, half.tail)),
+            shape=(mesh.n_faces, n_vertices),
+        )
+        self._all = sparse.vstack([sparse.eye_array(n_vertices), centres], format="csr")
+        self._xyz = sparse.kron(sparse.eye_array(3), self._all, format="csr")
+        middles = _rows(ends, np.full(ends.shape, 0.5), n_vertices)
+        self._close = sparse.vstack([self._all, middles], format="csr")
+
+        crossed = half.twin >= 0
+        passed = crossed & crossed[half.next]
+        own, other = n_vertices + half.face, n_vertices + half.face[half.twin]
+        around = half.tail, half.head, half.head[half.next], own, other, other[half.next]
+        self._stencil = np.stack(around, axis=1)[passed]
+        shares = crossing_shares(mesh, half, course)
+        before, after = half.twin, half.prev[half.twin[half.next]]
+        self._shares = np.stack([shares, shares[before], shares[after]], axis=1)[passed]
+        self._two, self._together = _links(half, passed)
+        # Beside the boundary a portal has one crossing, and its room is as long as it is.
+        self._rim = np.stack([half.head, own], axis=1)[crossed != crossed[half.next]]
+        rim_shares = shares[crossed != crossed[half.next]]
+        self._rim_free = np.log(2.0 * _SHARE * np.minimum(rim_shares, 1.0 - rim_shares))
+        self._quads = mesh.indices[mesh.offsets[:-1][mesh.face_sizes == 4, None] + np.arange(4)]
+
+        on_line = line_edges(model, mesh, half)
+        self._lines = []
+        inner = crossed[first]
+        for which, line in ((~inner, model.rim), (inner, model.sharp)):
+            edges = np.flatnonzero(on_line & which)
+            if len(edges) and len(line.points):
+                corners = np.unique(ends[edges])
+                kept = np.concatenate([corners, self._all.shape[0] + edges])
+                self._lines.append((self._close[kept], line))
+
+        self._usual = float(np.log(self.rooms(mesh.vertices).mean())) if passed.any() else 0.0
+        usual = np.exp(self._usual)
+        self._least = min(self._wish.least_mm, _USUAL * usual)
+        self._radius = min(self._wish.radius_mm, _TIGHTEST * self.unit)
+        self._most = max(self._wish.most_mm, usual / _USUAL)
+        points, self._triangles = fans(mesh)
+        feet = Surface(points, self._triangles).feet(model.places)
+        # The closest point of a sheet that looks the other way is on the far side of a thin limb.
+        fits = np.einsum("nd,nd->n", feet.normals, model.normals) > 0
+        self._samples = model.places[fits]
+        self._opposite(mesh, points[n_vertices:])
+
+    def _opposite(self, mesh: PolyMesh, centres: FloatArray) -> None:
+        """Find faces that look at one another or away from one another, and their least gaps."""
+        thick = _THICK * self._least
+        normals = face_normals(mesh)
+        near = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
+        pairs = np.concatenate([near, near[:, ::-1]]).astype(np.int64)
+        one, two = normals[pairs[:, 0]], normals[pairs[:, 1]]
+        way = centres[pairs[:, 0]] - centres[pairs[:, 1]]
+        away = np.einsum("nd,nd->n", one, way) > 0
+        opposed = np.flatnonzero(np.einsum("nd,nd->n", one, two) < _OPPOSED)
+        order = opposed[np.argsort(np.linalg.norm(way[opposed], axis=1), kind="stable")]
+        # Of all that are opposite to a face on either side of it, the nearest.
+        side = 2 * pairs[order, 0] + away[order]
+        kept = order[np.unique(side, return_index=True)[1]]
+        self._across = np.where(away[kept], 1.0, -1.0)[:, None] * unit(one[kept] - two[kept])
+        # A part gets thicker; ribbons on two parts come no nearer.
+        gap = np.einsum("nd,nd->n", way[kept], self._across)
+        self._gap = np.where(away[kept], thick, np.minimum(gap, thick))
+        signs = np.broadcast_to([1.0, -1.0], (len(kept), 2))
+        ends = _rows(mesh.n_vertices + pairs[kept], signs, self._all.shape[0])
+        self._sides = ends @ self._all
+
+    def at(self, positions: FloatArray) -> State:
+        """Return the energy near some positions, (V, 3)."""
+        linked, alone = self._portal_rows(positions)
+        alone += [*self._face_rows(positions), *self._distance_rows(positions)]
+        values, slopes = _stacked(linked)
+        pulled = self._together @ values
+        others, by_others = _stacked(alone)
+        return State(
+            positions,
+            value=float(values @ pulled + others @ others),
+            gradient=slopes.T @ pulled + by_others.T @ others,
+            curvature=(slopes.T @ (self._together @ slopes) + by_others.T @ by_others).tocsc(),
+        )
+
+    def turns_deg(self, positions: FloatArray) -> FloatArray:
+        """Return by how much developed strands turn over each crossing, walked both ways."""
+        a, b, _ = self._rooms(self._around(positions))
+        turn = np.arccos(np.clip(b.value, -1, 1)) - np.arccos(np.clip(a.value, -1, 1))
+        return np.degrees(np.abs(self._two @ turn))
+
+    def rooms(self, positions: FloatArray) -> FloatArray:
+        """Return how wide ribbons would be at each portal that they pass, by their usual share."""
+        return np.exp(self._rooms(self._around(positions))[2].value)
+
+    def _around(self, positions: FloatArray) -> FloatArray:
+        """Return the points on which the quantities of each portal depend, (N, 6, 3)."""
+        return np.asarray((self._all @ positions)[self._stencil])
+
+    def _rooms(self, points: FloatArray) -> tuple[Varying, Varying, Varying]:
+        """Return both cosines at each portal, and the logarithm of the room."""
+        s, before, after = self._shares.T
+        none = np.zeros(len(s))
+        here = np.stack([none, 1 - s, none, s, none, none], axis=1)
+        back = np.stack([1 - before, none, none, none, before, none], axis=1)
+        onward = np.stack([none, none, 1 - after, none, none, after], axis=1)
+        arriving, _ = combined(points, here - back).unit()
+        leaving, _ = combined(points, onward - here).unit()
+        portal, length = combined(points, [0.0, 1, 0, -1, 0, 0]).unit()
+        a, b = arriving.dot(portal), leaving.dot(portal)
+        slant = (a + b) * 0.5
+        sine2 = (slant * slant * -1.0 + 1.0).over(_LEAST_SINE2) + _LEAST_SINE2
+        free = 2.0 * _SHARE * np.minimum(s, 1.0 - s)
+        return a, b, length.log() + sine2.log() * 0.5 + np.log(free)
+
+    def _portal_rows(self, positions: FloatArray) -> tuple[list[_Rows], list[_Rows]]:
+        """Return the quantities that go together along strands, and those that stand alone."""
+        points = self._around(positions)
+        a, b, room = self._rooms(points)
+        across = combined(points, [-1.0, 1, 0, 0, 0, 0]), combined(points, [0.0, -1, 1, 0, 0, 0])
+        centres = combined(points, [0.0, 0, 0, 1, -1, 0]), combined(points, [0.0, 0, 0, 1, 0, -1])
+        (one, _), (two, _) = (e.cross(c).unit() for e, c in zip(across, centres, strict=True))
+        way, length = combined(points, [-0.25, 0, 0.25, 0, -0.25, 0.25]).unit()
+        start, end = way.dot(one) * -1.0, way.dot(two) * -1.0
+        need = (start + end).size() + ((start * start + end * end) * 2.0).root()
+        bend, twist = need / length, way.dot(one.cross(two))
+        width = room.by(np.exp(room.value), np.exp(room.value))
+        limit = _LOOSE * np.radians(self._wish.twist_deg)
+        linked = a - b, a + b, room - self._usual
+        alone = (
+            (room * -1.0).over(-np.log(self._least)) * _NARROW,
+            room.over(np.log(self._most)) * _WIDE,
+            bend * (_BEND * self.unit),
+            (bend * (_FIRM * self._radius)).over(1.0) * _TIGHT,
+            twist * _TWIST,
+            (twist.size() * width / length * (1.0 / limit)).over(1.0) * _WRUNG,
+        )
+        stencil = self._stencil
+        return (
+            [self._rows_of(quantity, stencil, np.ones(len(stencil), bool)) for quantity in linked],
+            [self._rows_of(quantity, stencil, quantity.value != 0) for quantity in alone],
+        )
+
+    def _face_rows(self, positions: FloatArray) -> list[_Rows]:
+        """Return how uneven rooms are beside the boundary, and how far from flat quads are."""
+        rim = combined((self._all @ positions)[self._rim], [1.0, -1.0]).unit()[1].log()
+        rooms = (rim + (self._rim_free - self._usual)) * _EVEN
+        points = positions[self._quads]
+        diagonals = combined(points, [-1.0, 0, 1, 0]), combined(points, [0.0, -1, 0, 1])
+        normal, _ = diagonals[0].cross(diagonals[1]).unit()
+        apart = combined(points, [1.0, -1, 1, -1]).dot(normal) * (_PLANE / self.unit)
+        return [
+            self._rows_of(quantity, points, quantity.value != 0)
+            for quantity, points in ((rooms, self._rim), (apart, self._quads))
+        ]
+
+    def _rows_of(self, quantity: Varying, points: IntArray, kept: BoolArray) -> _Rows:
+        """Return some quantities that vary with points as they vary with the vertices."""
+        total = self._all.shape[0]
+        columns = points[kept][:, :, None] + total * np.arange(3)
+        columns = columns.reshape(len(columns), 3 * points.shape[1])
+        return quantity.value[kept], _rows(columns, quantity.slope[kept], 3 * total) @ self._xyz
+
+    def _distance_rows(self, positions: FloatArray) -> list[_Rows]:
+        """Return how far the mesh is from its model, the model from it, and lines from lines."""
+        points = self._close @ positions
+        feet = self._model.surface.feet(points)
+        share = np.sqrt(len(positions) / len(points))
+        rows = [self._distances(self._close, points - feet.points, feet.normals, _CLOSE * share)]
+        points = points[: self._all.shape[0]]
+        feet = Surface(points, self._triangles).feet(self._samples)
+        found = _rows(feet.corners, feet.shares, len(points)) @ self._all
+        share = np.sqrt(len(positions) / max(len(self._samples), 1))
+        way = feet.points - self._samples
+        rows.append(self._distances(found, way, feet.normals, _COVER * share, _FAR * self.unit))
+        for which, line in self._lines:
+            points = which @ positions
+            way = points - line.nearest(points)[0]
+            rows.append(self._distances(which, way, way, _LINE))
+        gap = np.einsum("nd,nd->n", self._sides @ positions, self._across)
+        lack = np.maximum(self._gap - gap, 0.0) * (_THIN / self.unit)
+        rate = np.where(lack > 0, -_THIN / self.unit, 0.0)[:, None]
+        return [*rows, (lack, _directed(self._sides, rate * self._across))]
+
+    def _distances(
+        self,
+        rows: sparse.csr_array,
+        way: FloatArray,
+        normals: FloatArray,
+        weight: float,
+        far: float = np.inf,
+    ) -> _Rows:
+        """Return lengths of ways, and more of those that are far, and how they change."""
+        length = np.linalg.norm(way, axis=1)
+        weight /= self.unit
+        # Where a point is on the surface, it leaves it along the normal.
+        direction = np.where(length[:, None] > _TOUCHING * self.unit, unit(way), normals)
+        rate = weight * (1.0 + 2.0 * length / far)
+        return weight * (length + length**2 / far), _directed(rows, rate[:, None] * direction)
+
+
+def _links(half: Halfedges, passed: BoolArray) -> tuple[sparse.csr_array, sparse.csr_array]:
+    """Return sums of turns over two portals in a row, and how quantities count together.
+
+    The latter has the weights of products of turns, then of squares, then of rooms.
+    """
+    count = int(np.count_nonzero(passed))
+    number = np.cumsum(passed) - 1
+    # Strands are walked both ways, which the factor √½ makes up for in squares.
+    sums, turns = [], 0.0
+    for length, weight in _TURNS.items():
+        portals, left = walks(half, passed, length)
+        sums.append(_rows(number[portals], left, count))
+        turns = turns + 0.5 * weight**2 * (sums[-1].T @ sums[-1])
+    portals, left = walks(half, passed, 2)
+    change = _rows(number[portals], np.broadcast_to([1.0, -1.0], left.shape), count)
+    one = sparse.eye_array(count, format="csr")
+    rooms = 0.5 * _ALONG**2 * (change.T @ change) + _EVEN**2 * one
+    together = sparse.block_diag([turns, _SQUARE**2 * one, rooms])
+    return sums[0], sparse.csr_array(together)
+
+
+def _rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array:
+    """Return a sparse map whose rows hold values at columns, (N, K) each."""
+    count, size = columns.shape
+    starts = np.arange(0, count * size + 1, size) if size else np.zeros(count + 1, dtype=np.int64)
+    return sparse.csr_array((np.ravel(values), columns.reshape(-1), starts), shape=(count, width))
+
+
+def _directed(rows: sparse.csr_array, directions: FloatArray) -> sparse.csr_array:
+    """Return how scalar products of points with directions vary with x, y and z of vertices."""
+    parts = [sparse.diags_array(directions[:, k]) @ rows for k in range(3)]
+    return sparse.hstack(parts, format="csr")
+
+
+def _stacked(rows: list[_Rows]) -> _Rows:
+    """Return all quantities, one below the other."""
+    return (
+        np.concatenate([values for values, _ in rows]),
+        sparse.vstack([slopes for _, slopes in rows], format="csr"),
+    )

@@ -1,0 +1,286 @@
+"""Move the vertices of a mesh so that it weaves better and is still like its model."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import cg
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
+from fabweave.core.errors import InputError
+from fabweave.core.messages import agree
+from fabweave.mesh.fair.energy import Energy, State, Wish
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.mirror import Mirror, find_partners
+from fabweave.mesh.polymesh import (
+    PolyMesh,
+    face_centres,
+    face_normals,
+    face_of_corner,
+    next_corner,
+    previous_corner,
+)
+from fabweave.mesh.remesh.fit import Model
+from fabweave.mesh.triangulate import fans
+
+#: Steps that are worth their time: after six, nine tenths of the gain are there.
+STEPS = 12
+
+#: A vertex moves by no more than this share of its shortest edge in a step.
+_STRIDE = 1 / 3
+#: Damping at first, relative to the curvature, what success divides it by, and failure multiplies.
+_DAMPING, _BOLDER, _WARIER = 0.01, 4.0, 5.0
+#: Steps of the linear solver, and the share of the error at which it stops.
+_SOLVER_STEPS, _SOLVED = 300, 1e-3
+#: A step is tried so often before all rest.
+_TRIES = 10
+#: Steps that gain less than this share count as small; so many in a row are the last.
+_SMALL, _MOST_SMALL = 0.002, 3
+#: No triangle around a face's centre gets flatter than this (1 is a right angle between sides of
+#: equal length) unless it was, and then no flatter than it was.
+_FLATTEST = 0.15
+
+
+@dataclass(frozen=True)
+class Waviness:
+    """How wavy the strands of a mesh are, and how uneven the ribbons.
+
+    Parameters
+    ----------
+    turn_deg, turn_most_deg : float
+        By how much developed strands turn at a crossing, from the portal before it to the portal
+        after it: in the mean, and what 95 % stay below.
+    room_ratio : float
+        The greatest room of ribbons over the least.
+    """
+
+    turn_deg: float
+    turn_most_deg: float
+    room_ratio: float
+
+
+@frozen_value
+class Faired:
+    """A faired mesh, and what fairing did.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        The same connectivity.
+    energies : tuple of float
+        Before, and after each step that was made: each is less than the one before.
+    before, after : Waviness
+    moved : float
+        Largest distance that a vertex moved, in the mesh's unit.
+    n_held : int
+        Vertices that were held back, lest faces turn over or run through one another.
+    """
+
+    mesh: PolyMesh
+    energies: tuple[float, ...]
+    before: Waviness
+    after: Waviness
+    moved: float
+    n_held: int
+
+    @property
+    def note(self) -> str:
+        """What a person should know."""
+        before, after = self.before, self.after
+        return (
+            f"fairing: in {agree(len(self.energies) - 1, '{n} step[|s]')} vertices moved by up to "
+            f"{self.moved:.1f} mm. On average, strands turn by {after.turn_deg:.1f}° at a crossing "
+            f"({before.turn_deg:.1f}° before), and 95 % of them by less than "
+            f"{after.turn_most_deg:.0f}° ({before.turn_most_deg:.0f}° before)"
+        )
+
+
+def fair_mesh(
+    mesh: PolyMesh,
+    model: Model,
+    steps: int = STEPS,
+    *,
+    wish: Wish | None = None,
+    course: str = "auto",
+    progress: Progress = no_progress,
+) -> Faired:
+    """Move the vertices of a mesh so that strands run straight and evenly along its model.
+
+    Each step solves the damped normal equations of :class:`~fabweave.mesh.fair.energy.Energy`
+    (Levenberg and Marquardt); none is taken that does not lower it. Vertices whose step would turn
+    a face over, or let two run through one another that did not before, are held. A mesh that is
+    its own mirror image stays so.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh, near the model.
+    model : Model
+        As from :func:`~fabweave.mesh.remesh.fit.model_of`.
+    steps : int
+        How many, 0 or more; fewer are made where they gain little.
+    wish : Wish, optional
+        What ribbons should be like.
+    course : str
+        How strands cross faces, as ``--course`` says it.
+    progress : callable
+
+    Raises
+    ------
+    InputError
+        If the number of steps is negative, or no face has an area.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.remesh.fit import model_of
+    >>> from fabweave.mesh.shapes.grids import sphere
+    >>> ball = sphere(4, 50.0)
+    >>> faired = fair_mesh(ball, model_of(sphere(24, 50.0), ball.n_vertices))
+    >>> faired.after.turn_deg < 0.6 * faired.before.turn_deg
+    True
+    """
+    if steps < 0:
+        raise InputError(f"the mesh cannot be faired in {steps} steps; write 0 or more")
+    try:
+        energy = Energy(mesh, model, wish, course)
+    except ValueError as error:
+        raise InputError(f"the mesh cannot be faired: {error}") from error
+    guard, partners = Guard(mesh), find_partners(mesh) if steps else None
+    here = energy.at(mesh.vertices)
+    energies, damping, small = [here.value], _DAMPING, 0
+    held = np.zeros(mesh.n_vertices, dtype=bool)
+    while len(energies) <= steps and small < _MOST_SMALL:
+        progress("fairing", len(energies) - 1, steps)
+        there, kept, damping = _step(energy, guard, partners, here, damping)
+        if there is None:
+            break
+        small = small + 1 if there.value > (1.0 - _SMALL) * here.value else 0
+        here, held = there, held | kept
+        energies.append(here.value)
+    return Faired(
+        mesh=mesh.with_vertices(here.positions),
+        energies=tuple(energies),
+        before=_waviness(energy, mesh.vertices),
+        after=_waviness(energy, here.positions),
+        moved=float(np.linalg.norm(here.positions - mesh.vertices, axis=1).max(initial=0.0)),
+        n_held=int(np.count_nonzero(held)),
+    )
+
+
+def _waviness(energy: Energy, positions: FloatArray) -> Waviness:
+    turns, rooms = energy.turns_deg(positions), energy.rooms(positions)
+    if not len(turns):
+        return Waviness(0.0, 0.0, 1.0)
+    most = float(np.quantile(turns, 0.95))
+    return Waviness(float(turns.mean()), most, float(rooms.max() / rooms.min()))
+
+
+def _step(
+    energy: Energy,
+    guard: "Guard",
+    partners: tuple[Mirror, IntArray] | None,
+    here: State,
+    damping: float,
+) -> tuple[State | None, BoolArray, float]:
+    """Return where a step leads, which vertices it holds, and the damping of the next one."""
+    held = np.zeros(len(here.positions), dtype=bool)
+    for _ in range(_TRIES):
+        move = _solve(here, damping, held)
+        long = np.linalg.norm(move, axis=1) / guard.reach(here.positions)
+        tried = here.positions + move / np.maximum(long, 1.0)[:, None]
+        if partners is not None:
+            mirror, partner = partners
+            tried = (tried + mirror.image(tried[partner])) / 2.0
+        bad = guard.spoilt(tried)
+        if partners is not None:
+            bad |= bad[partner]
+        bad &= ~held
+        if bad.any():
+            held |= bad
+            continue
+        there = energy.at(tried)
+        if there.value < here.value:
+            return there, held, damping / _BOLDER
+        damping *= _WARIER
+    return None, held, damping
+
+
+def _solve(here: State, damping: float, held: BoolArray) -> FloatArray:
+    """Return the damped step of least squares in which some vertices stay, (V, 3)."""
+    free = np.tile(~held, 3)
+    stiff = here.curvature.diagonal()
+    # What changes nothing, such as vertices of no face, stays.
+    stiff = np.where(stiff > 0, stiff, 1.0)
+    matrix = here.curvature + sparse.diags_array(damping * stiff)
+    keep = sparse.diags_array(free.astype(np.float64))
+    move, _ = cg(
+        keep @ matrix @ keep,
+        -here.gradient * free,
+        rtol=_SOLVED,
+        maxiter=_SOLVER_STEPS,
+        M=sparse.diags_array(1.0 / ((1.0 + damping) * stiff)),
+    )
+    return np.asarray(move.reshape(3, -1).T)
+
+
+class Guard:
+    """What a mesh must not come to: faces turned over, or running through one another.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        What is so already in this one may stay so.
+    """
+
+    def __init__(self, mesh: PolyMesh) -> None:
+        """Remember how flat triangles are, and which faces run through one another already."""
+        self._mesh = mesh
+        self._face = face_of_corner(mesh)
+        self._next, self._previous = next_corner(mesh), previous_corner(mesh)
+        self._least = np.minimum(self._flatness(mesh.vertices), _FLATTEST) - 1e-12
+        self._known = self._through(mesh.vertices)
+
+    def reach(self, positions: FloatArray) -> FloatArray:
+        """Return how far each vertex may move in one step, (V,)."""
+        corners = positions[self._mesh.indices]
+        edge = np.linalg.norm(corners[self._next] - corners, axis=1)
+        reach = np.full(len(positions), np.inf)
+        np.minimum.at(reach, self._mesh.indices, np.minimum(edge, edge[self._previous]))
+        return np.asarray(_STRIDE * reach)
+
+    def spoilt(self, positions: FloatArray) -> BoolArray:
+        """Return the vertices of faces that would be spoilt, (V,)."""
+        faces = np.zeros(self._mesh.n_faces, dtype=bool)
+        faces[self._face[~(self._flatness(positions) >= self._least)]] = True
+        through = self._through(positions)
+        new = np.setdiff1d(through, self._known)
+        faces[np.concatenate(np.divmod(new, self._mesh.n_faces))] = True
+        vertices = np.zeros(len(positions), dtype=bool)
+        vertices[self._mesh.indices[faces[self._face]]] = True
+        return vertices
+
+    def _through(self, positions: FloatArray) -> IntArray:
+        """Return the pairs of faces that run through one another, each as a number."""
+        points, triangles = fans(self._mesh.with_vertices(positions))
+        pairs = self._face[self_intersections(PolyMesh.from_triangles(points, triangles))]
+        return np.unique(pairs @ [self._mesh.n_faces, 1])
+
+    def _flatness(self, positions: FloatArray) -> FloatArray:
+        """Return of each half-edge's triangle with its face's centre how upright it is, (H,).
+
+        That is twice its area as the face sees it, over the square of the longer side at the
+        centre; negative if the triangle is turned over.
+        """
+        mesh = self._mesh.with_vertices(positions)
+        here = positions[mesh.indices] - face_centres(mesh)[self._face]
+        there = here[self._next]
+        longer = np.maximum(np.sum(here**2, axis=1), np.sum(there**2, axis=1))
+        area = np.einsum("hd,hd->h", np.cross(here, there), face_normals(mesh)[self._face])
+        return area / np.where(longer > 0, longer, 1.0)
