@@ -127,7 +127,7 @@ def find_lines(mesh: PolyMesh, halfedges: Halfedges) -> Lines:
     >>> int(lines.fixed.sum()), len(lines.sliding)
     (4, 8)
     """
-    edges = _line_edges(mesh, halfedges)
+    edges = halfedges.edge_halfedge[sharp_edges(mesh, halfedges)]
     ends = np.column_stack([halfedges.tail[edges], halfedges.head[edges]])
     number = np.bincount(ends.reshape(-1), minlength=mesh.n_vertices)
     pairs: list[list[int]] = [[] for _ in range(mesh.n_vertices)] if len(ends) else []
@@ -145,13 +145,13 @@ def find_lines(mesh: PolyMesh, halfedges: Halfedges) -> Lines:
     return _laid_out(mesh, _chains(pairs, fixed, number > 0), fixed)
 
 
-def _line_edges(mesh: PolyMesh, halfedges: Halfedges) -> IntArray:
-    """Return a half-edge of each edge that is on the boundary or sharp."""
+def sharp_edges(mesh: PolyMesh, halfedges: Halfedges) -> BoolArray:
+    """Return which edges are on the boundary, or have faces that turn by more than `SHARP_DEG`."""
     normal = face_normals(mesh)
     first = halfedges.edge_halfedge
     twin = halfedges.twin[first]
     cosine = np.einsum("nd,nd->n", normal[halfedges.face[first]], normal[halfedges.face[twin]])
-    return first[(twin < 0) | (cosine < np.cos(np.radians(SHARP_DEG)) - 1e-9)]
+    return np.asarray((twin < 0) | (cosine < np.cos(np.radians(SHARP_DEG)) - 1e-9))
 
 
 def _chains(pairs: list[list[int]], fixed: BoolArray, on: BoolArray) -> list[list[int]]:

@@ -2,11 +2,12 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.one_rings import sparse_rows
 from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.topology import label_links
 
 #: Of the way from the vertex to the centre: no strand's middle comes nearer to either.
 _LEAST = 0.2
@@ -155,14 +156,6 @@ def ideal_cosines(half: Halfedges, n_vertices: int, sizes: IntArray) -> FloatArr
     return np.cos(np.pi * sizes / (sizes + edges[half.head]))
 
 
-def sparse_rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array:
-    """Return a sparse map whose rows hold values, the same or their own, at columns (N, K)."""
-    count, size = columns.shape
-    entries = np.broadcast_to(values, columns.shape).reshape(-1)
-    starts = np.arange(0, count * size + 1, size)
-    return sparse.csr_array((entries, columns.reshape(-1), starts), shape=(count, width))
-
-
 # What counts how much, as factors of residuals. Threads should keep their direction over two
 # portals in a row, and over four: turns that add up make wavy strips, turns that cancel do not.
 _STRAIGHT = {2: 1.0, 4: 0.5}
@@ -246,10 +239,7 @@ class Fairness:
         self._back, self._centres_back = self._map.T.tocsr(), self._to_centres.T.tocsr()
         self._squares = self._back.power(2), self._centres_back.power(2)
 
-        joined = sparse.coo_array(
-            (np.ones(count), (half.tail, half.head)), shape=(n_vertices, n_vertices)
-        )
-        component = connected_components(joined, directed=False)[1][half.tail]
+        component = label_links(half.tail, half.head, n_vertices)[1][half.tail]
         square = self.portals(mesh.vertices).width ** 2 * self._used
         number = np.maximum(np.bincount(component, weights=self._used), 1.0)
         self._wanted = np.sqrt(np.bincount(component, weights=square) / number)[component]

@@ -20,6 +20,7 @@ from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.direction import (
     AXES,
     CURVATURE,
@@ -28,9 +29,10 @@ from fabweave.mesh.remesh.direction import (
     axis_direction,
     read_directions,
 )
-from fabweave.mesh.remesh.remesh import remesh
+from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, parse_remesh
+from fabweave.mesh.remesh.triangles import remesh_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide.primal import mid_edge
@@ -325,13 +327,12 @@ def _changed(
     growth = 1.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
-        remeshed = remeshed or remesh(
-            mesh,
-            wanted,
-            seed=seed,
-            along=along,
-            progress=progress,
-        )
+        if remeshed is None and wanted.kind == "triangles" and wanted.count is not None:
+            remeshed = remesh_triangles(mesh, wanted.count, progress=progress)
+        elif remeshed is None and wanted.kind == "coarse":
+            remeshed = remesh_coarse(mesh, wanted.count, progress=progress)
+        elif remeshed is None:
+            remeshed = remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             model = mesh

@@ -8,8 +8,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import label_links
@@ -94,18 +95,8 @@ class Symmetry:
         Of the two directions, the one whose first large component is positive; zero for the
         identity and for the reflection in a point.
         """
-        turn = self._turns
-        skew = turn - turn.transpose(0, 2, 1)
-        sine = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1)
-        # The skew part of a half-turn is zero, and so is nearly the even part of a small turn.
-        even = turn + turn.transpose(0, 2, 1)
-        cosine = (np.trace(turn, axis1=1, axis2=2) - 1) / 2
-        even = even - 2 * cosine[:, None, None] * np.eye(3)
-        column = np.argmax(np.linalg.norm(even, axis=1), axis=1)
-        across = even[np.arange(self.order), :, column]
-        found = np.where((cosine < 0)[:, None], across, sine)
-        length = np.linalg.norm(found, axis=1, keepdims=True)
-        found = np.where(length > 1e-9, found / np.where(length > 0, length, 1.0), 0.0)
+        length = np.linalg.norm(self._turns, axis=1, keepdims=True)
+        found = np.where(length > 1e-9, unit(self._turns), 0.0)
         large = found[np.arange(self.order), np.argmax(np.abs(found) > _LARGE, axis=1)]
         return np.asarray(found * np.where(large < 0, -1.0, 1.0)[:, None])
 
@@ -115,20 +106,17 @@ class Symmetry:
 
         Above -180 and up to 180. A plain reflection turns by 0, and one in a point by 180.
         """
-        turn = self._turns
-        skew = turn - turn.transpose(0, 2, 1)
-        sine = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1) / 2
-        along = np.einsum("ij,ij->i", sine, self.axis)
-        angle = np.degrees(np.arctan2(along, (np.trace(turn, axis1=1, axis2=2) - 1) / 2))
+        angle = np.degrees(np.einsum("ij,ij->i", self._turns, self.axis))
         angle = np.where(self.proper, angle, angle + 180.0)
         angle = np.round(angle, 9)
         angle = np.where(angle > 180.0, angle - 360.0, angle)
         return np.asarray(np.where(angle <= -180.0, angle + 360.0, angle)) + 0.0
 
-    @property
+    @cached_property
     def _turns(self) -> FloatArray:
-        """Return the rotations, and of reflections the rotation that their opposite is."""
-        return np.asarray(self.matrix * np.where(self.proper, 1.0, -1.0)[:, None, None])
+        """The rotations as vectors, and of reflections the rotation that their opposite is."""
+        proper = self.matrix * np.where(self.proper, 1.0, -1.0)[:, None, None]
+        return np.asarray(Rotation.from_matrix(proper).as_rotvec())
 
 
 def images_of(generators: IntArray, after: IntArray, by: IntArray, items: IntArray) -> IntArray:
@@ -149,11 +137,7 @@ def orbits(permutations: IntArray, count: int) -> IntArray:
     [0, 0, 1, 2]
     """
     here = np.tile(np.arange(count), len(permutations))
-    _, label = label_links(here, permutations.ravel(), count)
-    first = np.unique(label, return_index=True)[1]
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[label[np.sort(first)]] = np.arange(len(first))
-    return rank[label]
+    return label_links(here, permutations.ravel(), count)[1]
 
 
 def best_motions(here: FloatArray, there: FloatArray, mirrors: BoolArray | bool) -> FloatArray:

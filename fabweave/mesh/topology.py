@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import pair_corners
@@ -115,6 +115,96 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
     graph = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))
     number, labels = connected_components(graph, directed=False)
     return int(number), labels.astype(np.int64)
+
+
+@frozen_value
+class ParityClasses:
+    """Nodes that depend on one another, each equal or opposite to its class.
+
+    Parameters
+    ----------
+    classes : (N,) int array
+        The class of each node, numbered in the order of the first node of each.
+    opposite : (N,) bool array
+        Whether a node is opposite to the first node of its class; without meaning in a class
+        that contradicts itself.
+    torn : (N,) bool array
+        Whether its class contradicts itself.
+    odd_ring : tuple of int
+        Nodes in order round a ring of equations that contradict one another; empty if there is
+        none.
+    """
+
+    classes: IntArray
+    opposite: BoolArray
+    torn: BoolArray
+    odd_ring: tuple[int, ...]
+
+    @property
+    def n_classes(self) -> int:
+        """Number of classes."""
+        return int(self.classes.max(initial=-1)) + 1
+
+
+def solve_parity(count: int, first: IntArray, second: IntArray, differ: BoolArray) -> ParityClasses:
+    """Solve a system of equations, each saying that two nodes are equal or opposite.
+
+    Two copies of every node, one for each value, are linked as the equations say. A class that
+    agrees falls into two components, one that contradicts itself into one.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes, N.
+    first, second : (M,) int arrays
+        The nodes of each equation.
+    differ : (M,) bool array
+        Whether they are opposite.
+
+    Returns
+    -------
+    ParityClasses
+        The solution, but for one free choice a class, or a contradiction.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> solution = solve_parity(4, np.array([0, 1]), np.array([1, 3]), np.array([True, True]))
+    >>> solution.classes.tolist(), solution.opposite.tolist()
+    ([0, 0, 1, 0], [False, True, False, False])
+    >>> ring = np.array([1, 2, 3])
+    >>> sorted(solve_parity(4, np.r_[0, ring], np.r_[1, 2, 3, 1], np.ones(4, dtype=bool)).odd_ring)
+    [1, 2, 3]
+    """
+    across = second + count * differ
+    rows = np.concatenate((first, first + count))
+    columns = np.concatenate((across, (across + count) % (2 * count)))
+    component = label_links(rows, columns, 2 * count)[1]
+    # Of the two components of a class the smaller number stands for it: that of its first node.
+    low = np.minimum(component[:count], component[count:])
+    _, first_node, classes = np.unique(low, return_index=True, return_inverse=True)
+    opposite = component[:count] != component[first_node[classes]]
+    torn = component[:count] == component[count:]
+    ring = _ring(rows, columns, int(np.argmax(torn)), count) if torn.any() else ()
+    return ParityClasses(classes.reshape(-1), opposite, torn, ring)
+
+
+def _ring(first: IntArray, second: IntArray, start: int, count: int) -> tuple[int, ...]:
+    """Return a ring of equations that leads some node near another to its own opposite."""
+    double = csr_array((np.ones(len(first)), (first, second)), shape=(2 * count, 2 * count))
+    _, before = breadth_first_order(double, start, directed=False, return_predecessors=True)
+    way = [start + count]
+    while way[-1] != start:
+        way.append(int(before[way[-1]]))
+    # The way may go to a ring, round it and back again: keep the ring.
+    seen: dict[int, int] = {}
+    bounds = (0, len(way) - 1)
+    for at, node in enumerate(way):
+        since = seen.get(node % count)
+        if since is not None and at - since < bounds[1] - bounds[0]:
+            bounds = (since, at)
+        seen[node % count] = at
+    return tuple(node % count for node in way[bounds[1] : bounds[0] : -1])
 
 
 def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
@@ -319,16 +409,10 @@ def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]
     """
     first, second = edges.pairs
     one, two = edges.face[first], edges.face[second]
-    patch = face_patches(edges, n_faces)
-    across = np.where(edges.tail[first] == edges.tail[second], n_faces, 0)
-    links_from = np.concatenate([one, one + n_faces])
-    links_to = np.concatenate([two + across, two + n_faces - across])
-    label = label_links(links_from, links_to, 2 * n_faces)[1]
-    one_sided = label[:n_faces] == label[n_faces:]
-    # Labels grow with the first node, so the first face of each patch is never turned here.
-    turned = label[:n_faces] > label[n_faces:]
+    sides = solve_parity(n_faces, one, two, edges.tail[first] == edges.tail[second])
+    patch, turned = sides.classes, sides.opposite
     minority_stays = 2 * np.bincount(patch, weights=turned) > np.bincount(patch)
-    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided
+    return (turned ^ minority_stays[patch]) & ~sides.torn, sides.torn
 
 
 def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:

@@ -1,14 +1,12 @@
 """Join vertices that are at the same place."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, previous_corner
-from fabweave.mesh.topology import group_edges, orient_faces
+from fabweave.mesh.topology import group_edges, label_links, orient_faces
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.
 WELD_TOLERANCE = 1e-8
@@ -85,12 +83,7 @@ def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> I
     pairs = finite[KDTree(points).query_pairs(reach, output_type="ndarray")]
     if not len(pairs):
         return group
-    links = coo_array(
-        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])),
-        shape=(len(leader), len(leader)),
-    )
-    merged: IntArray = connected_components(links, directed=False)[1][label].astype(np.int64)
-    return merged
+    return label_links(pairs[:, 0], pairs[:, 1], len(leader))[1][label]
 
 
 def same_position_groups(vertices: FloatArray) -> IntArray:

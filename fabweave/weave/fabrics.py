@@ -13,6 +13,7 @@ from scipy.sparse import csgraph
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.topology import label_links
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads, thread_labels
 from fabweave.weave.twill.obstruction import Obstruction
@@ -236,12 +237,7 @@ def part_bodies(crossings: Crossings) -> list[IntArray]:
     if not len(crossings.warp):
         return []
     count = int(max(crossings.warp.max(), crossings.weft.max())) + 1
-    links = sparse.coo_array(
-        (np.ones(len(crossings.warp), dtype=np.int8), (crossings.warp, crossings.weft)),
-        shape=(count, count),
-    )
-    _, body = csgraph.connected_components(links, directed=False)
-    body_of_crossing = body[crossings.warp]
+    body_of_crossing = label_links(crossings.warp, crossings.weft, count)[1][crossings.warp]
     order = np.argsort(body_of_crossing, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(body_of_crossing[order])) + 1)
 

@@ -7,8 +7,8 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.topology import ParityClasses, solve_parity
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.decide import ParityClasses, solve_parity
 from fabweave.weave.twill.obstruction import Obstruction
 
 _NAMED = 4

@@ -16,8 +16,9 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
-from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes
+from fabweave.mesh.shapes.soft_tubes import soft_tubes
 from fabweave.mesh.symmetry import find_symmetry
+from fabweave.mesh.topology import group_edges
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
@@ -47,14 +48,15 @@ def corner_angles_deg(mesh):
 
 
 def edge_lengths(mesh):
-    one, two = mesh.vertices[edges_of(mesh)].transpose(1, 0, 2)
+    edges = group_edges(mesh)
+    one, two = mesh.vertices[edges.tail[edges.first]], mesh.vertices[edges.head[edges.first]]
     return np.linalg.norm(one - two, axis=1)
 
 
 def assert_sound(mesh, genus, *, size=100.0):
     """Check that quads make a closed, outward, embedded surface of a genus and a size."""
     report = check_mesh(mesh)
-    assert report.problems == ()
+    assert report.findings == ()
     assert (report.closed, report.n_components, report.genus) == (True, 1, genus)
     assert report.face_sizes == ((4, mesh.n_faces),)
     assert mesh.n_vertices - mesh.n_faces == 2 - 2 * genus

@@ -37,7 +37,7 @@ from fabweave.weave.twill.conditions import (
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.optimise import cross, optimise_twill, score
 from fabweave.weave.twill.voting import best_vote, literal_vote
-from fabweave.weave.twill.weaving import weave_twill
+from fabweave.weave.twill.weaving import TwillSearch, weave_twill
 
 
 def vote_of(mesh: PolyMesh):
@@ -113,7 +113,11 @@ def test_a_weave_is_best_by_its_own_weights(text: str) -> None:
     halfedges, threads = walked(solids.icosahedron())
     weave = [
         weave_twill(
-            halfedges, threads, part_bunches(threads), "ABCDEF", weights=one, effort="quick"
+            halfedges,
+            threads,
+            part_bunches(threads),
+            "ABCDEF",
+            TwillSearch(weights=one, effort="quick"),
         ).weave.broken
         for one in (EQUAL, weights)
     ]
@@ -125,7 +129,8 @@ def test_the_method_of_the_paper_is_left_as_it_comes() -> None:
     mesh = refined(solids.cube(), "catmull-clark:2")
     halfedges, threads = walked(mesh)
     names = [str(number) for number in range(threads.n_threads)]
-    voted = weave_twill(halfedges, threads, part_bunches(threads), names, method="voting")
+    how = TwillSearch(method="voting")
+    voted = weave_twill(halfedges, threads, part_bunches(threads), names, how)
     assert voted.voted == voted.weave.broken == literal_vote_of(mesh).broken
     assert np.array_equal(voted.weave.twist, literal_vote_of(mesh).twist)
 

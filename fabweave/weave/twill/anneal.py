@@ -119,13 +119,8 @@ def couple(conditions: TwillConditions, weights: TwillWeights = EQUAL) -> Coupli
 
 def _neighbours(count: int, pairs: IntArray, windows: IntArray) -> sparse.csr_array:
     """Return which crossings share a condition."""
-    rows = [pairs[:, 0], pairs[:, 1]]
-    columns = [pairs[:, 1], pairs[:, 0]]
-    for i in range(4):
-        for j in range(4):
-            rows.append(windows[:, i])
-            columns.append(windows[:, j])
-    row, column = np.concatenate(rows), np.concatenate(columns)
+    row = np.concatenate((pairs.ravel(), np.repeat(windows, 4, axis=1).ravel()))
+    column = np.concatenate((pairs[:, ::-1].ravel(), np.tile(windows, 4).ravel()))
     apart = row != column
     linked = sparse.coo_array(
         (np.ones(np.count_nonzero(apart), dtype=np.int32), (row[apart], column[apart])),
