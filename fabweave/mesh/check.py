@@ -8,11 +8,10 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import (
-    EdgeGroups,
     boundary_loops,
-    group_edges,
     keep_faces,
     label_links,
     orient_faces,

@@ -190,10 +190,10 @@ class Fairness:
         half, count, n_vertices = halfedges, halfedges.n_halfedges, mesh.n_vertices
         sizes = mesh.face_sizes[half.face]
         crossed = half.twin >= 0
-        self._arrives = crossed.astype(np.float64)
-        self._leaves = self._arrives[half.next]
+        self.arrives = crossed.astype(np.float64)
+        self.leaves = self.arrives[half.next]
         # A portal beside two boundary edges is passed by no ribbon.
-        self._used: BoolArray = (self._arrives + self._leaves) > 0
+        self._used: BoolArray = (self.arrives + self.leaves) > 0
         passed = crossed & crossed[half.next]
         self._turns = {length: turns_in_a_row(half, passed, length) for length in _STRAIGHT}
         self._passed = passed.astype(np.float64)
@@ -203,11 +203,11 @@ class Fairness:
         self.drift, self.drift_back = drift, drift.T.tocsr()
         self.drift_squares = np.asarray(drift.multiply(drift).sum(axis=0)).reshape(-1)
         if portals is None:
-            self._ideal = ideal_cosines(half, n_vertices, sizes)
+            self.ideal = ideal_cosines(half, n_vertices, sizes)
             portals = np.full(count, 0.5)
         else:
             # In a regular tiling, medial lines meet portals at right angles.
-            self._ideal = np.zeros(count)
+            self.ideal = np.zeros(count)
 
         self._to_centres = sparse.csr_array(
             (1.0 / sizes, (half.face, half.tail)), shape=(mesh.n_faces, n_vertices)
@@ -242,7 +242,7 @@ class Fairness:
         component = label_links(half.tail, half.head, n_vertices)[1][half.tail]
         square = self.portals(mesh.vertices).width ** 2 * self._used
         number = np.maximum(np.bincount(component, weights=self._used), 1.0)
-        self._wanted = np.sqrt(np.bincount(component, weights=square) / number)[component]
+        self.wanted = np.sqrt(np.bincount(component, weights=square) / number)[component]
 
     def portals(self, positions: FloatArray) -> Portals:
         """Return the portals of the mesh with its vertices at some positions, (V, 3)."""
@@ -272,24 +272,7 @@ class Fairness:
 
     def at(self, positions: FloatArray) -> "Slope":
         """Return the energy near some positions, to first order in its residuals."""
-        portals = self.portals(positions)
-        a, b = _dot(portals.arriving, portals.across), _dot(portals.leaving, portals.across)
-        residuals, square, by_cosine, by_log = [self.drift @ (a - b)], [], [], []
-        for cosine, ideal, is_there in (
-            (a, self._ideal, self._arrives),
-            (b, -self._ideal, self._leaves),
-        ):
-            sine2 = np.maximum(1 - cosine**2, _LEAST_SINE**2)
-            room = np.sqrt(sine2) * portals.width
-            lack = _ROOM * is_there * (self._wanted / room) ** _POWER
-            residuals += [_SQUARE * is_there * (cosine - ideal), lack]
-            square.append(_SQUARE * is_there)
-            by_cosine.append(_POWER * lack * cosine / sine2)
-            by_log.append(-_POWER * lack)
-        short = _ROOM * (1.0 - self._arrives) * (self._wanted / portals.come) ** _POWER
-        return Slope(
-            self, portals, [*residuals, short], (a, b), square, by_cosine, by_log, -_POWER * short
-        )
+        return Slope(self, positions)
 
     def forward(self, positions: FloatArray) -> FloatArray:
         """Return what the vectors at portals become by positions or moves, (3H, 3)."""
@@ -311,26 +294,31 @@ class Fairness:
 class Slope:
     """An energy at one place: its residuals and their derivatives."""
 
-    def __init__(
-        self,
-        fairness: Fairness,
-        portals: Portals,
-        residuals: list[FloatArray],
-        cosines: tuple[FloatArray, FloatArray],
-        square: list[FloatArray],
-        by_cosine: list[FloatArray],
-        by_log: list[FloatArray],
-        short: FloatArray,
-    ) -> None:
-        """Take the residuals and their derivatives by cosines and by logarithms of lengths.
+    def __init__(self, fairness: Fairness, positions: FloatArray) -> None:
+        """Find the residuals and their derivatives by cosines and by logarithms of lengths.
 
         Residuals are drifts; then, for arriving and for leaving, how far from square, and the
         lack of room; at last how short boundary edges are.
         """
-        self._fairness, self._residuals = fairness, residuals
-        self._square, self._by_cosine, self._by_log, self._short = square, by_cosine, by_log, short
-        self.energy = float(sum(np.sum(part**2) for part in residuals))
-        a, b = cosines[0][:, None], cosines[1][:, None]
+        self._fairness, portals = fairness, fairness.portals(positions)
+        a, b = _dot(portals.arriving, portals.across), _dot(portals.leaving, portals.across)
+        residuals = [fairness.drift @ (a - b)]
+        self._square, self._by_cosine, self._by_log = [], [], []
+        for cosine, ideal, is_there in (
+            (a, fairness.ideal, fairness.arrives),
+            (b, -fairness.ideal, fairness.leaves),
+        ):
+            sine2 = np.maximum(1 - cosine**2, _LEAST_SINE**2)
+            room = np.sqrt(sine2) * portals.width
+            lack = _ROOM * is_there * (fairness.wanted / room) ** _POWER
+            residuals += [_SQUARE * is_there * (cosine - ideal), lack]
+            self._square.append(_SQUARE * is_there)
+            self._by_cosine.append(_POWER * lack * cosine / sine2)
+            self._by_log.append(-_POWER * lack)
+        short = _ROOM * (1.0 - fairness.arrives) * (fairness.wanted / portals.come) ** _POWER
+        self._residuals, self._short = [*residuals, short], -_POWER * short
+        self.energy = float(sum(np.sum(part**2) for part in self._residuals))
+        a, b = a[:, None], b[:, None]
         come, go, width = (part[:, None] for part in (portals.come, portals.go, portals.width))
         # Derivatives of the cosines and of the logarithms by the vectors.
         self._a_arriving = (portals.across - a * portals.arriving) / come

@@ -121,6 +121,12 @@ def sum_at(groups: IntArray, values: FloatArray, count: int) -> FloatArray:
     return np.stack(columns, axis=1)
 
 
+def mean_at(groups: IntArray, values: FloatArray) -> FloatArray:
+    """Return the mean of the rows of each group, none of which is empty."""
+    shares = np.bincount(groups)
+    return sum_at(groups, values, len(shares)) / shares[:, None]
+
+
 def sparse_rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array:
     """Return a sparse map whose rows hold values, the same or their own, at columns (N, K)."""
     count, size = columns.shape

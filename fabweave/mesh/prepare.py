@@ -6,15 +6,9 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import MeshReport, check_mesh
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh, next_corner, used_vertices, without_loose
-from fabweave.mesh.topology import (
-    EdgeGroups,
-    face_patches,
-    group_edges,
-    orient_faces,
-    split_fans,
-    turn_faces,
-)
+from fabweave.mesh.topology import face_patches, orient_faces, split_fans, turn_faces
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:

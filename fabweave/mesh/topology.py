@@ -1,90 +1,12 @@
 """Find the edges, components, fans, orientations and boundary loops of any polygon mesh."""
 
-from functools import cached_property
-
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
-from fabweave.mesh.halfedge import pair_corners
-from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
-
-
-@frozen_value
-class EdgeGroups:
-    """The half-edges of a mesh, grouped by edge; an edge may have any number of faces.
-
-    Parameters
-    ----------
-    tail, head, face, next : (H,) int arrays
-        Ends, face and following half-edge of each half-edge.
-    order : (H,) int array
-        Half-edges grouped by edge.
-    starts : (E + 1,) int array
-        Bounds of the groups.
-    """
-
-    tail: IntArray
-    head: IntArray
-    face: IntArray
-    next: IntArray
-    order: IntArray
-    starts: IntArray
-
-    @cached_property
-    def sizes(self) -> IntArray:
-        """Number of faces along each edge, (E,)."""
-        return np.diff(self.starts)
-
-    @cached_property
-    def first(self) -> IntArray:
-        """First half-edge of each edge, (E,)."""
-        return self.order[self.starts[:-1]]
-
-    @cached_property
-    def pairs(self) -> tuple[IntArray, IntArray]:
-        """The two half-edges of every edge that has exactly two, two (N,) arrays."""
-        at = self.starts[:-1][self.sizes == 2]
-        return self.order[at], self.order[at + 1]
-
-    @cached_property
-    def same_way(self) -> IntArray:
-        """Edges whose two faces run along them the same way, (N,)."""
-        first, second = self.pairs
-        wrong: IntArray = np.flatnonzero(self.sizes == 2)[self.tail[first] == self.tail[second]]
-        return wrong
-
-    def ends(self, edges: IntArray) -> IntArray:
-        """Return the end vertices of some edges, smaller number first, (N, 2)."""
-        half = self.first[edges]
-        return np.sort(np.column_stack([self.tail[half], self.head[half]]), axis=1)
-
-
-def group_edges(mesh: PolyMesh) -> EdgeGroups:
-    """Group the half-edges of a mesh by edge.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        Faces that name vertices that exist.
-
-    Returns
-    -------
-    EdgeGroups
-        The groups.
-
-    Examples
-    --------
-    >>> fin = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
-    >>> sorted(group_edges(fin).sizes.tolist())
-    [1, 1, 1, 1, 1, 1, 3]
-    """
-    following = next_corner(mesh)
-    tail = mesh.indices
-    head = tail[following]
-    order, starts = pair_corners(tail, head, mesh.n_vertices)
-    return EdgeGroups(tail, head, face_of_corner(mesh), following, order, starts)
+from fabweave.mesh.halfedge import EdgeGroups
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
 
 def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
@@ -230,10 +152,7 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
     >>> vertex_fans(group_edges(bow_tie), 5).tolist()
     [2, 1, 1, 1, 1]
     """
-    number, label = _label_fans(edges)
-    vertex = np.empty(number, dtype=np.int64)
-    vertex[label] = edges.tail
-    return np.bincount(vertex, minlength=n_vertices)
+    return np.bincount(_label_fans(edges)[0], minlength=n_vertices)
 
 
 def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
@@ -261,11 +180,9 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     >>> apart.faces(), vertices.tolist(), apart.n_vertices
     ([[0, 1, 2], [5, 3, 4]], [0], 6)
     """
-    number, label = _label_fans(edges)
-    vertex = np.empty(number, dtype=np.int64)
-    vertex[label] = edges.tail
+    vertex, label = _label_fans(edges)
     # Fans are numbered in the order of their first corners.
-    first = np.zeros(number, dtype=bool)
+    first = np.zeros(len(vertex), dtype=bool)
     first[np.unique(vertex, return_index=True)[1]] = True
     own = vertex.copy()
     own[~first] = mesh.n_vertices + np.arange(np.count_nonzero(~first))
@@ -273,8 +190,8 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     return PolyMesh(vertices, mesh.offsets, own[label]), np.unique(vertex[~first])
 
 
-def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
-    """Count the fans of all vertices, and return the one of each corner, in order of corners."""
+def _label_fans(edges: EdgeGroups) -> tuple[IntArray, IntArray]:
+    """Return the vertex of each fan, and the fan of each corner, in order of corners."""
     # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
     inside = np.ones(len(edges.order), dtype=bool)
     inside[edges.starts[:-1]] = False
@@ -284,7 +201,10 @@ def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
     one_head, two_head = edges.next[one], edges.next[two]
     links_from = np.concatenate([one, one_head])
     links_to = np.concatenate([np.where(same, two, two_head), np.where(same, two_head, two)])
-    return label_links(links_from, links_to, len(edges.order))
+    number, label = label_links(links_from, links_to, len(edges.order))
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[label] = edges.tail
+    return vertex, label
 
 
 def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
@@ -369,7 +289,7 @@ def face_patches(edges: EdgeGroups, n_faces: int) -> IntArray:
 
     Examples
     --------
-    >>> from fabweave.mesh.topology import group_edges
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 6, [[0, 1, 2], [3, 4, 5], [1, 0, 3]])
     >>> face_patches(group_edges(mesh), 3).tolist()
     [0, 1, 0]
@@ -402,7 +322,7 @@ def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]
 
     Examples
     --------
-    >>> from fabweave.mesh.topology import group_edges
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> flipped = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 1, 3], [1, 4, 3]])
     >>> [values.tolist() for values in orient_faces(group_edges(flipped), 3)]
     [[True, False, False], [False, False, False]]

@@ -10,7 +10,7 @@ from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.halfedge import build_halfedges, group_edges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
@@ -18,7 +18,6 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
 from fabweave.mesh.shapes.soft_tubes import soft_tubes
 from fabweave.mesh.symmetry import find_symmetry
-from fabweave.mesh.topology import group_edges
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions

@@ -10,8 +10,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.symmetrise import symmetrise
-from fabweave.mesh.symmetry import find_symmetry
+from fabweave.mesh.symmetry import find_symmetry, symmetrise
 from fabweave.mesh.upright import largest_dimension
 
 SHAPES = ("shape:cube", "shape:torus?m=8&n=5", "shape:dodecahedron", "shape:tube?m=6&n=3")

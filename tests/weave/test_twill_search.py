@@ -19,9 +19,12 @@ from fabweave.weave.twill import bound as bounds
 from fabweave.weave.twill.anneal import (
     N_COPIES,
     couple,
+    cross,
+    optimise_twill,
     pack,
     random_copies,
     resample,
+    score,
     scores,
     sweep,
     unpack,
@@ -35,7 +38,6 @@ from fabweave.weave.twill.conditions import (
     twill_conditions,
 )
 from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.optimise import cross, optimise_twill, score
 from fabweave.weave.twill.voting import best_vote, literal_vote
 from fabweave.weave.twill.weaving import TwillSearch, weave_twill
 

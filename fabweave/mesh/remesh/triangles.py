@@ -397,7 +397,7 @@ def _flipped(mesh: PolyMesh, halfedges: Halfedges, edges: IntArray, quads: IntAr
     faces = mesh.indices.reshape(-1, 3).copy()
     faces[halfedges.face[first]] = np.column_stack([d, b, c])
     faces[halfedges.face[halfedges.twin[first]]] = np.column_stack([c, a, d])
-    return PolyMesh(mesh.vertices, mesh.offsets, faces.reshape(-1))
+    return PolyMesh.from_triangles(mesh.vertices, faces)
 
 
 #: Rounds of flips, each with one of fitting, and rounds of fitting after them; and how much

@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
+from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.topology import group_edges
 
 # Samples of a skeleton may stand this many blends apart: the sum of their bells then differs
 # from the integral by a factor of 1 ± 4e-5 only (Poisson summation).

@@ -14,7 +14,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry import Symmetry, find_symmetry, orbits
 from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads, crossing_of_halfedges
-from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.anneal import couple, optimise_twill
 from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import (
     EQUAL,
@@ -26,7 +26,6 @@ from fabweave.weave.twill.conditions import (
 )
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import Obstruction, explain
-from fabweave.weave.twill.optimise import optimise_twill
 from fabweave.weave.twill.voting import best_vote, literal_vote
 
 #: At most so many groups of rotations are tried, those of the fewest rotations first.
@@ -193,7 +192,8 @@ def _groups(group: Symmetry, least: int) -> list[frozenset[int]]:
             _generated(table, [*one, *two])
             for one, two in combinations(sorted(cyclic, key=sorted), 2)
         }
-    enough = sorted((part for part in known if len(part) >= least), key=_rank)
+    enough = [part for part in known if len(part) >= least]
+    enough.sort(key=lambda part: (len(part), sorted(part)))
     inverse = np.argmax(table == 0, axis=1)
     found: list[frozenset[int]] = []
     sorts: set[frozenset[int]] = set()
@@ -204,10 +204,6 @@ def _groups(group: Symmetry, least: int) -> list[frozenset[int]]:
         for by in range(group.order):
             sorts.add(frozenset(table[table[by, one], inverse[by]].item() for one in part))
     return found[:_MOST_GROUPS]
-
-
-def _rank(part: frozenset[int]) -> tuple[int, list[int]]:
-    return len(part), sorted(part)
 
 
 def _products(group: Symmetry) -> IntArray:
