@@ -354,11 +354,11 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     n_edges = len(edges.sizes)
     if not sound.all():  # those of all polygons, which may pass a vertex twice
         every = group_edges(keep_faces(mesh, ~(small | out_of_range)))
-        n_edges = np.count_nonzero(every.tail[every.first] != every.head[every.first])
+        n_edges = int(np.count_nonzero(every.tail[every.first] != every.head[every.first]))
     sizes, numbers = np.unique(mesh.face_sizes, return_counts=True)
     return MeshReport(
         n_vertices=mesh.n_vertices,
-        n_edges=int(n_edges),
+        n_edges=n_edges,
         n_faces=mesh.n_faces,
         face_sizes=tuple(zip(sizes.tolist(), numbers.tolist(), strict=True)),
         n_components=components.number,

@@ -148,6 +148,7 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
     >>> vertex_fans(group_edges(bow_tie), 5).tolist()
     [2, 1, 1, 1, 1]
@@ -175,6 +176,7 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
     >>> apart, vertices = split_fans(bow_tie, group_edges(bow_tie))
     >>> apart.faces(), vertices.tolist(), apart.n_vertices
@@ -219,6 +221,7 @@ def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> square = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
     >>> boundary_loops(group_edges(square))[0]
     1
