@@ -70,7 +70,7 @@ def ways_text(ways: list[Candidate]) -> str:
     if not ways:
         return (
             "Coarser and finer meshes, narrower ribbons, card and a larger size were tried, and "
-            "did not help. fabweave guide troubleshooting says what else may.\n"
+            "did not help. fabweave guide mending says what else may.\n"
         )
     lines = []
     for way in ways:

@@ -33,7 +33,7 @@ CUTTING_OPTIONS = (
         choice("fabweave.piece.split.preferences.PREFERENCES"),
         "What --max-length auto saves: work (hours of cutting and joining), waste (whole sheets, "
         "then joints), or balanced, the sum of sheets, fasteners and hours in money, by the rates "
-        "that fabweave guide stock tells.",
+        "that fabweave guide pieces lists.",
         default="balanced",
     ),
     Option(
@@ -71,8 +71,8 @@ CUTTING_OPTIONS = (
             "fabweave.stock.hardware.parse_fastener",
             form=lambda told: "".join(told.lower().split()),
         ),
-        "What holds crossings: a fastener such as screw-m3, or M3 (fabweave guide joints lists "
-        "them), whose hole is cut and whose head keeps off the edges; a hole such as 3.3mm, for "
+        "What holds crossings: a fastener such as screw-m3, or M3 (fabweave guide fasteners has "
+        "all), whose hole is cut and whose head keeps off the edges; a hole such as 3.3mm, for "
         "any that fits; both as in screw-m3,3.4mm; or none, without any holes.",
         otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
         making=True,
@@ -99,7 +99,7 @@ CUTTING_OPTIONS = (
         "Which crossings take a fastener: joints; loose, the joints and more crossings the looser "
         "the weave is; all; rim, the joints and the crossings next to the boundary; every:2, the "
         "joints and one crossing of two; or none, and joints are glued.",
-        otherwise="loose, or all with --joint rivet,slots (fabweave guide joints)",
+        otherwise="loose, or all with --joint rivet,slots (fabweave guide fasteners)",
         making=True,
         brief="Fasteners at: joints, loose, rim, all, every:2, none.",
     ),
