@@ -79,6 +79,14 @@ def contact_sheet(
     return sheet
 
 
+def titled(picture: Image.Image, text: str) -> Image.Image:
+    """Write a text into the foot of a picture, and return the picture."""
+    size = max(picture.width // 24, 11)
+    place, font = (picture.width / 2, picture.height - _high(size)), ImageFont.load_default(size)
+    ImageDraw.Draw(picture).text(place, text, fill=_INK, font=font, anchor="mm")
+    return picture
+
+
 def stacked(*pictures: Image.Image) -> Image.Image:
     """Put pictures below one another, each in the middle."""
     wide, high = max(p.width for p in pictures), sum(p.height for p in pictures)

@@ -25,18 +25,14 @@ from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.template import template_pdf
-from fabweave.show.files import offcut_entries
 from fabweave.show.job import Job
 from fabweave.show.manual.cover import Facts
 from fabweave.show.manual.writing import write_manual
-from fabweave.show.pages import INDEX_FILE, About, index_page, waste_page
+from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
 from fabweave.show.viewer.page import space_record, viewer_page
 from fabweave.weave.strand_colours import crossing_colours
 
 _Made = TypeVar("_Made")
-
-#: The picture of what a remeshed model lost.
-LIKENESS = "likeness.png"
 
 
 def show_job(
@@ -80,13 +76,13 @@ def show_job(
     views, unmade = manual()
     missing += unmade
     papers: list[tuple[str, Callable[[], bytes | str | None]]] = [
-        ("waste.html", lambda: _waste_page(job, report)),
+        ("waste.html", lambda: waste_page(job, report)),
         ("render.png", job.portrait),
         (LIKENESS, job.likeness),
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
-    papers.append((INDEX_FILE, lambda: _index(job, plan, report, directory)))
+    papers.append((INDEX_FILE, lambda: index_page(job, plan, report, file_names(directory))))
     for name, make in papers:
         missing += _write_paper(directory / name, make)
     return tuple(missing)
@@ -185,29 +181,3 @@ def _show_sheet(
         folder / f"{drawing.name}.png",
         lambda: png_bytes(drawing, colours=machine.preset, lettered=ids),
     )
-
-
-def _waste_page(job: Job, report: WasteReport) -> str:
-    """Return the page on what becomes of the material."""
-    return waste_page(
-        report,
-        title=job.woven.title,
-        verdict=job.verdict,
-        allotment=job.allotment,
-        sheet_names=[drawing.name for drawing in job.drawings],
-        entries=offcut_entries(job),
-        likeness=LIKENESS if job.woven.source.likeness is not None else None,
-    )
-
-
-def _index(job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path) -> str:
-    """Return the page that opens the job, once all else is in its folder."""
-    about = About(
-        title=job.woven.title,
-        verdict=job.verdict,
-        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
-        material=job.supplies.description,
-        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
-    )
-    cut_names = [drawing.name for drawing in job.kerfed]
-    return index_page(about, crossing_map, report, cut_names, file_names(directory))

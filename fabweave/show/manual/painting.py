@@ -133,6 +133,8 @@ _LEVELS = len(THERE) + len(NEW)
 #: black, and what is still to come.
 PAPER, OUTLINE, BLACK, COMING = range(4)
 FIXED = ((255, 255, 255), (119, 119, 119), (0, 0, 0), (242, 242, 242))
+#: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
+_HATCH_PX, _HATCH_LINE_PX = 9, 2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _KEY = (-0.42, 0.62, 0.66)
 
@@ -250,6 +252,15 @@ def paint(
     new = np.zeros(seen.shape, dtype=bool)
     new[there] = scene.step[triangle] >= first_new
     _draw_ends(code, piece, near, new)
+    # A strip winds around the object: hatching shows where it goes on behind what is in front.
+    fresh = placed[scene.step[placed] >= first_new]
+    whole, _ = nearest_triangles(
+        points, scene.triangles[fresh], width=frame.width_px, height=frame.height_px
+    )
+    down, across = np.indices(whole.shape)
+    hatched = (whole >= 0) & ~new & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
+    dark = len(FIXED) + palette.own[scene.piece[fresh]] * _LEVELS + len(THERE)
+    code[hatched] = dark[whole[hatched]]
     tones = np.concatenate((np.array(FIXED, dtype=np.uint8), palette.tones.reshape(-1, 3)))
     return packed(tones[code]), near, piece
 

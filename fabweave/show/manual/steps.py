@@ -39,23 +39,22 @@ _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
 _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
-    "A picture of the whole object shows where the next pieces go; then each step has a picture "
-    "of its own, seen from the same side. New pieces have their full colour and a heavy outline, "
-    "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
-    "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
-    "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
-    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
-    "and its start at the left: in order from there, all that crosses it and is in place, with a "
-    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
-    "come."
+    "A picture of the whole object shows where the next pieces go. Then each step has a picture of "
+    "its own, seen from the same side. New pieces are dark, with a heavy outline and a black name; "
+    "hatching shows where other pieces hide them. Pieces in place are pale. A name with a disc is "
+    "a piece that the new one lies over; a name with a ring is one that it runs under. # marks a "
+    "joint. An arrow shows where an end slides under other pieces, and a circle with a cross shows "
+    "where all layers are now in place. A card shows the new piece flat, outer face up, start at "
+    "the left. It names all that crosses the piece and is in place: a disc where the piece goes "
+    "over it, a ring where it runs under. Grey lines are strands to come."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
 )
 RINGED = (
-    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
-    "until then, clips are enough there."
+    " Crossings under the ring around an opening get their fasteners with it, at the end: "
+    "until then, clips hold them."
 )
 BOXES = " Tick the box of a piece when it is in its place."
 

@@ -1,4 +1,6 @@
 "use strict";
+/** A bunch is called by so many of its threads; the others are counted. */
+const MOST_LABELS = 6;
 
 /** Read what the page holds, and index it. */
 function readPlan(text) {
@@ -13,14 +15,17 @@ function readPlan(text) {
   const stepOf = new Int32Array(pieces.length).fill(-1);
   steps.forEach((step, index) => step.pieces.forEach((id) => (stepOf[pieceAt.get(id)] = index)));
 
-  /** Name the bunch of a thread for people: with two, warp and weft. */
-  const bunches = new Set(threads.map((thread) => thread.bunch));
+  /** Name the bunch of a thread for people: with two, warp and weft; of more, by its threads. */
+  const bunches = new Set(threads.map((thread) => thread.bunch)), bunchOf = new Map();
+  for (const thread of threads) bunchOf.set(thread.bunch, [...(bunchOf.get(thread.bunch) || []), thread.label]);
   const warp = new Set(data.plan.weave.warp || []);
-  const woven = warp.size > 0;
+  const woven = warp.size > 0, twoWays = woven || bunches.size === 2;
   function bunchName(thread) {
     if (woven) return warp.has(thread.id) ? "warp" : "weft";
     if (bunches.size === 2) return thread.bunch === 0 ? "warp" : "weft";
-    return bunches.size === 1 ? "" : `colour group ${thread.bunch + 1}`;
+    if (bunches.size === 1) return "";
+    const own = bunchOf.get(thread.bunch), rest = own.length - MOST_LABELS;
+    return own.slice(0, MOST_LABELS).join(", ") + (rest > 0 ? ` and ${rest} more` : "");
   }
 
   /** The distance of every station of a piece from its first one, in millimetres. */
@@ -127,7 +132,7 @@ function readPlan(text) {
     colour: [],
     data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
+    bunchName, twoWays, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
   };
 }
 
