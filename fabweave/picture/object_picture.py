@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from PIL import Image
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
@@ -17,7 +17,7 @@ from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet, side_by_side, titled
-from fabweave.picture.render import Marks, object_frame, render_scene
+from fabweave.picture.render import Marks, middle_edge_px, object_frame, render_scene
 from fabweave.picture.shading import smooth_normals
 from fabweave.picture.surfaces import (
     face_normals,
@@ -80,7 +80,9 @@ def mesh_picture(
         view=view,
         normals=normals,
         edges=sides,
-        line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
+        line_px=float(
+            np.clip(0.09 * middle_edge_px(vertices, triangles, sides, view, size_px), 0.3, 1.3)
+        ),
         marks=marks,
         samples=samples,
     )
@@ -199,24 +201,6 @@ def render_shapes(shapes: Sequence[Shape] = SHAPES) -> Image.Image:
         tiles.append(mesh_picture(mesh, size_px=_TILE_PX, marks=marks if few else None))
         captions.append(f"{shape.name}: {shape.text}\n{shape.example}")
     return contact_sheet(tiles, captions, columns=4)
-
-
-def _line_width(
-    vertices: FloatArray,
-    triangles: IntArray,
-    sides: BoolArray,
-    view: View,
-    size_px: tuple[int, int],
-    share: float,
-) -> float:
-    """Return a width in pixels for the edges of a mesh: a share of their length in the picture."""
-    if len(triangles) == 0:
-        return 1.0
-    frame = object_frame(vertices, triangles, view, size_px)
-    row, side = np.nonzero(sides)
-    ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
-    length = float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
-    return float(np.clip(share * length, 0.3, 1.3))
 
 
 def bodies_picture(

@@ -315,6 +315,22 @@ def object_frame(
     return frame_object(points, view, size_px, FLOOR_MARGIN)
 
 
+def middle_edge_px(
+    vertices: FloatArray,
+    triangles: IntArray,
+    sides: BoolArray,
+    view: View,
+    size_px: tuple[int, int],
+) -> float:
+    """Return how long those sides of triangles are in a picture that are edges, in the median."""
+    row, side = np.nonzero(sides)
+    if not len(row):
+        return 1.0
+    frame = object_frame(vertices, triangles, view, size_px)
+    ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
+    return float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
+
+
 def _inks(
     corners: FloatArray,
     edges: BoolArray,

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
 from fabweave.piece.congruence import (
     DECIMALS,
     FIT_MM,
@@ -284,7 +284,7 @@ def _pieces(
     """Lay all pieces to rest, with their names, joints and holes."""
     marked = np.array([kind.marked for kind in _joint_kinds(plan, drilled)], dtype=np.bool_)
     guides = guide_lines(cut, plan, marked)
-    numbers = _number_in_thread(runs)
+    numbers = 1 + places_in_groups(np.bincount(runs.thread))
     stations, pieces = cut.stations, []
     for index, number in enumerate(numbers.tolist()):
         thread, path, outline = int(runs.thread[index]), cut.paths[index], cut.outlines[index]
@@ -335,14 +335,6 @@ def _slots(
         path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
         slots.append(Slot(int(at - rows.start), Path(frame.apply(path.points), path.bulges)))
     return tuple(slots)
-
-
-def _number_in_thread(runs: Runs) -> IntArray:
-    """Return each piece's number along its thread, from 1."""
-    fresh = np.ones(len(runs.thread), dtype=bool)
-    fresh[1:] = runs.thread[1:] != runs.thread[:-1]
-    starts = np.flatnonzero(fresh)
-    return np.arange(len(fresh)) - np.repeat(starts, np.diff(np.append(starts, len(fresh)))) + 1
 
 
 def _join(
