@@ -17,8 +17,13 @@ from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet, side_by_side, titled
-from fabweave.picture.render import Marks, middle_edge_px, object_frame, render_scene
-from fabweave.picture.shading import smooth_normals
+from fabweave.picture.render import (
+    Marks,
+    middle_edge_px,
+    object_frame,
+    render_scene,
+    smooth_normals,
+)
 from fabweave.picture.surfaces import (
     face_normals,
     polygon_triangles,

@@ -352,6 +352,16 @@ class Runs:
     first: IntArray
     last: IntArray
 
+    @classmethod
+    def of(cls, rows: Sequence[tuple[int, int, int]]) -> "Runs":
+        """Return the runs of some rows: thread, first and last pass."""
+        return cls(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+
+    @property
+    def rows(self) -> list[tuple[int, int, int]]:
+        """Thread, first and last pass of each run."""
+        return list(zip(self.thread.tolist(), self.first.tolist(), self.last.tolist(), strict=True))
+
     def joint_passes(self, threads: Threads) -> IntArray:
         """Return the pass at which each joint lies, (J,), in the order of runs that end there."""
         count = threads.lengths[self.thread]

@@ -278,9 +278,7 @@ def _too_large(
         f"{woven.labels[thread]} from its crossing {first} to its crossing "
         f"{last % woven.weave.threads.lengths[thread]} ({shape.length_mm:.1f} × "
         f"{shape.width_mm:.1f} mm)"
-        for thread, first, last, shape in zip(
-            runs.thread, runs.first, runs.last, shapes, strict=True
-        )
+        for (thread, first, last), shape in zip(runs.rows, shapes, strict=True)
     ]
     return (
         agree(len(pieces), "{n} piece[ fits|s fit] on no sheet with [its|their] laps, and ")
@@ -294,7 +292,7 @@ def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
     """Say which stretches of threads would cross themselves however they are cut."""
     threads = woven.weave.threads
     places = []
-    for thread, first, last in zip(kinks.thread, kinks.first, kinks.last, strict=True):
+    for thread, first, last in kinks.rows:
         ends = np.array([first, last]) % threads.lengths[thread]
         centre = woven.ribbons.centre[threads.crossing[threads.offsets[thread] + ends]].mean(axis=0)
         place = ", ".join(f"{value:.0f}" for value in centre)

@@ -12,8 +12,7 @@ from fabweave.core.records import record
 from fabweave.piece.development import Runs, unfold_runs
 from fabweave.piece.outline import strip_outlines
 from fabweave.piece.piece import Piece
-from fabweave.piece.split.candidate_costs import Bed, sheet_area
-from fabweave.piece.split.candidates import Sites
+from fabweave.piece.split.candidates import Bed, Sites, sheet_area
 from fabweave.piece.split.preferences import (
     Workshop,
     all_sheets_for,

@@ -20,7 +20,7 @@ from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import lap_beyond
 from fabweave.piece.on_stock import rough_nesting, sheet_price
 from fabweave.piece.settings import PieceSettings
-from fabweave.piece.split.candidate_costs import Bed, Candidates, list_candidates
+from fabweave.piece.split.candidates import Bed, Candidates, list_candidates
 from fabweave.piece.split.length_curve import (
     LENGTHS,
     Choice,

@@ -153,8 +153,8 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
         station = piece.stations[0]
         word = "over" if station.over else "under"
         text = (
-            "Beside a crossing stands the piece that crosses there: with a disc before its id where "
-            "this piece passes over it, with a ring where this piece passes under it. At its first "
+            "Beside a crossing stands the piece that crosses there: with a disc before its id "
+            "where this piece passes over it, with a ring where it passes under. At its first "
             f"station, {piece.id} passes {word} {station.partner}."
         )
         signs.append(_Sign("Crossing", text, np.concatenate(list(met.values()))))
@@ -162,8 +162,8 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
     hole = on_sheet(*holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         text = (
-            "A cross in place of a hole marks a glued lap: lay cross on cross. The end of the other "
-            "piece lies at the ticks, where there are any."
+            "A cross in place of a hole marks a glued lap: lay cross on cross. Where there are "
+            "ticks, the end of the other piece lies at them."
         )
         ticks = [run.mean(axis=0) for layer, run in drawn.lines if layer is Layer.ENGRAVE_MARK]
         taken = np.concatenate([hole, *(sign.spots for sign in signs)])

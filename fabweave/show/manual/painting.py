@@ -13,7 +13,7 @@ from PIL import Image
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.picture.camera import Frame, View, frame_object
-from fabweave.picture.shading import facet_normals
+from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.piece.development import Stretches, piece_stretches
