@@ -9,7 +9,7 @@ from fabweave.core.arrays import BoolArray
 from fabweave.mesh.leave_out import Opening
 from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.grain import grain_findings, tight_along
+from fabweave.piece.grain import ACROSS_DEG, tight_along
 from fabweave.piece.joined_strands import JoinedObject
 from fabweave.piece.joint.fastening import (
     beside_edges,
@@ -26,6 +26,7 @@ from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.rules.finding import FAR, Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
@@ -134,15 +135,41 @@ def _rings(
 def with_grain(
     check: RibbonCheck, joined: JoinedObject, pieces: Sequence[Piece], rotations: str
 ) -> RibbonCheck:
-    """Return a check that also says which tight bends may lie off the line across the grain."""
-    woven = joined.woven
-    found = grain_findings(
-        pieces,
-        joined.plan.runs,
-        woven.weave.threads,
-        tight_along(woven.ribbons, check.limits),
-        parse_rotations(rotations),
-        woven.labels,
-        woven.ribbons.centre,
+    """Return a check that also says which tight bends may lie off the line across the grain.
+
+    Where a piece turns, its strip does not run as its length does: from station to station the
+    line between them counts. What the rotations allow is added.
+    """
+    woven, threads, turns = joined.woven, joined.woven.weave.threads, parse_rotations(rotations)
+    tight = tight_along(woven.ribbons, check.limits)
+    if not turns.across or not tight.any():
+        return check
+    passes, off = [], []
+    for piece, first in zip(pieces, joined.plan.runs.first.tolist(), strict=True):
+        step = np.abs(np.diff(piece.points, axis=0))
+        around = (first + np.arange(len(step))) % threads.lengths[piece.thread]
+        passes.append(threads.offsets[piece.thread] + around)
+        off.append(np.degrees(np.arctan2(step[:, 1], step[:, 0])) + turns.tolerance_deg)
+    at, degrees = np.concatenate(passes), np.concatenate(off)
+    at, degrees = at[tight[at]], degrees[tight[at]]
+    if degrees.max(initial=0.0) <= ACROSS_DEG:
+        return check
+    worst = int(np.argmax(degrees))
+    thread, crossing = int(threads.thread_of_pass[at[worst]]), int(threads.crossing[at[worst]])
+    x, y, z = (round(float(value), 3) for value in woven.ribbons.centre[crossing])
+    found = Finding(
+        rule="grain",
+        severity="warn",
+        value=float(degrees[worst]),
+        limit=ACROSS_DEG,
+        unit="degrees",
+        thread=woven.labels[thread],
+        station=int(at[worst] - threads.offsets[thread]),
+        crossing=crossing,
+        other=None,
+        position=(x, y, z),
+        count=int(np.count_nonzero(degrees > ACROSS_DEG)),
+        of=len(at),
+        far=int(np.count_nonzero(degrees > ACROSS_DEG / FAR)),
     )
-    return replace(check, findings=(*check.findings, *found))
+    return replace(check, findings=(*check.findings, found))

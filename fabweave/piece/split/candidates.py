@@ -153,6 +153,13 @@ class Course:
     begin: IntArray
     end: IntArray
 
+    def carried(self, behind: IntArray) -> IntArray:
+        """Return for each station the greatest of some numbers up to it on its thread, or -1."""
+        most = np.maximum.accumulate(behind)
+        start = np.repeat(self.offsets[:-1], np.diff(self.offsets))
+        # What lies before the thread's own first station comes from the thread before.
+        return np.where(most < start, -1, most)
+
     def stretches(self, first: IntArray, last: IntArray) -> Strips:
         """Return the pieces from station to station, cut out of the whole strips."""
         begin, end = self.begin[first], self.end[last]
@@ -490,16 +497,13 @@ def last_clear(course: Course, most_passes: int) -> IntArray:
     # For each late station its early ones, the nearest first: the shortest loop that is closed.
     order = np.lexsort((-early, late))
     early, late = early[order], late[order]
-    thread = np.repeat(np.arange(len(course.offsets) - 1), np.diff(course.offsets))
     while len(late):
         fresh = np.ones(len(late), dtype=bool)
         fresh[1:] = late[1:] != late[:-1]
         a, b = early[fresh], late[fresh]
         looped = ~keeps_clear(course.stretches(a, b))
         behind[b[looped]] = a[looped]
-        np.maximum.accumulate(behind, out=behind)
-        # What lies before the thread's own first station comes from the thread before.
-        behind[behind < course.offsets[:-1][thread]] = -1
+        behind = course.carried(behind)
         left = ~fresh & (early > behind[late])
         early, late = early[left], late[left]
     return behind
@@ -533,10 +537,7 @@ def also_barred(course: Course, sites: Sites, behind: IntArray, barred: Runs) ->
             high = low + last - first
             if high < count[thread]:
                 behind[start + high] = max(behind[start + high], start + low)
-    np.maximum.accumulate(behind, out=behind)
-    thread_of = np.repeat(np.arange(len(count)), count)
-    behind[behind < course.offsets[:-1][thread_of]] = -1
-    return behind
+    return course.carried(behind)
 
 
 def _near_pairs(course: Course, most_passes: int) -> tuple[IntArray, IntArray]:

@@ -14,9 +14,7 @@ from fabweave.show.manual.painting import (
     POINTS_PX,
     PX_MM,
     Painted,
-    Palette,
     Scene,
-    make_palette,
     paint,
 )
 
@@ -460,15 +458,15 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
     list of WholePicture
         Of all steps together, in order.
     """
-    palette, drawn = make_palette(scene.colours), Drawn(scene, crossing_map)
+    drawn = Drawn(scene, crossing_map)
     chosen = views_of_steps(scene).tolist()
     pictures: list[WholePicture] = []
     for number, run in groupby(range(scene.n_steps), key=lambda at: chosen[at]):
         view = VIEWS[number]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
-            details = tuple(_detail(drawn, palette, view, at) for at in own)
-            pictures.append(WholePicture(*_whole(drawn, palette, view, own), view, turned, details))
+            details = tuple(_detail(drawn, view, at) for at in own)
+            pictures.append(WholePicture(*_whole(drawn, view, own), view, turned, details))
     return pictures
 
 
@@ -488,25 +486,23 @@ def _parted(run: Sequence[int], crossing_map: CrossingMap) -> list[list[int]]:
 
 
 def _whole(
-    drawn: Drawn, palette: Palette, view: View, steps: Sequence[int]
+    drawn: Drawn, view: View, steps: Sequence[int]
 ) -> tuple[Painted, tuple[Mark, ...], FloatArray]:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     frame = drawn.scene.frame(view, _pixels(WHOLE))
-    painted, _, piece = paint(
-        drawn.scene, palette, frame, steps[-1], steps[0], coming=steps[0] == 0
-    )
+    painted, _, piece = paint(drawn.scene, frame, steps[-1], steps[0], coming=steps[0] == 0)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, piece, number) for number in new)
     return painted, marks, on_page(frame.pixels(lines), frame)
 
 
-def _detail(drawn: Drawn, palette: Palette, view: View, at: int) -> StepPicture:
+def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
     scene, step = drawn.scene, drawn.steps[at]
     ends = [scene.rung_ends(number) for number in drawn.new(at)]
     ratio, size, frame = _window(np.concatenate(ends).reshape(-1, 3), view)
-    painted, near, piece = paint(scene, palette, frame, at, at, coming=False)
+    painted, near, piece = paint(scene, frame, at, at, coming=False)
     places = Places(drawn, frame, near, at)
     marks = [
         *(new_mark(drawn, frame, piece, number) for number in drawn.new(at)),

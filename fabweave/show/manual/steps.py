@@ -316,12 +316,9 @@ class _Writer:
         tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
         self._draw_tags(tags, corner, ringed=False)
         ratio = f"1 : {picture.ratio:g}"
-        left, top = x + wide - CORNER[0], y + CORNER[1]
-        corners = [(left, y), (x + wide, y), (x + wide, top), (left, top)]
-        book.line(corners, width=0.0, closed=True, fill=1.0)
+        book.box(x + wide - CORNER[0], y, *CORNER, width=0.0, fill=1.0)
         book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
-        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
-        book.line(frame, width=0.4, grey=0.55, closed=True)
+        book.box(x, y, wide, high, width=0.4, grey=0.55)
 
     def _draw_tags(self, tags: Sequence[Tag], corner: FloatArray, *, ringed: bool) -> None:
         """Draw names, and lines to what they name: dashed to what is hidden."""
@@ -336,16 +333,13 @@ class _Writer:
                 book.ring(*(tag.mark.at + corner).tolist())
         for tag in tags:
             dark = tag.mark.kind == "new"
-            (left, low), (right, top) = (
-                (tag.middle + way * tag.half + corner).tolist() for way in (-1.0, 1.0)
-            )
-            box = [(left, low), (right, low), (right, top), (left, top)]
-            book.line(box, width=0.7, closed=True, fill=0.0 if dark else 1.0)
-            middle = (low + top) / 2
+            (left, low), (wide, high) = (tag.middle - tag.half + corner).tolist(), 2.0 * tag.half
+            book.box(left, low, wide, high, width=0.7, fill=0.0 if dark else 1.0)
+            x, y = (tag.middle + corner).tolist()
             if tag.mark.kind in ("over", "under"):
-                book.sign(left + 2.0 + SIGN / 2, middle, over=tag.mark.kind == "over")
-                left += SIGN - 1.0
-            book.text((left + right) / 2, middle, tag.mark.text, size=TAG, bold=True, align=0.5,
+                book.sign(left + 2.0 + SIGN / 2, y, over=tag.mark.kind == "over")
+                x += (SIGN - 1.0) / 2
+            book.text(x, y, tag.mark.text, size=TAG, bold=True, align=0.5,
                       grey=1.0 if dark else 0.0, middle=True)  # fmt: skip
 
 
