@@ -24,8 +24,7 @@ from fabweave.show.manual.cover import write_cover
 from fabweave.show.manual.painting import build_scene, packed
 from fabweave.show.manual.sheets import place_across
 from fabweave.show.manual.step_pictures import step_pictures
-from fabweave.show.manual.writing import manual_pdf
-from fabweave.show.papers import job_facts
+from fabweave.show.papers import job_facts, manual_pdf
 
 
 @cache
