@@ -42,11 +42,8 @@ def loss_colours(loss: LossMap) -> Colours:
 
 def _ramp(share: FloatArray) -> Colours:
     """Return colours of numbers from 0 to 1."""
-    light = light_of(_RAMP)
-    at = np.clip(share, 0.0, 1.0) * (len(light) - 1)
-    before = np.minimum(at.astype(np.int64), len(light) - 2)
-    part = (at - before)[:, None]
-    return bytes_of((1.0 - part) * light[before] + part * light[before + 1])
+    light, at = light_of(_RAMP), np.linspace(0.0, 1.0, len(_RAMP))
+    return bytes_of(np.stack([np.interp(share, at, part) for part in light.T], axis=-1))
 
 
 def loss_tiles(loss: LossMap, front: View, size_px: tuple[int, int]) -> Image.Image:

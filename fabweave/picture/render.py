@@ -203,15 +203,9 @@ def smooth_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flat = triangles.ravel()
-    means = np.stack(
-        [
-            np.bincount(flat, weights=np.repeat(normal[:, axis], 3), minlength=len(points))
-            for axis in range(3)
-        ],
-        axis=1,
-    )
-    return unit(means.astype(np.float64))[triangles]
+    means = np.zeros_like(points, dtype=np.float64)
+    np.add.at(means, triangles.ravel(), np.repeat(normal, 3, axis=0))
+    return unit(means)[triangles]
 
 
 def covered_places(seen: IntArray, nearness: FloatArray) -> tuple[BoolArray, IntArray, FloatArray]:

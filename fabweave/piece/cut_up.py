@@ -51,7 +51,11 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
     beside = [beside_opening(woven, opening) for opening in openings]
     for crossings in beside:
         fastened |= crossings
-    hanging = hung(woven, asked.hang)
+    hanging = np.zeros_like(fastened)
+    if asked.hang is not None:
+        # As the map tells where they are: of two that are as high, both choose the same.
+        places = woven.ribbons.centre.round(DECIMALS)
+        hanging = hanging_crossings(parse_hanging(asked.hang), places)
     fastened |= hanging
     bend_t = min(
         min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
@@ -76,15 +80,6 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
     )
     rings = _rings(openings, beside, piece_set, woven, brief)
     return replace(piece_set, rings=rings, hanging=hanging)
-
-
-def hung(woven: WovenObject, hang: str | None) -> BoolArray:
-    """Return the crossings that carry something, (X,)."""
-    if hang is None:
-        return np.zeros(woven.weave.threads.n_crossings, dtype=np.bool_)
-    # As the map tells where they are: of two that are as high, both choose the same.
-    places = woven.ribbons.centre.round(DECIMALS)
-    return hanging_crossings(parse_hanging(hang), places)
 
 
 def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:

@@ -26,7 +26,7 @@ from fabweave.piece.outline import Frame, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
 from fabweave.piece.rim_ring import RimRing
 from fabweave.ribbon.project import Ribbons
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 #: Less of a panel than this is no cover, square millimetres.
 _LEAST_MM2 = 0.01
@@ -57,8 +57,7 @@ def covered_parts(
     under = np.flatnonzero(~weave.over[stations.passes])
     if not len(under):
         return tuple(parts)
-    above = np.zeros(weave.threads.n_crossings, dtype=np.int64)
-    above[weave.threads.crossing[weave.over]] = np.flatnonzero(weave.over)
+    above = strand_passes(weave)[:, 1]
     own = _panels(ribbons, stations.passes[under])
     other = _panels(ribbons, above[stations.crossing[under]])
     panel = stations.panel[under]

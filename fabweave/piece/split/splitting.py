@@ -10,8 +10,8 @@ of all.
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -143,8 +143,7 @@ _LEAST_OVERLAP_MM2 = 0.1
 _APART = ("a smaller --width", "a smoother mesh (--fair)")
 
 
-@dataclass(frozen=True)
-class _Cause:
+class _Cause(NamedTuple):
     """Why a stretch can be no piece.
 
     Parameters

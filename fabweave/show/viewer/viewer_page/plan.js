@@ -1,4 +1,3 @@
-"use strict";
 /** A bunch is called by so many of its threads; the others are counted. */
 const MOST_LABELS = 6;
 
