@@ -240,22 +240,18 @@ VIEWS = (
 )
 #: Pixels of the pictures by which views are compared.
 _TRIAL_PX = (180, 140)
-#: Prices of a turn, where a view in which nothing new is seen costs 1: the least counts with which
-#: the object is turned in no more than this share of the steps.
-_TURNS, MOST_TURNS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 2.0, 4.0, 9.0), 1 / 8
-#: A view that shows less than this share of what the best one shows costs up to so much more.
-_LITTLE, _POOR = 0.35, 2.0
-#: What a view costs in which a new piece cannot be seen at all, besides.
-_BLIND = 5.0
+#: Every step is seen from where at least such a share of its new pieces is seen as from the best
+#: view: the greatest of these with which no more than this share of the steps turns the object.
+_ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
 def views_of_steps(scene: Scene) -> IntArray:
     """Return the number of the view of each step: the object is turned in an eighth of them."""
     seen = seen_from_views(scene)
-    chosen = np.zeros(0, dtype=np.int64)
-    for turn in _TURNS:
-        chosen = choose_views(seen[:, :, 0], seen[:, :, 1], turn)
+    shares = shown_shares(seen[:, :, 0], seen[:, :, 1])
+    for enough in _ENOUGH:
+        chosen = choose_views(shares, enough)
         if np.count_nonzero(np.diff(chosen)) <= MOST_TURNS * len(chosen):
             break
     return chosen
@@ -272,48 +268,54 @@ def seen_from_views(scene: Scene) -> FloatArray:
     return np.array([_seen(scene, view) for view in VIEWS])
 
 
-def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:
-    """Choose a view for each step so that new pieces are seen and few steps turn the object.
+def shown_shares(least: FloatArray, total: FloatArray) -> FloatArray:
+    """Return how well each view shows each step's new pieces, beside the best view, (V, S).
 
     Parameters
     ----------
     least : (V, S) float array
         For each view and step, how much is seen of the new piece that is seen least.
     total : (V, S) float array
-        How much is seen of all new pieces.
-    turn : float
-        The price of a turn.
+        The same of all new pieces together; it counts a tenth.
+    """
+    # A view that hides a piece is worth nothing where another one shows all of them.
+    blind = (least <= 0.0) & (least.max(axis=0) > 0.0)
+    worth = np.where(blind, 0.0, least + 0.1 * total)
+    best = worth.max(axis=0)
+    return np.asarray(np.where(best > 0.0, worth / np.maximum(best, 1e-9), 1.0))
+
+
+def choose_views(shares: FloatArray, enough: float) -> IntArray:
+    """Choose a view for each step so that each shows enough, and fewest steps turn the object.
+
+    Whoever turns as late as can be turns least often; of views that serve as long, that which
+    shows most is taken.
+
+    Parameters
+    ----------
+    shares : (V, S) float array
+        As of :func:`shown_shares`.
+    enough : float
+        What each step's view shows at least; no more than 1.
 
     Returns
     -------
     (S,) int array
-        The sequence of views with the least sum of what is not seen, as the square of its share
-        of the most that any view shows, more where little is seen, and of the prices of all
-        turns.
 
     Examples
     --------
-    >>> seen = np.array([[9.0, 8.0, 0.0, 9.0], [5.0, 9.0, 9.0, 8.0]])
-    >>> choose_views(seen, seen, 0.1).tolist(), choose_views(seen, seen, 0.5).tolist()
-    ([0, 1, 1, 1], [1, 1, 1, 1])
+    >>> choose_views(np.array([[1.0, 0.6, 0.1], [0.2, 1.0, 1.0]]), 0.5).tolist()
+    [0, 0, 1]
     """
-    worth = least + 0.1 * total
-    share = worth / np.maximum(worth.max(axis=0), 1e-9)
-    lost = (1.0 - share) ** 2 + _POOR * np.maximum(1.0 - share / _LITTLE, 0.0)
-    lost = lost + _BLIND * ((least <= 0.0) & (least.max(axis=0) > 0.0))
-    n_views, n_steps = lost.shape
-    best = np.zeros((n_steps, n_views), dtype=np.int64)
-    cost = lost[:, 0]
-    for step in range(1, n_steps):
-        other = int(np.argmin(cost))
-        turns = cost[other] + turn < cost
-        best[step] = np.where(turns, other, np.arange(n_views))
-        cost = np.where(turns, cost[other] + turn, cost) + lost[:, step]
-    chosen = np.empty(n_steps, dtype=np.int64)
-    chosen[-1] = int(np.argmin(cost))
-    for step in range(n_steps - 1, 0, -1):
-        chosen[step - 1] = best[step, chosen[step]]
-    return chosen
+    chosen: list[int] = []
+    while len(chosen) < shares.shape[1]:
+        left = shares[:, len(chosen) :]
+        good = left >= enough
+        lasts = np.where(good.all(axis=1), left.shape[1], good.argmin(axis=1))
+        longest = int(lasts.max())
+        shown = np.where(lasts == longest, left[:, :longest].sum(axis=1), -1.0)
+        chosen += [int(np.argmax(shown))] * longest
+    return np.array(chosen, dtype=np.int64)
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
