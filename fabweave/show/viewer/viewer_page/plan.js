@@ -18,13 +18,24 @@ function readPlan(text) {
   const bunches = new Set(threads.map((thread) => thread.bunch)), bunchOf = new Map();
   for (const thread of threads) bunchOf.set(thread.bunch, [...(bunchOf.get(thread.bunch) || []), thread.label]);
   const warp = new Set(data.plan.weave.warp || []);
-  const woven = warp.size > 0, twoWays = woven || bunches.size === 2;
+  const woven = warp.size > 0;
   function bunchName(thread) {
     if (woven) return warp.has(thread.id) ? "warp" : "weft";
     if (bunches.size === 2) return thread.bunch === 0 ? "warp" : "weft";
-    if (bunches.size === 1) return "";
-    const own = bunchOf.get(thread.bunch), rest = own.length - MOST_LABELS;
-    return own.slice(0, MOST_LABELS).join(", ") + (rest > 0 ? ` and ${rest} more` : "");
+    return bunches.size === 1 ? "" : few(bunchOf.get(thread.bunch));
+  }
+
+  /** Some labels, and how many more there are. */
+  function few(labels) {
+    const rest = labels.length - MOST_LABELS;
+    return labels.slice(0, MOST_LABELS).join(", ") + (rest > 0 ? ` and ${rest} more` : "");
+  }
+
+  /** Say to which bunch a thread belongs, where there are several; else nothing. */
+  function bunchWords(thread) {
+    const others = bunchOf.get(thread.bunch).filter((label) => label !== thread.label);
+    if (woven || bunches.size <= 2) return bunchName(thread) && ` (${bunchName(thread)})`;
+    return others.length ? ` (it crosses none of ${few(others)})` : "";
   }
 
   /** The distance of every station of a piece from its first one, in millimetres. */
@@ -131,7 +142,7 @@ function readPlan(text) {
     colour: [],
     data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, twoWays, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
+    bunchName, bunchWords, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
   };
 }
 
