@@ -36,7 +36,8 @@ from fabweave.ribbon.lay import (
     require_wide,
     resized,
 )
-from fabweave.ribbon.project import Ribbons, require_no_loop
+from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.project import require_no_loop
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
@@ -246,7 +247,8 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
     # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
     # with narrower panels, not narrower.
     entry, factor = woven.ribbons.entry, narrowed.factor.copy()
-    width = np.minimum(*(_width_mm(woven.ribbons, entry + side) for side in (0, 1)))
+    widths = ribbon_widths(woven.ribbons)
+    width = np.minimum(widths[entry], widths[entry + 1])
     limits = thread_limits(brief.supplies, woven.bunches, brief.ribbons.clearance_mm)
     floor = factor * by_thread(limits.width_mm, threads.thread_of_pass) / np.maximum(width, 1e-9)
     thickness = brief.supplies.thickness_mm(woven.bunches)
@@ -263,10 +265,6 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
         )
         kinks = some_runs(kinks, ~simple(strip_outlines(unfold_runs(ribbons, kinks))))
     return factor
-
-
-def _width_mm(ribbons: Ribbons, rung: IntArray) -> FloatArray:
-    return np.linalg.norm(ribbons.left[rung] - ribbons.right[rung], axis=1)
 
 
 def _too_large(
