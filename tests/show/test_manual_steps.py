@@ -30,6 +30,7 @@ from fabweave.show.manual.painting import (
 from fabweave.show.manual.step_pictures import (
     VIEWS,
     choose_views,
+    seen_from_views,
     shown_shares,
     side_words,
     step_pictures,
@@ -217,6 +218,22 @@ def test_every_view_shows_enough_and_none_turns_the_object_less(seed, enough):
         if shares[list(some), np.arange(6)].min() >= enough
     ]
     assert np.count_nonzero(np.diff(way)) == min(turns)
+
+
+def test_what_a_view_shows_is_what_is_seen_when_it_is_placed():
+    """Step by step, as a plain z-buffer of all that is there finds it."""
+    _, _, scene, _ = made(SMALL)
+    seen = seen_from_views(scene)[0]
+    frame = scene.frame(VIEWS[0], (180, 140))
+    points = frame.pixels(scene.points)
+    for step in range(scene.n_steps):
+        there = np.flatnonzero(scene.step <= step)
+        there = there[np.argsort(scene.step[there], kind="stable")]
+        found, _ = nearest_triangles(points, scene.triangles[there], width=180, height=140)
+        pieces = scene.piece[there[found[found >= 0]]]
+        new = np.flatnonzero(scene.step_of_piece == step)
+        areas = [np.count_nonzero(pieces == one) for one in new]
+        assert seen[step].tolist() == [min(areas), sum(areas)]
 
 
 def test_a_view_that_hides_a_piece_is_left():

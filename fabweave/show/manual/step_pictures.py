@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
-from fabweave.picture.zbuffer import all_fragments
+from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.show.manual.painting import (
     POINTS_PX,
@@ -319,36 +319,23 @@ def choose_views(shares: FloatArray, enough: float) -> IntArray:
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
-    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all."""
-    triangle = _first_seen(scene, scene.frame(view, _TRIAL_PX))
-    area = np.bincount(scene.piece[triangle], minlength=len(scene.step_of_piece)).astype(float)
+    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all.
+
+    Steps are painted one over the other: of a piece that counts which is nearer than all before.
+    """
+    frame = scene.frame(view, _TRIAL_PX)
+    points, (wide, high) = frame.pixels(scene.points), _TRIAL_PX
+    order = np.argsort(scene.step, kind="stable")
+    bounds = np.searchsorted(scene.step[order], np.arange(1, scene.n_steps))
+    area = np.zeros(len(scene.step_of_piece))
+    before = np.full((high, wide), -np.inf)
+    for own in np.split(order, bounds):
+        seen, near = nearest_triangles(points, scene.triangles[own], width=wide, height=high)
+        area += np.bincount(scene.piece[own[seen[near > before]]], minlength=len(area))
+        np.maximum(before, near, out=before)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area)
     return np.column_stack((least, np.bincount(scene.step_of_piece, area, scene.n_steps)))
-
-
-def _first_seen(scene: Scene, frame: Frame) -> IntArray:
-    """Return the triangle of everything that is seen when it is placed, once for each pixel.
-
-    Of the layers at a pixel those count that are nearer than all that came before them.
-    """
-    triangle, pixel, near = all_fragments(
-        frame.pixels(scene.points), scene.triangles, width=frame.width_px, height=frame.height_px
-    )
-    if not len(near):
-        return triangle
-    share = (near - near.min()) / max(float(np.ptp(near)), 1e-9)
-    # Pixel, step and nearness in one number: a quarter of the time of sorting by each in turn.
-    place = pixel * (int(scene.step.max()) + 1) + scene.step[triangle]
-    bits = 62 - int(place.max()).bit_length()
-    order = np.argsort(
-        (place << bits) + ((1.0 - share) * 2.0**bits).astype(np.int64), kind="stable"
-    )
-    triangle, pixel, share = triangle[order], pixel[order], share[order]
-    # Each pixel has a range of its own, so one running maximum serves them all.
-    level = np.maximum.accumulate(share + 2.0 * pixel)
-    wins = np.flatnonzero(share + 2.0 * pixel > np.concatenate(([-1.0], level[:-1])))
-    return np.asarray(triangle[wins])
 
 
 def side_words(view: View) -> str:
