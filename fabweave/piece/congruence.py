@@ -77,14 +77,16 @@ def compare_pieces(
     # What is counted is the same in all of one kind; lengths differ by less than the last two.
     apart_by = np.array([0.0] * 5 + [4.0 * same_mm] * 2)
     first_of: list[int] = []
+    leaders = np.empty_like(known)
     for index, piece in enumerate(pieces):
-        near = np.all(np.abs(known[first_of] - known[index]) <= apart_by, axis=1)
+        near = np.all(np.abs(leaders[: len(first_of)] - known[index]) <= apart_by, axis=1)
         for kind, backwards in product(np.flatnonzero(near).tolist(), (False, True)):
             apart = apart_mm(piece, pieces[first_of[kind]], backwards=backwards)
             if apart <= same_mm:
                 kinds[index], turned[index], off[index] = kind + 1, backwards, apart
                 break
         else:
+            leaders[len(first_of)] = known[index]
             first_of.append(index)
             kinds[index] = len(first_of)
     return Kinds(kinds, turned, off)
