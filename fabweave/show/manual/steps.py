@@ -168,11 +168,13 @@ class _Writer:
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
-        head = steps_words(steps[0].number, steps[-1].number)
+        first, last = steps[0].number, steps[-1].number
+        head = f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
         book.text(x, y - 16.0, head, size=14.0, bold=True)
         seen = view_words(whole.view, turned=whole.turned)
         end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
-        progress = progress_words(self._there, len(self._pieces))
+        all_of_them = agree(len(self._pieces), "{n} [piece is|pieces are]")
+        progress = f"With these, {self._there} of {all_of_them} in place."
         book.block(x, end, progress, room, size=_TEXT)
         left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
         book.image(whole.painted, left, low, *WHOLE)
@@ -433,28 +435,6 @@ def view_words(view: View, *, turned: bool) -> str:
     """
     side = side_words(view)
     return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
-
-
-def steps_words(first: int, last: int) -> str:
-    """Name a run of steps that comes next.
-
-    Examples
-    --------
-    >>> steps_words(3, 3), steps_words(3, 7)
-    ('Next: step 3', 'Next: steps 3 to 7')
-    """
-    return f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
-
-
-def progress_words(there: int, pieces: int) -> str:
-    """Say how many pieces are in place after some steps.
-
-    Examples
-    --------
-    >>> progress_words(12, 96)
-    'With these, 12 of 96 pieces are in place.'
-    """
-    return f"With these, {there} of {agree(pieces, '{n} [piece is|pieces are]')} in place."
 
 
 def time_words(seconds: float, so_far: float) -> str:
