@@ -87,9 +87,9 @@ def _magnify(book: Book, drawn: DrawnPiece, turn: FloatArray, spots: FloatArray)
     for number, spot in enumerate(spots):
         x, y = book.left + number * (wide + _LENS_GAP), book.y - _LENS[1]
         middle = np.array([x + wide / 2.0, y + _LENS[1] / 2.0])
-        book.box(x, y, wide, _LENS[1], width=0.6, grey=0.45)
         with book.clipped(x, y, wide, _LENS[1]):
             _draw_piece(book, drawn, lambda at: (at - spot) @ turn * _LENS_SCALE + middle)  # noqa: B023 - called at once
+        book.box(x, y, wide, _LENS[1], width=0.6, grey=0.45)
 
 
 def _draw_piece(book: Book, drawn: DrawnPiece, at: _Place) -> None:
