@@ -16,7 +16,6 @@ def small_limits(monkeypatch):
     """Take every job for too large to be shown whole."""
     for module in (extent, papers):
         monkeypatch.setattr(module, "MOST_PICTURED", 3)
-    for module in (extent, papers):
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 
 
