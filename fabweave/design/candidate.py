@@ -20,7 +20,7 @@ from fabweave.options.settings import Settings, settings_table
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.loss_picture import loss_legend, loss_tiles
-from fabweave.picture.object_picture import opposite_view, png_bytes, weave_picture
+from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
@@ -205,7 +205,7 @@ def try_design(
         floor=False,
     )
     if loaded.loss is not None:
-        tiles = loss_tiles(loaded.loss, (VIEW, opposite_view(VIEW)), (LOSS_PX, LOSS_PX))
+        tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     candidate = Candidate(
         key=key,

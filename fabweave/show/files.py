@@ -1,9 +1,8 @@
 """Write what is cut, and the plan of a job, into a folder: all that is proved afterwards."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
@@ -12,7 +11,6 @@ from fabweave.core.records import to_json
 from fabweave.estimate.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
-    KeptOffcut,
     offcut_records,
     stock_entries,
     stock_text,
@@ -22,7 +20,6 @@ from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.model_files import woven_glb
-from fabweave.piece.joint.holes import HoleRule
 from fabweave.piece.split.length_curve import splitting_record
 from fabweave.plan.bom import bill_of_materials
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
@@ -86,21 +83,15 @@ def _cut_record(settings: Settings, code: str) -> CutRecord:
     )
 
 
-class Written(NamedTuple):
-    """What came of writing a plan: which rules its pieces break, and its accounts."""
-
-    preflight: Preflight
-    report: WasteReport
-
-
 def write_plan(
     job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
-) -> Written:
+) -> tuple[Preflight, WasteReport]:
     """Write what is cut, the model and the plan into an existing empty folder.
 
     Returns
     -------
-    Written
+    (Preflight, WasteReport)
+        Which rules its pieces break, and its accounts.
 
     Raises
     ------
@@ -125,14 +116,13 @@ def write_plan(
         (directory / CODE_FILE).write_bytes(code_png(job.code))
     if machine.profile == "service":
         _write_service(job, directory / "service")
-    offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
-    _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
+    _write_offcuts(job, directory / OFFCUT_FOLDER)
     report = _waste_report(job)
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
-    return Written(check, report)
+    return check, report
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
@@ -204,7 +194,7 @@ def offcut_entries(job: Job) -> list[str]:
     )
 
 
-def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> None:
+def _write_offcuts(job: Job, directory: Path) -> None:
     """Draw what is worth keeping, if anything is, and list it as stock."""
     if job.offcuts:
         directory.mkdir()
@@ -212,13 +202,8 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
             drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
             dxf = dxf_bytes(drawing, version=job.settings.machine.dxf)
             (directory / f"{offcut.name}.dxf").write_bytes(dxf)
+        records = offcut_records(job.offcuts, job.layout, job.allotment)
         _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
-
-
-def _hole_sizes(rules: Sequence[HoleRule]) -> float | list[float]:
-    """Return the size of holes, 0 for none, or those that there are if there are several."""
-    sizes = [rule.hole_mm for rule in rules]
-    return sizes if len(sizes) > 1 else sum(sizes)
 
 
 def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
@@ -226,6 +211,8 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     woven = job.woven
     crossing_map = job_map(job)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
+    sizes = [rule.hole_mm for rule in job.piece_set.rules]
+    like, openings = woven.source.likeness, woven.source.openings
     outcome = {
         "verdict": job.verdict.level,
         "threads": job.weave.threads.n_threads,
@@ -235,11 +222,12 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         "joints": len(job.piece_set.joints),
         "sheets": len(job.drawings),
         "utilisation": report.totals.sums.utilisation,
-        "hole_mm": _hole_sizes(job.piece_set.rules),
+        # None has none: the sum of nothing.
+        "hole_mm": sizes if len(sizes) > 1 else sum(sizes),
         "fasten": job.fasten,
         "costs": costs_text(job.costs),
-        **_likeness(job),
-        **_openings(job),
+        **({"likeness_mm": round(like.greatest_mm, 3)} if like is not None else {}),
+        **({"openings": [opening.record() for opening in openings]} if openings else {}),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
@@ -264,18 +252,6 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "preflight.json", json_text(check.record))
     _write(directory / "waste.json", json_text(to_json(report)))
     return check
-
-
-def _likeness(job: Job) -> dict[str, float]:
-    """Return how far the woven mesh is from the model at most, where it was remeshed."""
-    like = job.woven.source.likeness
-    return {} if like is None else {"likeness_mm": round(like.greatest_mm, 3)}
-
-
-def _openings(job: Job) -> dict[str, list[dict[str, str | int | float]]]:
-    """Return what was left out of the mesh, if anything was."""
-    openings = job.woven.source.openings
-    return {"openings": [opening.record() for opening in openings]} if openings else {}
 
 
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
@@ -315,5 +291,4 @@ def json_text(value: Any) -> str:
 
 def _write(path: Path, text: str) -> None:
     """Write text as UTF-8 with plain line ends on every system."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        file.write(text)
+    path.write_text(text, encoding="utf-8", newline="")

@@ -12,7 +12,13 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.camera import View
-from fabweave.picture.object_picture import object_portrait, opposite_view, portrait_png
+from fabweave.picture.object_picture import (
+    object_portrait,
+    opposite_view,
+    portrait_png,
+    second_view,
+)
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
@@ -55,7 +61,16 @@ def test_what_one_view_hides_the_other_shows():
     assert {0, 1, 2} <= set(np.unique(shown).tolist())
 
 
-def test_the_second_view_is_from_behind():
+@pytest.mark.parametrize(
+    ("name", "where"),
+    [("torus?m=10&n=5", "from above"), ("tube", "from above"), ("tetrahedron", "from behind")],
+)
+def test_what_looks_the_same_from_behind_is_shown_from_above(name, where):
+    vertices, triangles, _ = ribbon_triangles(woven(name)[0])
+    assert second_view(vertices, triangles, View(-60.0, 30.0))[1] == where
+
+
+def test_the_opposite_view_is_from_behind():
     first = View(-60.0, 30.0)
     level = [view.axes()[2][:2] / np.hypot(*view.axes()[2][:2]) for view in
              (first, opposite_view(first))]  # fmt: skip

@@ -16,16 +16,14 @@ from fabweave.picture.model_files import ribbon_faces
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import (
     Marks,
+    facet_normals,
     floor_light,
     floor_points,
-    object_frame,
-    render_scene,
-)
-from fabweave.picture.shading import (
-    facet_normals,
     key_direction,
     key_shadow,
     narrow_places,
+    object_frame,
+    render_scene,
     smooth_normals,
 )
 from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles

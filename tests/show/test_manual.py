@@ -15,7 +15,6 @@ from fabweave.job import make_job
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.zbuffer import all_fragments, nearest_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bom import bill_of_materials
 from fabweave.show.files import job_map
@@ -24,8 +23,7 @@ from fabweave.show.manual.cover import write_cover
 from fabweave.show.manual.painting import build_scene, packed
 from fabweave.show.manual.sheets import place_across
 from fabweave.show.manual.step_pictures import step_pictures
-from fabweave.show.manual.writing import manual_pdf
-from fabweave.show.papers import job_facts
+from fabweave.show.papers import job_facts, manual_pdf
 
 
 @cache
@@ -164,18 +162,6 @@ def test_pieces_cover_the_ribbons():
         centre = ribbons.centre[joint.crossing]
         wide = np.linalg.norm(ribbons.left - ribbons.right, axis=1).max()
         assert np.linalg.norm(middle - centre) < 1.5 * wide
-
-
-def test_fragments_hold_the_nearest():
-    dice = np.random.default_rng(3)
-    points, triangles = dice.uniform(0, 20, (30, 3)), dice.integers(0, 30, (40, 3))
-    triangle, pixel, near = all_fragments(points, triangles, width=20, height=16)
-    seen, nearness = nearest_triangles(points, triangles, width=20, height=16)
-    best = np.full(320, -np.inf)
-    np.maximum.at(best, pixel, near)
-    assert np.allclose(best.reshape(16, 20), nearness)
-    assert np.all(np.diff(triangle) >= 0)
-    assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
 
 
 def bent_strip(low, high):
