@@ -41,14 +41,6 @@ def test_so_are_kerfed_sheets_files_for_a_service_and_a_mesh_from_memory(finishe
     assert set(links_of(tmp_path / "job")) == files_of(tmp_path / "job") - LEFT_OUT
 
 
-def test_files_come_in_the_order_in_which_they_are_needed(finished):
-    links = links_of(finished(*OCTAHEDRON))
-    order = ["render.png", "sheets/sheet_01.dxf", "sheets/sheet_01.svg", "assembly.pdf",
-             "assembly.html", "stations.csv", "waste.html", "preflight.json", "ribbons.json",
-             "verify.json", "job.toml", "woven_mesh.obj", "model.glb"]  # fmt: skip
-    assert sorted(order, key=links.index) == order
-
-
 @pytest.mark.parametrize("page", ["index.html", "waste.html"])
 def test_a_name_is_no_markup(finished, page):
     """Everything that is shown is escaped: titles, notes, reasons, names of materials."""
