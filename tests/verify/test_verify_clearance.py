@@ -1,6 +1,5 @@
 """How near ribbons are is proved from the model: claims that are not true are found out."""
 
-import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sealing import verify_job
+from jobs import laid
+from sealing import told
+from spoiling import edit_json
 from verify_writers import LIMITS, glb_bytes
 
-from fabweave.options.settings import Settings
 from fabweave.picture.model_files import woven_glb
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.verify.measure.nearness import cut_steps, near_parts, triangle_gaps
@@ -27,20 +26,15 @@ COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
 TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
 
 
-def told(folder) -> dict:
-    """Return what is found."""
-    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
-
-
-def change(folder, **changes) -> dict:
+def change(folder, **changes) -> None:
     """Change what ribbons.json says of limits, and what it says is too near."""
-    path = folder / "ribbons.json"
-    document = json.loads(path.read_text())
-    document["limits"] |= changes.pop("limits", {})
-    if changes:
-        document["findings"][0] |= changes
-    path.write_text(json.dumps(document))
-    return document
+
+    def edit(document):
+        document["limits"] |= changes.pop("limits", {})
+        if changes:
+            document["findings"][0] |= changes
+
+    edit_json(folder / "ribbons.json", edit)
 
 
 def nearest(folder, clearance_mm: float) -> dict:
@@ -80,10 +74,7 @@ def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
 )
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
-    settings, supplies = complete_settings(
-        Settings.of(f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
     ribbons, threads = woven.ribbons, woven.weave.threads
     longest = int(np.argmax(threads.lengths))
     moved = slice(*ribbons.offsets[longest : longest + 2])
