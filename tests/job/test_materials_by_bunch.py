@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from jobs import laid
 
 from fabweave.core.errors import InputError
 from fabweave.job import run_job
@@ -253,8 +254,7 @@ def test_sheets_of_a_material_are_for_its_threads_only() -> None:
 
 
 def test_every_thread_is_held_to_its_own_limits() -> None:
-    settings, supplies = complete_settings(SETTINGS)
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, _settings, supplies = laid(SETTINGS)
     mixed = measure_along(woven.ribbons, thread_limits(supplies, woven.bunches))
     thread = woven.weave.threads.thread_of_pass
     for index, material in enumerate(supplies.materials):

@@ -8,12 +8,12 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jobs import laid
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.upright import resize_mesh
-from fabweave.options.settings import Settings
 from fabweave.picture.bodies import Body, clashing_facets, yarn_bodies
 from fabweave.picture.yarn_course import draw_spines, lay_course
 from fabweave.picture.yarns import (
@@ -22,7 +22,6 @@ from fabweave.picture.yarns import (
     spin_yarns,
     touching_points,
 )
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.clearance import segment_distances
 from fabweave.weave.strand_colours import thread_colours
@@ -41,10 +40,7 @@ SHAPES = {
 
 
 def woven(shape: str, pattern: str = "plain", boundary: str = "end", size: float = 200.0):
-    settings, supplies = complete_settings(
-        Settings.of(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)
-    )
-    return lay_asked(load_asked(settings), settings, supplies)
+    return laid(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)[0]
 
 
 def spun(woven_object: WovenObject, **options) -> Yarns:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import laid
 from meshes_shared import shared_mesh
 from ribbon_strips import shifted
 
@@ -28,8 +29,7 @@ TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(n
 
 def woven(shape: str, **options):
     options = {"size_mm": 300.0, **options}
-    settings, supplies = complete_settings(Settings.of(f"shape:{shape}", **options))
-    return lay_asked(load_asked(settings), settings, supplies)
+    return laid(f"shape:{shape}", **options)[0]
 
 
 def has_area(triangle: np.ndarray) -> bool:

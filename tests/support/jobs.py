@@ -13,8 +13,10 @@ from fabweave import job as pipeline
 from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.design import making
+from fabweave.options.settings import Settings
 from fabweave.picture import loss_picture, object_picture
 from fabweave.piece.split import split_strands as split_job
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.show import job as drawn
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
@@ -30,6 +32,13 @@ def run(*words: object) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def laid(asked, **options):
+    """Lay ribbons as a job does; return them, and the settings and supplies that were completed."""
+    asked = asked if isinstance(asked, Settings) else Settings.of(asked, **options)
+    settings, supplies = complete_settings(asked)
+    return lay_asked(load_asked(settings), settings, supplies), settings, supplies
 
 
 def _small_portrait(ribbons, colours) -> bytes:
