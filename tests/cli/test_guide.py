@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
+from jobs import OCTAHEDRON, contents_of
 
 from fabweave.cli.guide import TOPICS, for_terminal, page, summary
 from fabweave.cli.main import cli
@@ -204,13 +205,8 @@ def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
 
 
 def test_the_files_of_a_job_are_those_that_are_told(finished):
-    told = page("files")
-    job = finished("shape:octahedron", "--size", "200mm", "--effort", "quick")
-    names = {
-        re.sub(r"\d\d", "01", str(path.relative_to(job)))
-        for path in sorted(job.rglob("*"))
-        if path.is_file()
-    }
+    told, job = page("files"), finished(*OCTAHEDRON)
+    names = {re.sub(r"\d\d", "01", name) for name in contents_of(job)}
     table = " ".join(cell for row in rows(told, "file") for cell in row[0].split())
     for name in names:
         stem, dot, suffix = name.rpartition(".")

@@ -55,6 +55,11 @@ def spun(woven_object: WovenObject, **options) -> Yarns:
     )
 
 
+def course_of(woven_object: WovenObject):
+    one = woven_object
+    return lay_course(one.mesh, one.halfedges, one.weave, one.source.portals)
+
+
 def bodies_of(woven_object: WovenObject, yarns: Yarns) -> tuple[Body, ...]:
     return yarn_bodies(yarns, woven_object.labels, thread_colours(woven_object.bunches))
 
@@ -119,12 +124,7 @@ def test_cross_sections_are_regular_and_turn_no_more_than_they_must(made):
 
 def test_over_is_above_under_at_every_crossing(made):
     woven_object = made.woven
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     over, under = course.twins[:, 1], course.twins[:, 0]
     normal = woven_object.ribbons.normal
     assert np.allclose(course.rise[over], normal)
@@ -137,12 +137,7 @@ def test_over_is_above_under_at_every_crossing(made):
 
 def test_spines_go_through_the_crossings_level_and_in_order():
     woven_object = woven("octahedron")
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     spines = draw_spines(course, np.full(len(course.place), 2.0))
     at = np.searchsorted(spines.guide, np.arange(len(course.place)))
     away = spines.point[at] - course.place
@@ -229,12 +224,7 @@ def test_yarns_on_any_mesh_are_free_and_closed(mesh):
 
 def spines_of(shape: str, radius: float):
     woven_object = woven(shape)
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     return draw_spines(course, np.full(len(course.place), radius))
 
 

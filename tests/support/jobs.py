@@ -99,7 +99,7 @@ class JobStore:
     def __init__(self, folder: Path) -> None:
         """Keep them there; all processes of one run share that folder."""
         self._folder = folder
-        self._digests: dict[Path, str] = {}
+        self._digests: dict[Path, dict[str, str]] = {}
         folder.mkdir(parents=True, exist_ok=True)
 
     def __call__(self, *words: object) -> Path:
@@ -110,7 +110,7 @@ class JobStore:
         with self._alone(name):
             if not folder.exists():
                 assert run("make", *typed, "-q", "-o", folder) == 0, typed
-                self._digests[folder] = _digest(folder)
+                self._digests[folder] = contents_of(folder)
         return folder
 
     def copy(self, target: Path, *words: object) -> Path:
@@ -119,7 +119,9 @@ class JobStore:
 
     def require_unspoiled(self) -> None:
         """Raise unless every folder that was made here is as it was made."""
-        spoiled = [folder for folder, digest in self._digests.items() if _digest(folder) != digest]
+        spoiled = [
+            folder for folder, digest in self._digests.items() if contents_of(folder) != digest
+        ]
         assert not spoiled, f"a test changed finished jobs that are for all: {spoiled}"
 
     @contextmanager
@@ -141,8 +143,10 @@ class JobStore:
             os.rmdir(lock)
 
 
-def _digest(folder: Path) -> str:
-    """Return a digest of the names and contents of all files in a folder."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    texts = [str(path.relative_to(folder)).encode() + path.read_bytes() for path in files]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+def contents_of(folder: Path) -> dict[str, str]:
+    """Return a digest of each file in a folder, by its name."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }

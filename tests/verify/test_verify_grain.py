@@ -4,7 +4,7 @@ import json
 
 import pytest
 from sealing import told
-from spoiling import drop, edit_json
+from spoiling import drop, edit_json, put
 
 GRAINED = (
     "shape:cube", "--refine", "catmull-clark:1", "--size", "130mm", "--material", "birch-veneer",
@@ -33,15 +33,16 @@ def test_a_true_job_passes_and_tells_what_the_grain_costs(grained):
 
 
 NOT_ACROSS = drop("layout", "rotations", "from_grain_deg")
+RIBBONS, MAP = "ribbons.json", "crossing_map.json"
 SPOILT = [
-    ("ribbons.json", lambda d: d["findings"].remove(finding(d)), "grain", "and no finding says so"),
-    ("ribbons.json", lambda d: finding(d).update(count=3), "grain", "3 bends are said to lie"),
-    ("ribbons.json", lambda d: finding(d).update(value=50.0), "grain", "value is 50, but should"),
-    ("ribbons.json", lambda d: finding(d).update(limit=60.0), "grain", "limit is 60, but should"),
-    ("ribbons.json", lambda d: d["limits"].update(bend_along_mm=20.0), "grain", "more tightly"),
-    ("ribbons.json", lambda d: d["limits"].pop("bend_along_mm"), "grain", "0 to 0 do"),
-    ("crossing_map.json", NOT_ACROSS, "grain", "pieces need not lie across it"),
-    ("crossing_map.json", NOT_ACROSS, "stock", "from the nearest of the angles"),
+    (RIBBONS, lambda d: d["findings"].remove(finding(d)), "grain", "and no finding says so"),
+    (RIBBONS, lambda d: finding(d).update(count=3), "grain", "said not to hold in 3 places"),
+    (RIBBONS, lambda d: finding(d).update(value=50.0), "grain", "the worst is said to be 50 where"),
+    (RIBBONS, lambda d: finding(d).update(limit=60.0), "grain", "where 60 is the limit"),
+    (RIBBONS, put("limits", "bend_along_mm", 20.0), "grain", "its radius is not below"),
+    (RIBBONS, drop("limits", "bend_along_mm"), "grain", "it does not in 0 to 0"),
+    (MAP, NOT_ACROSS, "grain", "pieces need not lie across it"),
+    (MAP, NOT_ACROSS, "stock", "from the nearest of the angles"),
 ]
 
 
