@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
-from sayings import sayable
+from jobs import OCTAHEDRON, contents_of
 
 from fabweave.cli.guide import TOPICS, for_terminal, page, summary
 from fabweave.cli.main import cli
@@ -103,21 +103,6 @@ def test_links_lead_somewhere(path):
 
 def test_a_dead_link_would_be_found():
     assert dead_links("[a](README.md) ![b](none.png) [c](https://d.org)", ROOT) == ["none.png"]
-
-
-def test_pictures_are_small_and_every_word_of_the_glossary_has_one():
-    for picture in (ROOT / "examples").glob("*.png"):
-        assert picture.stat().st_size < 200_000
-    words = re.findall(r"!\[\]\(examples/glossary/([\w-]+)\.svg\) \| \*\*([^*]+)\*\*",
-                       text_of("CONTRIBUTING.md"))  # fmt: skip
-    pictures = list((ROOT / "examples" / "glossary").glob("*.svg"))
-    assert {name for name, _ in words} == {path.stem for path in pictures}
-    assert sum(path.stat().st_size for path in pictures) < 150_000
-    assert {word for _, word in words} == {
-        "half-edge", "medial graph", "thread", "crossing", "pass", "strand", "gap", "warp, weft",
-        "bunch", "portal", "rung", "rail", "panel", "run", "piece", "station", "lap", "joint",
-        "kind", "supply",
-    }  # fmt: skip
 
 
 # -- options, names and paths --------------------------------------------------------------------
@@ -225,14 +210,8 @@ def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
 
 
 def test_the_files_of_a_job_are_those_that_are_told(finished):
-    told = page("files")
-    plan_told = page("map")
-    job = finished("shape:octahedron", "--size", "200mm", "--effort", "quick")
-    names = {
-        re.sub(r"\d\d", "01", str(path.relative_to(job)))
-        for path in sorted(job.rglob("*"))
-        if path.is_file()
-    }
+    told, plan_told, job = page("files"), page("map"), finished(*OCTAHEDRON)
+    names = {re.sub(r"\d\d", "01", name) for name in contents_of(job)}
     table = " ".join(cell for row in rows(told, "file") for cell in row[0].split())
     for name in names:
         stem, dot, suffix = name.rpartition(".")
@@ -247,46 +226,10 @@ def test_the_files_of_a_job_are_those_that_are_told(finished):
             assert f"`{key}`" in section or key == "step", key
 
 
-# -- examples of files, and messages --------------------------------------------------------------
+# -- examples of files --------------------------------------------------------------
 
 
 @pytest.mark.parametrize("topic", TOPICS)
 def test_blocks_of_toml_can_be_read(topic):
     for block in re.findall(r"```toml\n(.*?)```", page(topic), re.DOTALL):
         tomllib.loads(block)
-
-
-def messages() -> list[str]:
-    blocks = re.findall(r"```text\n(.*?)```", "".join(map(page, TOPICS)), re.DOTALL)
-    return [block.strip() for block in blocks]
-
-
-@pytest.mark.slow
-def test_the_messages_that_are_explained_are_said():
-    assert len(messages()) >= 20
-    assert len(set(messages())) == len(messages())
-    assert [message for message in messages() if not sayable(message)] == []
-
-
-@pytest.mark.parametrize(
-    ("said", "never_said"),
-    [
-        ("there is no such file", "there is no such thing"),
-        ("has more than two faces", "has more than three faces"),
-        ("is too stiff", "is too soft"),
-        ("would burn away", "would fall off"),
-        ("fit on no sheet", "fit on one sheet"),
-        ("could not be turned into quads", "cannot be turned into quads"),
-    ],
-)
-def test_a_message_that_is_never_said_would_be_found(said, never_said):
-    (message,) = (one for one in messages() if said in one)
-    assert not sayable(message.replace(said, never_said))
-
-
-def test_every_changed_version_has_a_date_or_is_unreleased():
-    heads = re.findall(r"^## (.*)$", text_of("CHANGELOG.md"), re.MULTILINE)
-    assert heads
-    assert all(
-        re.fullmatch(r"\[\d+\.\d+\.\d+\] - (unreleased|\d{4}-\d\d-\d\d)", head) for head in heads
-    )

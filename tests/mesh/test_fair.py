@@ -257,6 +257,14 @@ def test_turning_in_the_plane_is_that_of_the_threads(seed) -> None:
     assert expected.max() > 5
 
 
+def test_regular_squares_are_straight_until_one_is_bent() -> None:
+    mesh = hypar(6, 6, 100.0, 0.0)
+    fairness = Fairness(mesh, build_halfedges(mesh))
+    assert fairness.turning_deg(mesh.vertices).max() < 1e-9
+    bent = mesh.vertices + np.where(np.arange(49) == 24, 3.0, 0.0)[:, None] * [1, 0, 0]
+    assert fairness.turning_deg(bent).max() > 5
+
+
 def test_regular_triangles_are_straight() -> None:
     m, n = 6, 5
     i, j = np.meshgrid(np.arange(m + 1), np.arange(n + 1), indexing="ij")

@@ -171,6 +171,18 @@ def test_threads_of_a_knot_are_those_of_a_torus(m, n):
     assert steps.max() < 3.2 * steps.min()
 
 
+def test_reach_of_an_ellipse_and_of_a_long_loop():
+    turn = np.arange(600) * (2 * math.pi / 600)
+    ellipse = np.column_stack([3 * np.cos(turn), np.sin(turn), 0 * turn])
+    assert reach_of(ellipse) == pytest.approx(1 / 3, rel=1e-3)  # b² / a at the sharp ends
+    # Straight sides two apart, closed by half circles of radius 1 that bend most.
+    straight, half = np.linspace(-5, 5, 200, endpoint=False), np.arange(63) * (math.pi / 63)
+    side = np.column_stack([straight, -np.ones(200), 0 * straight])
+    end = np.column_stack([5 + np.sin(half), -np.cos(half), 0 * half])
+    one = np.concatenate([side, end])
+    assert reach_of(np.concatenate([one, -one])) == pytest.approx(1, rel=1e-2)
+
+
 def test_reach_is_where_the_knot_begins_to_meet_itself():
     room = next(r for r in np.arange(9, 16, 0.1) if not fits(r)) - 0.15
     mesh = parse_shape(f"shape:knot?tube={room}&m=160&n=16")

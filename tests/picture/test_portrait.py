@@ -11,6 +11,7 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
+from fabweave.picture import object_picture
 from fabweave.picture.camera import View
 from fabweave.picture.object_picture import (
     object_portrait,
@@ -24,6 +25,14 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.strand_colours import thread_colours
 from fabweave.weave.threads import trace_threads
+
+#: Smaller than users get them: two views are drawn beside one another.
+SIDE_PX = 300
+
+
+@pytest.fixture
+def small(monkeypatch) -> None:
+    monkeypatch.setattr(object_picture, "SIDE_PX", (SIDE_PX, SIDE_PX))
 
 
 def woven(name: str) -> tuple[Ribbons, Colours]:
@@ -40,10 +49,11 @@ def hues(pixels: np.ndarray) -> np.ndarray:
     return np.where(high - low > 60, pixels.argmax(axis=-1), -1)
 
 
+@pytest.mark.usefixtures("small")
 def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
     ribbons, colours = woven("torus?m=12&n=8")
     pixels = np.asarray(object_portrait(ribbons, colours))
-    middle = 720
+    middle = SIDE_PX
     for half in (pixels[:, :middle], pixels[:, middle:]):
         shown = hues(half)
         # Vermilion and blue, each on a good part of the picture.
@@ -53,6 +63,7 @@ def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
         assert (half[-1, -1] == 255).all()
 
 
+@pytest.mark.usefixtures("small")
 def test_what_one_view_hides_the_other_shows():
     # A thread's share of what is seen: on a sphere no ring is hidden in both views.
     ribbons, _ = woven("octahedron")

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from jobs import laid
 
-from fabweave.options.settings import Settings
 from fabweave.piece.brief import ACROSS
 from fabweave.piece.grain import grain_notes, tight_along
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.ask import settle_grain
 from fabweave.plan.planned_job import plan_job
 from fabweave.stock.material import (
     along_radius_mm,
@@ -23,10 +23,7 @@ MESH = {"source": "shape:cube", "refine": "catmull-clark:1", "effort": "quick"}
 
 
 def chosen(size_mm, material="birch-veneer", **options):
-    settings, supplies = complete_settings(
-        Settings.of(**MESH, size_mm=size_mm, material=material, **options)
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(**MESH, size_mm=size_mm, material=material, **options)
     limits = thread_limits(supplies, woven.bunches)
     tight = tight_along(woven.ribbons, limits)
     return tight, woven, *settle_grain(woven, settings, supplies)

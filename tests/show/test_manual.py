@@ -13,7 +13,6 @@ import shapely
 from fabweave.estimate.assembly_time import step_seconds
 from fabweave.job import make_job
 from fabweave.options.settings import Settings
-from fabweave.options.table import option_named
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bom import bill_of_materials
@@ -66,10 +65,6 @@ def pages_of(paper="a4", **changed):
 
 def section(name, **changed):
     return " ".join(page for page in pages_of(**changed) if page.startswith(name))
-
-
-def test_papers_are_those_of_the_settings():
-    assert tuple(manual_book.PAPERS) == option_named("paper").kind.choices
 
 
 @pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
@@ -214,10 +209,6 @@ def test_pieces_that_are_alike_are_drawn_once():
 
 
 # --- pages --------------------------------------------------------------------------------------
-
-
-def test_pictures_take_few_bytes():
-    assert len(manual_of()) < 2_000_000
 
 
 def test_pictures_are_kept_as_they_are():

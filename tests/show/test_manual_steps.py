@@ -37,7 +37,7 @@ from fabweave.show.manual.step_pictures import (
     strand_pieces,
 )
 from fabweave.show.manual.steps import view_words
-from fabweave.show.manual.tags import TAG, place_tags
+from fabweave.show.manual.tags import place_tags
 
 LARGE = pytest.param(
     {"source": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
@@ -194,11 +194,6 @@ def test_names_are_in_the_picture_clear_of_one_another_and_of_crossings(settings
     assert crowded == 0
     assert far == 0
     assert covered <= 0.03 * count
-
-
-def test_letters_are_large_enough():
-    """Capitals are 0.72 of the size of a letter: 2.4 mm for what is read on the bench."""
-    assert TAG * 0.72 * 25.4 / 72 >= 2.4
 
 
 # --- views --------------------------------------------------------------------------------------

@@ -49,6 +49,13 @@ class Scene:
         return self.plan.pieces[self.ids.index(label)]
 
 
+class Page:
+    """A page on disk, without a plan."""
+
+    def __init__(self, path):
+        self.path = path
+
+
 class Tab:
     """An open page, with all that went wrong in it."""
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from replacing import replace
+from sealing import result_of
 
 from fabweave.verify.check.labels import check_labels
 from fabweave.verify.check.pieces import check_kinds
@@ -21,9 +22,7 @@ def job(finished) -> Job:
 
 
 def findings(job: Job, check=check_kinds) -> tuple[str, ...]:
-    tally = Tally("kinds")
-    check(job, tally)
-    return tally.result().findings
+    return result_of(check, job).findings
 
 
 def with_piece(job: Job, change, which) -> Job:

@@ -42,33 +42,17 @@ def findings(specimen, folder, settings=""):
 # --- what the map says, engraved as it says -----------------------------------------------------
 
 
-def name_another_piece(specimen):
-    labels(specimen, "id")[0][1]["text"] = "B1→"
-    return "none of what it should tell"
+def retext(kind, text, begins="", having=""):
+    """Return an edit of the text of the first such label: the check knows that it is not true."""
 
+    def edit(specimen):
+        piece, one = next(
+            pair for pair in labels(specimen, kind, begins=begins) if having in pair[1]["text"]
+        )
+        one["text"] = text(one["text"], piece)
+        return "none of what it should tell"
 
-def name_another_partner(specimen):
-    _, one = labels(specimen, "partner", begins="●")[0]
-    one["text"] = "●" + ("C1" if one["text"] != "●C1" else "B1")
-    return "none of what it should tell"
-
-
-def turn_a_sign(specimen):
-    _, one = labels(specimen, "partner", begins="●")[0]
-    one["text"] = "○" + one["text"][1:]
-    return "none of what it should tell"
-
-
-def number_another_joint(specimen):
-    piece, one = labels(specimen, "joint")[0]
-    one["text"] = "#5" if piece["joints"] != [5, 5] else "#4"
-    return "none of what it should tell"
-
-
-def name_another_mate(specimen):
-    _, one = next(pair for pair in labels(specimen, "joint") if ">" in pair[1]["text"])
-    one["text"] = one["text"][:-2] + "D4"
-    return "none of what it should tell"
+    return edit
 
 
 def drop_what_is_lettered(specimen):
@@ -128,14 +112,24 @@ def move_onto_label(specimen):
     return "less than 0.2 mm apart"
 
 
-TOLD = [
-    name_another_piece, name_another_partner, turn_a_sign, number_another_joint, name_another_mate,
-    drop_what_is_lettered, leave_out_the_name, exchange_stations,
-    letter_too_low, take_off_a_sign, move_onto_hole, move_to_edge, move_onto_label,
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("spoil", TOLD)
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        retext("id", lambda _, __: "B1→"),
+        retext("partner", lambda text, _: "●B1" if text == "●C1" else "●C1", begins="●"),
+        retext("partner", lambda text, _: "○" + text[1:], begins="●"),
+        retext("joint", lambda _, piece: "#4" if piece["joints"] == [5, 5] else "#5"),
+        retext("joint", lambda text, _: text[:-2] + "D4", having=">"),
+        drop_what_is_lettered,
+        leave_out_the_name,
+        exchange_stations,
+        letter_too_low,
+        take_off_a_sign,
+        move_onto_hole,
+        move_to_edge,
+        move_onto_label,
+    ],
+)
 def test_a_label_that_misleads_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")
     words = spoil(spoiled)
@@ -147,50 +141,32 @@ def test_a_label_that_misleads_is_found(specimen, tmp_path, spoil):
 # --- what is engraved is not what the map says ----------------------------------------------------
 
 
-def strokes(specimen, piece):
-    return [k for k, s in enumerate(specimen.engraving[piece["id"]]) if s[0] == "ENGRAVE_LABEL"]
+def engrave(words, *, instead=True, low=1.0, **by):
+    """Return an edit that engraves the first name otherwise, or once more, or not at all."""
+
+    def edit(specimen):
+        piece, one = labels(specimen, "id")[0]
+        own, old = specimen.engraving[piece["id"]], lettered(one)
+        if instead:
+            own[:] = [shape for shape in own if shape[1] not in old]
+        if low:
+            other = dict(one, x=one["x"] + by.get("x", 0.0), y=one["y"] + by.get("y", 0.0))
+            other |= {"height_mm": 2.0 * low, "box_mm": [one["box_mm"][0], one["box_mm"][1] * low]}
+            own.extend(("ENGRAVE_LABEL", run, False) for run in lettered(other))
+        return words
+
+    return edit
 
 
-def replace_strokes(specimen, one, piece, runs):
-    """Engrave other strokes in place of a label's."""
-    own = specimen.engraving[piece["id"]]
-    old = lettered(one)
-    own[:] = [shape for shape in own if shape[1] not in old]
-    own.extend(("ENGRAVE_LABEL", run, False) for run in runs)
-
-
-def engrave_lower(specimen):
-    piece, one = labels(specimen, "id")[0]
-    box = [one["box_mm"][0], one["box_mm"][1] * 0.9]
-    replace_strokes(specimen, one, piece, lettered(dict(one, height_mm=1.8, box_mm=box)))
-    return "does not fill its box"
-
-
-def engrave_beside(specimen):
-    piece, one = labels(specimen, "id")[0]
-    replace_strokes(specimen, one, piece, lettered(dict(one, x=one["x"] + 0.5)))
-    return "is in no label"
-
-
-def engrave_nothing(specimen):
-    piece, one = labels(specimen, "id")[0]
-    replace_strokes(specimen, one, piece, [])
-    return "is not engraved"
-
-
-def engrave_what_is_not_told(specimen):
-    piece, one = labels(specimen, "id")[0]
-    extra = lettered(dict(one, y=one["y"] + 3.0))
-    specimen.engraving[piece["id"]].extend(("ENGRAVE_LABEL", run, False) for run in extra)
-    return "is in no label"
-
-
-ENGRAVED = [
-    engrave_lower, engrave_beside, engrave_nothing, engrave_what_is_not_told,
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("spoil", ENGRAVED)
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        engrave("does not fill its box", low=0.9),
+        engrave("is in no label", x=0.5),
+        engrave("is not engraved", low=0.0),
+        engrave("is in no label", instead=False, y=3.0),
+    ],
+)
 def test_engraving_that_is_not_as_told_is_found(specimen, tmp_path, spoil):
     spoiled = specimen("octahedron")
     words = spoil(spoiled)

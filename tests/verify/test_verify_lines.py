@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from sealing import result_of
 
 from fabweave.verify.check.drawings import _on_others, check_lines
 from fabweave.verify.read.dxf import read_dxf
@@ -11,9 +12,7 @@ from fabweave.verify.report import Tally
 
 
 def found(folder) -> str:
-    tally = Tally("lines")
-    check_lines(load_job(folder, Tally("files")), tally)
-    result = tally.result()
+    result = result_of(check_lines, load_job(folder, Tally("files")))
     assert result.count > 100
     return " | ".join(result.findings)
 
