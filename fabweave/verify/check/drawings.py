@@ -368,15 +368,22 @@ def _check_inside(drawing: Drawing, place: Place) -> None:
             place.fail(f"{drawing.shape(at).where} on {drawing.layer[at]} leaves the outline")
 
 
+def lines_of(drawing: Drawing, shapes: Ints) -> npt.NDArray[np.object_]:
+    """Return some shapes as lines; None for what is a point."""
+    points, line = drawing.traced(shapes)
+    real = np.bincount(line, minlength=len(shapes)) > 1
+    kept = real[line]
+    lines = np.full(len(shapes), None, dtype=object)
+    lines[real] = shapely.linestrings(points[kept], indices=np.cumsum(real)[line[kept]] - 1)
+    return lines
+
+
 def _lines_inside(
     drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
 ) -> Flags:
     """Return whether what is engraved stays inside the outline of its piece."""
-    points, line = drawing.traced(shapes)
-    result = np.bincount(line, minlength=len(shapes)) > 1  # a point is no line
-    kept = result[line]
-    lines = np.full(len(shapes), None, dtype=object)
-    lines[result] = shapely.linestrings(points[kept], indices=np.cumsum(result)[line[kept]] - 1)
+    lines = lines_of(drawing, shapes)
+    result = np.asarray(shapely.is_geometry(lines))
     # All lines of a piece in one question; one by one only if some are not inside.
     order = np.flatnonzero(result)[np.argsort(owner[result], kind="stable")]
     pieces, number = np.unique(owner[order], return_inverse=True)
