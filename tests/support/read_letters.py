@@ -38,7 +38,8 @@ def _in_box(piece, label, points):
     """Return points of a sheet from the middle of a label's box: along it, and up."""
     angle = np.deg2rad(label["rotation_deg"])
     middle = np.array([label["x"], label["y"]])
-    ends = piece.placed(np.array([middle, middle + [np.cos(angle), np.sin(angle)]]))
+    way = np.array([np.cos(angle), np.sin(angle)])
+    ends = piece.placed(np.array([middle, middle + way]))
     along = ends[1] - ends[0]
     away = points - ends[0]
     return np.stack((away @ along, away @ (-along[1], along[0])), axis=1)

@@ -1,4 +1,4 @@
-"""Check that letters are engraved clear of edges, holes and marks, on the side that is asked for."""
+"""Check that letters are engraved clear of edges, holes and marks, on the side asked for."""
 
 import numpy as np
 import shapely

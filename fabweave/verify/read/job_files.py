@@ -34,10 +34,6 @@ RIM, RIM_RECORD = "rim", "rim/rim.json"
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
 SERVICE, TABLE = "service", "parts.csv"
-COLUMNS = (
-    "file", "quantity", "kind", "pieces", "material", "thickness_mm", "length_mm", "width_mm",
-    "area_mm2", "cut_length_mm", "holes",
-)  # fmt: skip
 #: Everything is on this layer of a DXF file for a service.
 PLAIN_LAYER = "0"
 _PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
@@ -141,23 +137,11 @@ def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
 
 
 def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
-    """Read a service's folder; what a row names and cannot be read is told.
-
-    Raises
-    ------
-    ReadError
-        If the table has not the columns that it should.
-    """
-    with io.StringIO(read_text(directory / TABLE), newline="") as file:
-        try:
-            table = list(csv.reader(file, strict=True))
-        except csv.Error as error:
-            raise ReadError(f"it is not CSV: {error}") from error
-    if not table or tuple(table[0]) != COLUMNS or any(len(row) != len(COLUMNS) for row in table):
-        raise ReadError(f"its rows do not all have the columns {list(COLUMNS)}")
+    """Read a service's folder; what a row names and cannot be read is told."""
+    rows = list(csv.DictReader(io.StringIO(read_text(directory / TABLE), newline=""), strict=True))
     paths = (path for path in directory.rglob("*") if path.is_file())
     service = Service(
-        rows=[dict(zip(COLUMNS, row, strict=True)) for row in table[1:]],
+        rows=rows,
         files=tuple(sorted(path.relative_to(directory).as_posix() for path in paths)),
     )
     for name in (row["file"] for row in service.rows):
