@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from fabweave.verify.drawing import traced
+
 #: In parts of the height of a letter: the least gap between letters, and how alike they look.
 GAP, SAME = 0.21, 0.02
 #: How far strokes may be from the box that the map gives their label, millimetres.
@@ -10,11 +12,10 @@ SAME_MM = 0.02
 
 def letters_of(piece, labels, drawing):
     """Yield the text of each label of a piece, and the strokes of each of its letters, one high."""
-    points, stroke = drawing.traced(drawing.of("ENGRAVE_LABEL", piece.id))
+    strokes = [traced(shape) for shape in drawing.of("ENGRAVE_LABEL", piece.id)]
     for label in labels:
-        local = _in_box(piece, label, points)
         half = np.array(label["box_mm"]) / 2 + SAME_MM
-        runs = [local[stroke == at] for at in range(stroke[-1] + 1)]
+        runs = [_in_box(piece, label, points) for points in strokes]
         runs = sorted(
             (run for run in runs if np.all(np.abs(run) <= half)), key=lambda run: run[:, 0].min()
         )

@@ -35,14 +35,14 @@ def check_labels(job: Job, tally: Tally) -> None:
 def _check_clearance(piece: str, drawing: Drawing, place: Place) -> None:
     """Check that letters are inside their outline, and off it, its holes and its marks."""
     letters, marks = (
-        lines_of(drawing, drawing.of(layer, piece)) for layer in ("ENGRAVE_LABEL", "ENGRAVE_MARK")
+        lines_of(drawing.of(layer, piece)) for layer in ("ENGRAVE_LABEL", "ENGRAVE_MARK")
     )
-    outlines = drawing.shapes_of(OUTLINES, piece)
+    outlines = drawing.of(OUTLINES, piece)
     if not len(letters) or not outlines:
         return
     outline, *holes = (
-        shapely.Polygon(traced(shape)) if len(shape.points) > 2 or shape.radius else None
-        for shape in (outlines[0], *drawing.shapes_of(HOLES, piece))
+        shapely.Polygon(traced(shape)) if shape.radius or len(shape.points) > 2 else None
+        for shape in (outlines[0], *drawing.of(HOLES, piece))
     )
     text = shapely.multilinestrings(letters[shapely.is_geometry(letters)])
     inside = shapely.contains(shapely.make_valid(outline), text)

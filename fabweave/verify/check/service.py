@@ -16,13 +16,13 @@ from fabweave.verify.report import Place, Tally
 def check_service(job: Job, tally: Tally) -> None:
     """Check the folder of a job for a service; of another job that there is none."""
     plan, service = required(job.map), job.service
-    wanted = plan.cut.profile == "service"
+    asked = plan.cut.profile == "service"
     folder = tally.at(SERVICE)
-    if service is None or not wanted:
+    if service is None or not asked:
         folder.expect(
-            service is None and not wanted,
+            service is None and not asked,
             f"the profile is {plan.cut.profile!r}, and "
-            + (f"{TABLE} could not be read" if wanted else "there is such a folder"),
+            + (f"{TABLE} could not be read" if asked else "there is such a folder"),
         )
         return
     wanted: dict[tuple[str, ...], list[Piece]] = {}
@@ -55,9 +55,9 @@ def _check_drawing(drawing: Drawing, piece: Piece, plan: CrossingMap, place: Pla
     """Check that a drawing holds the cut-outs and, last, the outline of a piece; nothing else."""
     for problem in drawing.problems:
         place.fail(problem)
-    count = len(drawing.sizes)
+    shapes = drawing.shapes
     if not place.expect(
-        count and all(drawing.closed | ~np.isnan(drawing.radius)) and not any(drawing.piece),
+        shapes and not any(one.piece or not (one.closed or one.radius) for one in shapes),
         "it holds nothing, or shapes that are open or named",
     ):
         return
@@ -73,5 +73,5 @@ def _check_drawing(drawing: Drawing, piece: Piece, plan: CrossingMap, place: Pla
     moved = msgspec.structs.replace(
         piece, placement=Placement(0.0, *(-low).tolist()), mirror_mm=None
     )
-    shapes = np.arange(count)
-    check_piece_drawn(moved, plan.holes[piece.id], drawing, (shapes[-1:], shapes[:-1]), place)
+    outline, cutouts = [shapes[-1]], list(shapes[:-1])
+    check_piece_drawn(moved, plan.holes[piece.id], outline, cutouts, place)
