@@ -3,7 +3,7 @@
 import math
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, TypeVar
 
 import msgspec
 import numpy as np
@@ -406,8 +406,29 @@ class CrossingMap(msgspec.Struct, frozen=True, dict=True):
         return holes
 
 
-def read_crossing_map(path: Path) -> CrossingMap:
-    """Read the crossing map.
+class RibbonReport(TypedDict):
+    """What is said of the ribbons, and the rules that do not hold."""
+
+    schema: Literal["fabweave.ribbons/1"]
+    units: Literal["mm"]
+    limits: NotRequired[Any]
+    threads: list[dict[str, Any]]
+    findings: list[dict[str, Any]]
+
+
+class RimRecord(TypedDict):
+    """What is said of the rings around openings."""
+
+    schema: Literal["fabweave.rim/1"]
+    units: Literal["mm"]
+    rings: list[dict[str, Any]]
+
+
+_Kind = TypeVar("_Kind")
+
+
+def read_json(path: Path, kind: type[_Kind]) -> _Kind:
+    """Read a file of one of these kinds.
 
     Raises
     ------
@@ -416,9 +437,14 @@ def read_crossing_map(path: Path) -> CrossingMap:
     """
     data = read_content(path)
     try:
-        return msgspec.json.decode(data, type=CrossingMap, dec_hook=_array)
+        return msgspec.json.decode(data, type=kind, dec_hook=_array)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as error:
         raise ReadError(str(error)) from error
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the crossing map; errors as for `read_json`."""
+    return read_json(path, CrossingMap)
 
 
 def _array(_: Any, value: Any) -> Floats:

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import math
 import re
 import tomllib
@@ -12,7 +11,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
+from fabweave.verify.crossing_map import (
+    CrossingMap,
+    RibbonReport,
+    RimRecord,
+    Sheet,
+    read_crossing_map,
+    read_json,
+)
 from fabweave.verify.drawing import Drawing, ReadError
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
@@ -116,13 +122,12 @@ def read_ready(
     return ready if names else None
 
 
-def read_rim(
-    directory: Path, read: Read, read_lists: Callable[[Path], dict[str, Any]]
-) -> Rim | None:
-    """Read all that is in the folder of rings, their record by a reader; None if there is none."""
+def read_rim(directory: Path, read: Read) -> Rim | None:
+    """Read all that is in the folder of rings; None if there is none."""
     if not (directory / RIM).is_dir():
         return None
-    rim = Rim(rings=(read(RIM_RECORD, read_lists) or {"rings": []})["rings"])
+    record = read(RIM_RECORD, lambda path: read_json(path, RimRecord))
+    rim = Rim(rings=record["rings"] if record else [])
     for path in sorted((directory / RIM).glob("*.dxf")):
         rim.add(path.stem, f"{RIM}/{path.stem}", read)
     return rim
@@ -221,7 +226,7 @@ class Job:
     dxf: dict[int, Drawing] = field(default_factory=dict)
     svg: dict[int, Drawing] = field(default_factory=dict)
     settings: dict[str, Any] | None = None
-    ribbons: dict[str, Any] | None = None
+    ribbons: RibbonReport | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
     #: The mesh that the job was made from, if it is at hand.
@@ -382,17 +387,14 @@ def load_job(directory: Path, tally: Tally) -> Job:
         dxf={number[name]: drawing for name, drawing in drawn.dxf.items()},
         svg={number[name]: drawing for name, drawing in drawn.svg.items()},
         settings=settings,
-        ribbons=read(
-            "ribbons.json",
-            lambda path: _read_lists(path, "fabweave.ribbons/1", "threads", "findings"),
-        ),
+        ribbons=read("ribbons.json", lambda path: read_json(path, RibbonReport)),
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, number, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
         offcuts=read_offcuts(directory, read),
-        rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
+        rim=read_rim(directory, read),
     )
 
 
@@ -402,26 +404,3 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise ReadError(f"it is not TOML: {error}") from error
-
-
-def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
-    """Read JSON that has lists of records."""
-    document = _read_document(path, schema)
-    for key in keys:
-        records = document.get(key)
-        if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
-            raise ReadError(f"it has no list of {key}")
-    return document
-
-
-def _read_document(path: Path, schema: str) -> dict[str, Any]:
-    """Read JSON of a schema, in millimetres."""
-    try:
-        document = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise ReadError(f"it is not JSON: {error}") from error
-    if not isinstance(document, dict) or document.get("schema") != schema:
-        raise ReadError(f"its schema is not {schema!r}")
-    if document.get("units") != "mm":
-        raise ReadError("its units are not 'mm'")
-    return document
