@@ -162,7 +162,7 @@ def test_limits_that_are_none(job, limits) -> None:
     folder = job()
     change(folder, limits=limits)
     # The widths that bends ask for follow from the thickness. What is no number is no JSON.
-    unread = any(value != value for value in limits.values())
+    unread = "nan" in str(limits)
     most = {"clearance", "bends"} | ({"files", "grain"} if unread else set())
     found = set(told(folder))
     assert {"clearance"} <= found <= most
