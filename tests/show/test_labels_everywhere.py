@@ -24,11 +24,13 @@ def lettering(folder, kind):
     The letters are learnt from the other half of the pieces, in the other format.
     """
     job, words = load_job(folder, Tally("files")), {}
+    plan = json.loads((folder / "crossing_map.json").read_text())
+    labels = {piece["id"]: piece["labels"] for piece in plan["pieces"]}
     drawings, others = (job.dxf, job.svg) if kind == "dxf" else (job.svg, job.dxf)
     for half in (0, 1):
         taught = {}
         for piece in job.map.pieces[1 - half :: 2]:
-            for text, letters in letters_of(piece, others[piece.sheet]):
+            for text, letters in letters_of(piece, labels[piece.id], others[piece.sheet]):
                 taught.update(zip(text, letters, strict=False))
         for piece in job.map.pieces[half::2]:
             words[piece.id] = [
@@ -36,7 +38,7 @@ def lettering(folder, kind):
                     next((sign for sign, looks in taught.items() if alike(looks, letter)), "?")
                     for letter in letters
                 )
-                for _, letters in letters_of(piece, drawings[piece.sheet])
+                for _, letters in letters_of(piece, labels[piece.id], drawings[piece.sheet])
             ]
     return words
 

@@ -10,7 +10,7 @@ from sealing import told
 from spoiling import edit_json, put
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
 
-from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area
+from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area, traced
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import path_runs, read_svg
 
@@ -245,11 +245,11 @@ def test_both_readers_read_one_arc(tmp_path):
     sheet = {"width_mm": 9, "height_mm": 9}
     (tmp_path / "a.dxf").write_text(dxf_text(arc, sheet))
     (tmp_path / "a.svg").write_text(svg_text(arc, sheet))
-    one, two = read_dxf(tmp_path / "a.dxf"), read_svg(tmp_path / "a.svg")
+    (one,), (two,) = read_dxf(tmp_path / "a.dxf").shapes, read_svg(tmp_path / "a.svg").shapes
     assert one.bulges.tolist() == pytest.approx([0.0, 0.3, 0.0, -0.1])
     assert two.bulges.tolist() == pytest.approx(one.bulges.tolist(), abs=1e-6)
     assert two.points == pytest.approx(one.points)
     # To the right of the way up from (5, 1), and inside on the way back down from (1, 4).
-    dense, _ = one.traced(np.array([0]))
+    dense = traced(one)
     assert dense[:, 0].max() == pytest.approx(5.0 + 0.3 * 1.5, abs=2 * CHORDS_MM)
     assert dense[:, 0].min() == 1.0

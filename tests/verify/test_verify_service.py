@@ -108,17 +108,20 @@ def exchange_pieces(rows) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda rows: several(rows).update(quantity="1"), "the sum of quantities is"),
-        (forget_a_piece, "parts.csv: pieces lack"),
-        (exchange_pieces, "the kind of piece"),
+        (lambda rows: several(rows).update(quantity="1"), "quantity is '1', but should be"),
+        (forget_a_piece, "pieces lack"),
+        (exchange_pieces, "should not be there"),
         (lambda rows: rows.pop(), "is no piece's"),
-        (lambda rows: rows.append(rows[0]), "a kind has more than one file"),
-        (lambda rows: rows[0].update(kind="99"), "the kind of piece"),
-        (lambda rows: rows[0].update(pieces="Z9"), "is for 'Z9', no pieces"),
-        (lambda rows: rows[0].update(material="ply"), "but should be 'ply_0.4mm'"),
-        (lambda rows: rows[0].update(thickness_mm="0.5"), "but should be 'card_0.5mm'"),
+        (lambda rows: rows.append(rows[0]), "its material and thickness, have"),
+        (
+            lambda rows: rows[0].update(kind="99"),
+            "its material and thickness, lack",
+        ),
+        (lambda rows: rows[0].update(pieces="Z9"), "have Z9, which should not be there"),
+        (lambda rows: rows[0].update(material="ply"), "its name is"),
+        (lambda rows: rows[0].update(thickness_mm="0.5"), "its name is"),
         (lambda rows: rows[0].update(file="../job.toml"), "is no piece's"),
-        (lambda rows: rows[0].update(file=rows[1]["file"]), "is for"),
+        (lambda rows: rows[0].update(file=rows[1]["file"]), "its name is"),
     ],
 )
 def test_a_spoilt_row_is_found(job, change, words) -> None:

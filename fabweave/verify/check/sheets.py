@@ -268,7 +268,6 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
 
 #: Sizes of sheets agree to this.
 _SIZE_MM = 0.011
-_SIZE = re.compile(r"([\d.]+)x([\d.]+)mm")
 
 
 def check_materials(job: Job, tally: Tally) -> None:
@@ -302,7 +301,7 @@ def _check_sheets_of_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
     for text in job.options.get("sheet", ()):
         # All sizes for one bunch, or for all under None.
         for bunch, size in by_bunch(text).items():
-            match = _SIZE.match(size)
+            match = _PLAIN.match(size)
             if match is not None:
                 kept.append((bunch, float(match[1]), float(match[2])))
     for sheet in plan.sheets if any(bunch is not None for bunch, *_ in kept) else ():
