@@ -39,57 +39,6 @@ def findings(specimen, folder, settings=""):
     return next(check for check in report.checks if check.name == "labels").findings
 
 
-<<<<<<< HEAD
-# --- what the map says, engraved as it says -----------------------------------------------------
-
-
-def retext(kind, text, begins="", having=""):
-    """Return an edit of the text of the first such label: the check knows that it is not true."""
-
-    def edit(specimen):
-        piece, one = next(
-            pair for pair in labels(specimen, kind, begins=begins) if having in pair[1]["text"]
-        )
-        one["text"] = text(one["text"], piece)
-        return "none of what it should tell"
-
-    return edit
-
-
-def drop_what_is_lettered(specimen):
-    piece, _ = labels(specimen, "id")[0]
-    piece["dropped"].append({"kind": "id", "text": piece["id"], "station": None})
-    return "is 2, but should be 1"
-
-
-def leave_out_the_name(specimen):
-    piece, one = labels(specimen, "id")[0]
-    piece["labels"].remove(one)
-    return "is 0, but should be 1"
-
-
-def exchange_stations(specimen):
-    piece, one = labels(specimen, "partner", begins="●")[0]
-    other = next(p for p in piece["labels"] if p["kind"] == "partner" and p is not one)
-    for key in ("x", "y", "rotation_deg"):
-        one[key], other[key] = other[key], one[key]
-    return "stands nearer to station"
-
-
-def letter_too_low(specimen):
-    _, one = labels(specimen, "id")[0]
-    one["height_mm"], one["box_mm"][1] = 1.0, one["box_mm"][1] * 0.5
-    return "1.0000 mm high"
-
-
-def take_off_a_sign(specimen):
-    _, one = labels(specimen, "partner", begins="●")[0]
-    one["text"], one["box_mm"][0] = one["text"][1:], one["box_mm"][0] - 1.5
-    return "none of what it should tell"
-
-
-=======
->>>>>>> h-b
 def move_onto_hole(specimen):
     piece, one = labels(specimen, "partner")[0]
     station = piece["stations"][one["station"]]
@@ -115,30 +64,8 @@ def move_onto_mark(specimen):
     return "mm from an edge, a hole or a mark"
 
 
-<<<<<<< HEAD
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        retext("id", lambda _, __: "B1→"),
-        retext("partner", lambda text, _: "●B1" if text == "●C1" else "●C1", begins="●"),
-        retext("partner", lambda text, _: "○" + text[1:], begins="●"),
-        retext("joint", lambda _, piece: "#4" if piece["joints"] == [5, 5] else "#5"),
-        retext("joint", lambda text, _: text[:-2] + "D4", having=">"),
-        drop_what_is_lettered,
-        leave_out_the_name,
-        exchange_stations,
-        letter_too_low,
-        take_off_a_sign,
-        move_onto_hole,
-        move_to_edge,
-        move_onto_label,
-    ],
-)
-def test_a_label_that_misleads_is_found(specimen, tmp_path, spoil):
-=======
 @pytest.mark.parametrize("spoil", [move_onto_hole, move_to_edge, move_onto_mark])
 def test_letters_that_are_not_clear_are_found(specimen, tmp_path, spoil):
->>>>>>> h-b
     spoiled = specimen("octahedron")
     words = spoil(spoiled)
     letter_again(spoiled)
@@ -146,45 +73,6 @@ def test_letters_that_are_not_clear_are_found(specimen, tmp_path, spoil):
     assert any(words in finding for finding in found), found
 
 
-<<<<<<< HEAD
-# --- what is engraved is not what the map says ----------------------------------------------------
-
-
-def engrave(words, *, instead=True, low=1.0, **by):
-    """Return an edit that engraves the first name otherwise, or once more, or not at all."""
-
-    def edit(specimen):
-        piece, one = labels(specimen, "id")[0]
-        own, old = specimen.engraving[piece["id"]], lettered(one)
-        if instead:
-            own[:] = [shape for shape in own if shape[1] not in old]
-        if low:
-            other = dict(one, x=one["x"] + by.get("x", 0.0), y=one["y"] + by.get("y", 0.0))
-            other |= {"height_mm": 2.0 * low, "box_mm": [one["box_mm"][0], one["box_mm"][1] * low]}
-            own.extend(("ENGRAVE_LABEL", run, False) for run in lettered(other))
-        return words
-
-    return edit
-
-
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        engrave("does not fill its box", low=0.9),
-        engrave("is in no label", x=0.5),
-        engrave("is not engraved", low=0.0),
-        engrave("is in no label", instead=False, y=3.0),
-    ],
-)
-def test_engraving_that_is_not_as_told_is_found(specimen, tmp_path, spoil):
-    spoiled = specimen("octahedron")
-    words = spoil(spoiled)
-    found = findings(spoiled, tmp_path)
-    assert any(words in finding for finding in found), found
-
-
-=======
->>>>>>> h-b
 # --- settings -----------------------------------------------------------------------------------
 
 

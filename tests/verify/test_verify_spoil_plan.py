@@ -176,8 +176,7 @@ OUTLINE = ("pieces", 0, "outline")
 HOLES = ("joints", 0, "holes")
 SPOILS = [
     # weave
-<<<<<<< HEAD
-    ("torus", turn_crossing_over, "pattern space steps labels"),
+    ("torus", turn_crossing_over, "pattern space steps"),
     ("torus", put("threads", 0, "over", 3, flip), "over-under pattern space piece-order"),
     ("torus", exchange(plain_crossing, "over", "under"), "over-under steps"),
     ("torus", put(plain_crossing, "over", "thread", lambda t: int(t == 0)), "over-under"),
@@ -192,102 +191,47 @@ SPOILS = [
     ("twill", put("weave", "pattern", "plain"), "pattern"),
     ("twill", put("weave", "broken", "edge", 1), "pattern"),
     ("twill", put("weave", "exact", False), "pattern"),
-    ("twill", turn_crossing_over, "pattern space steps labels"),
+    ("twill", turn_crossing_over, "pattern space steps"),
     ("torus", exchange("threads", 0, "crossings", 2, 4),
      "mesh-walks pattern space piece-order joints unfolding"),
-=======
-    ("torus", turn_crossing_over, "pattern space steps"),
-    ("torus", turn_flags_of_one_thread, "over-under pattern space piece-order"),
-    ("torus", swap_strands_of_crossing, "over-under steps"),
-    ("torus", name_another_thread, "over-under"),
-    ("torus", name_another_station, "over-under"),
-    ("torus", turn_one_station, "over-under piece-order steps"),
-    ("torus", name_another_partner, "over-under"),
-    ("torus", name_the_piece_that_begins, "over-under"),
-    ("torus", claim_broken_edges, "pattern"),
-    ("torus", claim_inexact, "pattern"),
-    ("torus", claim_unknown_pattern, "pattern"),
-    ("torus", claim_twill, "pattern"),
-    ("twill", claim_plain, "pattern"),
-    ("twill", claim_broken_edges, "pattern"),
-    ("twill", claim_inexact, "pattern"),
-    ("twill", turn_crossing_over, "pattern space steps"),
-    (
-        "torus",
-        exchange_crossings_of_thread,
-        "mesh-walks pattern space piece-order joints unfolding",
-    ),
->>>>>>> h-b
     ("torus", exchange_edges_of_crossings, "mesh-walks pattern space"),
     ("torus", put("crossings", 0, "edge", [0, 7]), "mesh-walks pattern space"),
     ("torus", put("threads", 0, "closed", False),
      "files mesh-walks pattern space piece-order joints unfolding"),
     ("torus", put("crossings", 0, "position", 2, more(0.05)), "space"),
     # pieces and joints
-<<<<<<< HEAD
-    ("torus", mirror_piece, "unfolding joints labels"),
-    ("saddle", mirror_piece, "unfolding joints labels"),
+    ("torus", mirror_piece, "unfolding joints"),
+    ("saddle", mirror_piece, "unfolding joints"),
     ("torus", put(inner_station, "y", more(0.05)), "unfolding"),
     ("torus", put(beginning, "x", more(0.05)), "unfolding joints"),
     ("torus", put(*HOLES, 1, 1, 0, more(0.05)), "joints"),
     # The first listed hole is the station's own; the drawing has it right.
     ("torus", put(*HOLES, 0, 0, 1, more(0.05)), "joints"),
-=======
-    ("torus", mirror_piece, "unfolding joints"),
-    ("saddle", mirror_piece, "unfolding joints"),
-    ("torus", move_hole, "unfolding"),
-    ("torus", move_hole_at_joint, "unfolding joints"),
-    ("torus", move_hole_of_tab, "joints"),
-    ("torus", move_listed_hole_of_joint, "joints"),
->>>>>>> h-b
     ("torus", exchange_holes_of_tab, "joints"),
     ("torus", put(layers, 0, "hole_mm", 2.5), "crossing-holes"),
     ("torus", put(layers, 1, "hole_mm", None), "crossing-holes"),
     ("octahedron", fill_hole_of_one_tab, "crossing-holes"),
-<<<<<<< HEAD
     ("octahedron", drill(-2.0), "crossing-holes"),
-    ("torus", drill(40.0), "simple order labels"),
-=======
-    ("octahedron", make_hole_of_no_size, "crossing-holes"),
-    ("torus", make_holes_too_wide, "simple order"),
->>>>>>> h-b
+    ("torus", drill(40.0), "simple order"),
     ("torus", bring_holes_together, "simple"),
     ("torus", put(*OUTLINE, 2, 1, more(0.25)), "unfolding"),
     ("torus", drop(*OUTLINE, 3), "unfolding"),
     ("torus", add_tiny_side, "simple lines"),
-<<<<<<< HEAD
     ("torus", put(*OUTLINE, lambda outline: outline[::-1]), "simple"),
     # Knotted.
-    ("torus", exchange(*OUTLINE, 0, -1), "simple unfolding order labels"),
+    ("torus", exchange(*OUTLINE, 0, -1), "simple unfolding order"),
     # Every vertex is still a rail's, but the sides between them are not.
     ("torus", exchange(*OUTLINE, 2, 3), "unfolding"),
-    ("torus", drop_station, "over-under piece-order unfolding joints steps labels"),
+    ("torus", drop_station, "over-under piece-order unfolding joints steps"),
     ("torus", repeat_station,
-     "simple outlines-dxf outlines-svg over-under piece-order unfolding joints labels"),
+     "simple outlines-dxf outlines-svg over-under piece-order unfolding joints"),
     ("torus", exchange("threads", 0, "pieces", 0, 1), "piece-order"),
     ("torus", put("threads", 1, "pieces", lambda names: [*names, "A1"]), "piece-order"),
     # The ids stay what they were: only the owner is wrong.
     ("torus", put("pieces", 0, "thread", 1), "over-under piece-order unfolding joints"),
     ("octahedron", put("pieces", 0, "joints", 1, None), "piece-order"),
-    ("torus", put("pieces", 0, "stations", -1, "joint", None), "piece-order labels"),
+    ("torus", put("pieces", 0, "stations", -1, "joint", None), "piece-order"),
     ("torus", put(inner_station, "joint", 1), "piece-order"),
-=======
-    ("torus", run_outline_clockwise, "simple"),
-    ("torus", knot_outline, "simple unfolding order"),
-    ("torus", exchange_vertices, "unfolding"),
-    ("torus", drop_station, "over-under piece-order unfolding joints steps"),
-    (
-        "torus",
-        repeat_station,
-        "simple outlines-dxf outlines-svg over-under piece-order unfolding joints",
-    ),
-    ("torus", exchange_pieces_of_thread, "piece-order steps"),
-    ("torus", list_piece_twice, "piece-order steps"),
-    ("torus", give_piece_to_other_thread, "over-under piece-order unfolding joints"),
-    ("octahedron", forget_joint_of_piece, "piece-order"),
-    ("torus", forget_joint_of_station, "piece-order"),
-    ("torus", carry_joint_in_the_middle, "piece-order"),
->>>>>>> h-b
     ("torus", move_joint_to_other_crossing, "piece-order"),
     ("octahedron", put("joints", lambda joints: [*joints, {**joints[0], "id": 99}]),
      "piece-order"),
