@@ -37,7 +37,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     for label in piece.labels[:1]:
         angle = np.deg2rad(label.rotation_deg)
         way = np.array([[0.0, 0.0], [np.cos(angle), np.sin(angle)]])
-        start, tip = crossing_map.on_sheet(piece, way + np.array([label.x_mm, label.y_mm]))
+        start, tip = crossing_map.on_sheet(piece, way + np.array([label.x, label.y]))
         if ((tip - start) @ turn)[0] < 0.0:
             turn = -turn  # its letters would stand on their heads
     points = drawn_piece.outline @ turn
@@ -86,11 +86,11 @@ def _spots(
         number = _NUMBER_OF.get(label.kind, "")
         over = label.station is not None and piece.stations[label.station].over
         places.setdefault(f"{number} over" if number == "3" and over else number,
-                          (label.x_mm, label.y_mm))  # fmt: skip
+                          (label.x, label.y))  # fmt: skip
     holes = [station for station in piece.stations if station.hole_mm]
     if holes:
         middle = holes[len(holes) // 2]
-        places["5"] = middle.x_mm, middle.y_mm
+        places["5"] = middle.x, middle.y
     places.pop("", None)
     spots = [
         (name[:1], crossing_map.on_sheet(piece, np.array([place]))[0])
