@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=SectionedCommand)
-@job_options(making=True)
 @folder_option("Folder for what is found. A search that was stopped goes on there.")
+@job_options(making=True)
 @click.option(
     "--tries",
     type=click.IntRange(1, 1000),

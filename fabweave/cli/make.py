@@ -129,8 +129,8 @@ def main_notes(notes: Sequence[str]) -> list[str]:
 
 
 @click.command(cls=SectionedCommand)
-@job_options(making=True)
 @folder_option("Folder for the job; an older job there is replaced.")
+@job_options(making=True)
 @click.option(
     "--pieces",
     type=click.IntRange(1),

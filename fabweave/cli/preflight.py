@@ -18,14 +18,14 @@ from fabweave.core.parallel.interrupt import held_back
     help="Whose rules for holes, webs, gaps and sizes the pieces are checked against; fabweave "
     "targets lists all. [default: the job's own]",
 )
-@table_option("targets")
+@table_option("rules")
 @click.option("--strict", is_flag=True, help="Exit with 1 if any rule is broken.")
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing; with --strict, the code tells.")
 def preflight(
     directory: Path,
     target: str | None,
-    targets: tuple[str, ...],
+    rules: tuple[str, ...],
     strict: bool,
     as_json: bool,
     quiet: bool,
@@ -43,7 +43,7 @@ def preflight(
         from fabweave.plan.preflight.rules import flaw_lines
 
     folder_is_readable(directory)
-    own = () if target is None else user_entries("targets", targets)
+    own = () if target is None else user_entries("rules", rules)
     found = preflight_job(directory, target, own)
     if as_json:
         click.echo(json.dumps(found.record, indent=1))

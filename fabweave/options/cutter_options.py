@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from fabweave.options.file_kinds import calibration, library, preset
+from fabweave.options.file_kinds import bed, calibration, library, preset
 from fabweave.options.kinds import (
     choice,
     flag,
@@ -38,6 +38,7 @@ CUTTER_OPTIONS = (
         "Colours of the layers, as a program knows them: {choices}; or a file of your own "
         "(fabweave guide machines shows one), which job.toml then holds.",
         default="lightburn",
+        brief="The program of the laser, such as lightburn or glowforge: it sets the colours.",
         making=True,
     ),
     Option(
@@ -46,6 +47,7 @@ CUTTER_OPTIONS = (
         choice(("R2010", "R2000", "R12")),
         "Version of the DXF files; R12 for very old machines (it cannot carry units).",
         default="R2010",
+        brief="Version of the DXF files; R12 for old machines.",
         making=True,
     ),
     Option(
@@ -55,6 +57,7 @@ CUTTER_OPTIONS = (
         "What a coordinate of the SVG counts: millimetres; or pixels of 1/96 inch, for programs "
         "that open the others at a wrong size.",
         default="mm",
+        brief="What a coordinate of the SVG counts; px96 for programs that show it too small.",
         making=True,
     ),
     Option(
@@ -81,7 +84,7 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
-        "targets",
+        "rules",
         MACHINE,
         library("target", "fabweave.sheet.targets"),
         "Rules of those who cut for you, which --target may name, with the same entries as ours "
@@ -133,6 +136,7 @@ CUTTER_OPTIONS = (
         choice(("a4", "letter")),
         "Paper of the assembly manual.",
         default="a4",
+        brief="Paper of the manual.",
         making=True,
     ),
     Option(
@@ -144,6 +148,7 @@ CUTTER_OPTIONS = (
         "out for services, which take it off themselves.",
         default=0.0,
         otherwise="none taken off",
+        brief="Width of the line that the beam burns, such as 0.15mm; empty to take none off.",
         making=True,
     ),
     Option(
@@ -167,6 +172,7 @@ CUTTER_OPTIONS = (
         "Order of the pieces on a sheet: with short ways from one to the next, or cool, where no "
         "piece follows its neighbour, for what warps or melts.",
         default="short",
+        brief="Order of the pieces on a sheet; cool for what warps or melts.",
         making=True,
     ),
     Option(
@@ -195,5 +201,14 @@ CUTTER_OPTIONS = (
         "folder of a finished job and what the machine took for all of its sheets.",
         default=1.0,
         otherwise="1, which is nothing measured",
+    ),
+    Option(
+        "bed",
+        MACHINE,
+        bed(),
+        "The largest sheet that the machine takes, such as 600x400mm. Without --sheet, fabweave "
+        "cuts the material's sheet down to it. It refuses larger sheets.",
+        otherwise="as large as any sheet",
+        brief="The largest sheet that the machine takes, such as 600x400mm; empty for any.",
     ),
 )

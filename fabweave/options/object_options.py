@@ -257,7 +257,7 @@ OBJECT_OPTIONS = (
         brief="What it is cut from; fabweave materials lists all.",
     ),
     Option(
-        "materials",
+        "library",
         STOCK,
         library("material", "fabweave.stock.material"),
         "Materials of your own that --material may name, with the same entries as ours (see "

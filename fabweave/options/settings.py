@@ -14,7 +14,7 @@ from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
 from fabweave.options.kinds import load
-from fabweave.options.option import GROUPS
+from fabweave.options.option import GROUPS, STOCK
 from fabweave.options.table import OPTIONS, option_named, option_of_field
 from fabweave.options.user_files import user_entries
 
@@ -172,11 +172,11 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     try:
         for _, name in parse_materials(settings.stock.material):
-            sort_of_material(name, settings.stock.materials)
+            sort_of_material(name, settings.stock.library)
     except InputError as error:
         yield f"material: {error}"
     try:
-        target_named(settings.machine.target, settings.machine.targets)
+        target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
 
@@ -217,6 +217,26 @@ def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
     return {} if named is None else machine_profile(str(named))
 
 
+def _of_stock(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that the named list of stock sets beside its sheets."""
+    named = given.get("stock")
+    if not isinstance(named, str | os.PathLike):
+        return {}
+    table = {
+        name: value
+        for name, value in read_toml(Path(named), "the stock").items()
+        if not isinstance(value, list | dict)
+    }
+    known = [option.name for option in OPTIONS if option.section == STOCK]
+    for name in table:
+        if name not in known:
+            raise InputError(
+                f"stock: {named} sets {name!r}, which is no option of the stock, as "
+                f"{', '.join(closest_first(name, known))} are"
+            )
+    return table
+
+
 def settings_from_job(path: Path, **options: Any) -> Settings:
     """Return the settings of a finished job, but for the options that are given.
 
@@ -233,7 +253,6 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         If the file cannot be read or is no job's, or an option does not take its value.
     """
     kept = read_job_options(path)
-    _fold(kept)
     for name, (usual, instead) in _GONE.items():
         if kept.pop(name, usual) != usual:
             raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
@@ -257,7 +276,10 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
 
 
 def _fold(kept: dict[str, Any]) -> None:
-    """Say options of an older job.toml as they are said now: two were folded into one."""
+    """Give options of an older job.toml the names and the form that they have now."""
+    for old, new in (("materials", "library"), ("targets", "rules")):
+        if old in kept:
+            kept[new] = kept.pop(old)
     if "open" in kept:
         kept["width"] = f"open:{kept.pop('open'):g}"
     fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
@@ -277,7 +299,7 @@ def _found(name: str, folder: Path) -> str:
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
     """Make settings of options that are given, and of those that a profile and a job.toml keep."""
-    kept = {**kept, **_of_machine(given)}
+    kept = {**kept, **_of_machine(given), **_of_stock(given)}
     given = {name: value for name, value in given.items() if name != "machine"}
     for name in given:
         if all(name != option.name for option in OPTIONS):
@@ -318,7 +340,7 @@ def _user_library(
     from fabweave.stock.supplies import materials_in_use, parse_materials  # noqa: PLC0415
 
     known: dict[str, tuple[Any, ...]] = {}
-    for name, naming in (("materials", "material"), ("targets", "target")):
+    for name, naming in (("library", "material"), ("rules", "target")):
         option = option_named(name)
         from_job = naming in kept and given.get(naming) is None
         known[name] = () if from_job else user_entries(name)
@@ -328,8 +350,8 @@ def _user_library(
     material = values.get("material", option_named("material").default)
     target = values.get("target", option_named("target").default)
     return {
-        "materials": materials_in_use(parse_materials(material), known["materials"]),
-        "targets": targets_in_use(target, known["targets"]),
+        "library": materials_in_use(parse_materials(material), known["library"]),
+        "rules": targets_in_use(target, known["rules"]),
     }
 
 
@@ -364,4 +386,5 @@ def read_job_options(path: Path) -> dict[str, Any]:
     job = read_toml(path, "the settings").get("job")
     if not isinstance(job, dict):
         raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
+    _fold(job)
     return job
