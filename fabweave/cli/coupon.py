@@ -11,12 +11,12 @@ from fabweave.core.parallel.interrupt import held_back
 
 @click.command()
 @click.argument("directory", required=False, type=click.Path(path_type=Path))
-@click.option("--material", metavar="NAME", help="What it is cut from. [default: the job's]")
+@click.option("--material", metavar="NAME", help="The material to test. [default: the job's]")
 @table_option("library")
 @click.option("--thickness", type=Length(100.0), help="Measured thickness. [default: the job's]")
 @table_option("fastener")
 @folder_option(
-    "A folder of its own for coupon.dxf, .svg, .png and .txt; an older coupon there is replaced."
+    "A folder of its own for coupon.dxf, .svg, .png and .txt. It replaces an older coupon."
 )
 def coupon(
     directory: Path | None,
@@ -28,8 +28,8 @@ def coupon(
 ) -> None:
     """Draw a test coupon to cut first: holes, kerf, a lap, lettering and a bend.
 
-    With the folder of a finished job, its material, hole, laps, ribbons and tightest bend.
-    coupon.txt says what to measure, and which option to set by it.
+    In the folder of a finished job it finds material, hole, laps, ribbons and tightest bend.
+    coupon.txt says what to measure, and which option to set.
     """
     with held_back():
         from fabweave.options.user_files import user_entries

@@ -139,13 +139,13 @@ def job_options(*, making: bool = False) -> Decorator:
         click.option(
             "--machine",
             metavar="NAME|FILE",
-            help="Profile of the laser: colours, kerf ... (fabweave machine).",
+            help="Profile of your machine: colours, kerf, bed ... (fabweave machine).",
         ),
         click.option(
             "--config",
             type=click.Path(path_type=Path),
             metavar="FILE",
-            help="The job.toml of a finished job; what is typed wins.",
+            help="The job.toml of a finished job; what you type wins.",
         ),
         click.option(
             "--set",
@@ -198,7 +198,7 @@ def folder_option(text: str) -> Decorator:
 
 
 def cluster_option(work: str) -> Decorator:
-    """Return what gives a command other computers to do its work, told as in "Nest them"."""
+    """Return what gives a command other computers to do its work, worded as in "Nest them"."""
     return click.option(
         "--cluster",
         metavar="ADDRESS",

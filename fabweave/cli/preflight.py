@@ -15,13 +15,15 @@ from fabweave.core.parallel.interrupt import held_back
 @click.option(
     "--target",
     metavar="NAME",
-    help="Whose rules for holes, webs, gaps and sizes the pieces are checked against; fabweave "
-    "targets lists all. [default: the job's own]",
+    help="Whose rules for holes, webs, gaps and sizes to check; fabweave targets lists all. "
+    "[default: the job's own]",
 )
 @table_option("rules")
 @click.option("--strict", is_flag=True, help="Exit with 1 if any rule is broken.")
 @json_option
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing; with --strict, the code tells.")
+@click.option(
+    "-q", "--quiet", is_flag=True, help="Print nothing; --strict still sets the exit code."
+)
 def preflight(
     directory: Path,
     target: str | None,
@@ -32,9 +34,9 @@ def preflight(
 ) -> None:
     """Check a finished job's pieces against the rules of its material and of who cuts it.
 
-    Least holes, their distance to edges, webs, gaps, sizes, short sides, narrow ribbons and tight
-    bends; each finding says on which piece, where on its sheet, what is asked for, and what
-    would help.
+    The rules are about holes, their distance to edges, webs, gaps, sizes, short sides, narrow
+    ribbons and tight bends. Each finding names the piece, the place on its sheet, the limit, and
+    what would help.
     """
     with held_back():
         from fabweave.core.job_folder import folder_is_readable

@@ -88,7 +88,7 @@ def check_profile(table: Mapping[str, Any], where: str) -> None:
     strange = [key for key in table if key not in options]
     if strange:
         raise InputError(
-            f"{where}: {shown(strange[0])} is no option of a machine, as {', '.join(options)} are"
+            f"{where}: {shown(strange[0])} is no option of a machine, but {', '.join(options)} are"
         )
     for name, value in table.items():
         try:
@@ -110,7 +110,7 @@ def write_profile(name: str, table: Mapping[str, Any], *, replace: bool = False)
         raise InputError(f"{shown(name)} is no name for a profile: use letters, digits, - and _")
     path = user_folder() / "machines" / f"{name}.toml"
     if path.exists() and not replace:
-        raise InputError(f"{path} is there already: choose another name, or add --force")
+        raise InputError(f"{path} exists: choose another name, or add --force")
     kept = {
         key: str(Path(value).absolute())
         if isinstance(value, str) and value.lower().endswith(".toml")

@@ -162,12 +162,12 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     mesh, weave = settings.mesh, settings.weave
     if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
-        yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
+        yield "rim: a ring needs a round opening; add --leave-out top:80mm"
     quads = parse_remesh(mesh.remesh).kind == "quads" if mesh.remesh else False
     if mesh.along and not quads:
-        yield "along: only new quads can be laid so; say --remesh quads:300, too"
+        yield "along: only new quads can follow a direction; add --remesh quads:300"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
-        yield "a pattern and twists were both given; give one of them"
+        yield "a pattern and twists exclude each other; give one of them"
     if weave.twill_symmetry > 1 and weave.twill_method == "voting":
         yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     try:
@@ -231,8 +231,8 @@ def _of_stock(given: Mapping[str, Any]) -> dict[str, Any]:
     for name in table:
         if name not in known:
             raise InputError(
-                f"stock: {named} sets {name!r}, which is no option of the stock, as "
-                f"{', '.join(closest_first(name, known))} are"
+                f"stock: {named} sets {name!r}, which is no option of the stock; these are: "
+                f"{', '.join(closest_first(name, known))}"
             )
     return table
 
@@ -255,7 +255,7 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
     kept = read_job_options(path)
     for name, (usual, instead) in _GONE.items():
         if kept.pop(name, usual) != usual:
-            raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
+            raise InputError(f"{path} sets {name}, an option of older versions: {instead}")
     unknown = sorted(set(kept) - {option.name for option in OPTIONS})
     if unknown:
         known = ", ".join(sorted(option.name for option in OPTIONS))
@@ -317,7 +317,7 @@ def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> 
         plain = values.get(option.field, ()) if option.field == "sheets" else ()
         values[option.field] = (*value, *plain) if plain else value
     if "source" not in values:
-        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
+        raise InputError("there is no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
     return Settings.of(**(values | _user_library(values, given, kept, where)))
 
 
@@ -385,6 +385,8 @@ def read_job_options(path: Path) -> dict[str, Any]:
     """
     job = read_toml(path, "the settings").get("job")
     if not isinstance(job, dict):
-        raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
+        raise InputError(
+            f"{path} has no table [job] with settings; use the job.toml of a finished job"
+        )
     _fold(job)
     return job
