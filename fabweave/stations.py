@@ -64,7 +64,7 @@ def weave_view(settings: Settings) -> tuple[Any, ...]:
 def ribbon_view(settings: Settings) -> tuple[Any, ...]:
     """Return all settings that ribbons depend on, before pieces are planned."""
     stock = settings.stock
-    material = stock.material, stock.materials, stock.thickness_mm
+    material = stock.material, stock.library, stock.thickness_mm
     return (*weave_view(settings), settings.ribbons, *material)
 
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=SectionedCommand)
+@folder_option("Folder for the designs. A search that was stopped goes on there.")
 @job_options(making=True)
-@folder_option("Folder for what is found. A search that was stopped goes on there.")
 @click.option(
     "--tries",
     type=click.IntRange(1, 1000),
@@ -47,11 +47,10 @@ def design(
 ) -> None:
     """Try designs of MESH from coarse to fine, and show which can be built and what they take.
 
-    Each goes through everything up to its pieces: meshes of quads and of triangles, plain weave and
-    twill, wider and narrower ribbons. What you ask for with options is the same in all of them.
-    Where few can be built, others are tried near these; where none can, it is said why, and what
-    would help. Each is told as soon as it was tried. The page design.html shows them with pictures,
-    figures and the exact fabweave make command of each.
+    It plans the pieces of each design: on meshes of quads and of triangles, in plain weave and
+    twill, with wider and narrower ribbons. All of them keep the options that you give. Where few
+    can be built, it tries others near these. Where none can, it says why, and what would help. The
+    page design.html shows pictures, figures and the exact fabweave make command of each.
 
     \b
     Examples:

@@ -129,19 +129,19 @@ def main_notes(notes: Sequence[str]) -> list[str]:
 
 
 @click.command(cls=SectionedCommand)
+@folder_option("Folder for the job; it replaces an older job there.")
 @job_options(making=True)
-@folder_option("Folder for the job; an older job there is replaced.")
 @click.option(
     "--pieces",
     type=click.IntRange(1),
     metavar="N",
-    help="About so many pieces; mesh, pattern and width follow.",
+    help="About so many pieces: fabweave picks mesh, pattern and width.",
 )
 @click.option(
     "--goal",
     default="",
     metavar="WISHES",
-    help="Wishes: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
+    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
 )
 @cluster_option("Nest very many pieces")
 @json_option
@@ -158,7 +158,7 @@ def make(
     mesh: str | None,
     **options: Any,
 ) -> None:
-    """Weave MESH, a file or a shape:NAME, and write all that is needed to cut it.
+    """Weave MESH, a file or a shape:NAME, and write everything to cut it.
 
     \b
     Examples:

@@ -156,7 +156,7 @@ def _kept(folder: Path, key: str) -> Tried | None:
     """Return what was tried before; None where that is not there, or not whole."""
     record, picture = folder / f"{key}.json", folder / f"{key}.png"
     try:
-        candidate = from_json(Candidate, json.loads(record.read_text("utf-8")))
+        candidate = from_json(Candidate, record.read_bytes())
         data = None if candidate.figures is None else picture.read_bytes()
     except (OSError, ValueError, InputError):
         return None

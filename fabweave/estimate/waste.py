@@ -267,7 +267,7 @@ def _sheet_account(
     holes = sum(piece.hole_area_mm2 for piece in placed)
     area = sheet.area_mm2
     return SheetAccount(
-        number=number + 1,
+        sheet=number + 1,
         width_mm=sheet.width_mm,
         height_mm=sheet.height_mm,
         area_mm2=area,

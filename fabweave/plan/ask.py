@@ -35,7 +35,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         by_bunch(stock.thickness_mm),
         by_bunch(stock.gap_mm),
         stock.sheets,
-        stock.materials,
+        stock.library,
+        settings.machine.bed,
     )
     supplies = replace(
         supplies,

@@ -20,9 +20,9 @@ from fabweave.plan.crossing_map import (
     Corner,
     CrossingMap,
     CrossingRecord,
+    CutoutRecord,
     CutRecord,
     DroppedRecord,
-    HoleRecord,
     JointRecord,
     LabelRecord,
     LayoutRecord,
@@ -31,7 +31,6 @@ from fabweave.plan.crossing_map import (
     RestRecord,
     RotationRecord,
     SheetRecord,
-    SlotRecord,
     SpareRecord,
     StationRecord,
     StrandRecord,
@@ -112,6 +111,8 @@ def build_crossing_map(
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(
+        schema="fabweave.crossing-map/1",
+        units="mm",
         weave=weave_record(weave_result),
         layout=LayoutRecord(
             margin_mm=layout.margin_mm,
@@ -161,7 +162,7 @@ def _sheets(
         code = code_of(drawing)
         records.append(
             SheetRecord(
-                number=index + 1,
+                sheet=index + 1,
                 name=drawing.name,
                 width_mm=sheet.width_mm,
                 height_mm=sheet.height_mm,
@@ -224,7 +225,7 @@ def _crossings(
         CrossingRecord(
             id=crossing,
             edge=tuple(edge),
-            position_mm=position,
+            position=position,
             over=strand(crossing, 1),
             under=strand(crossing, 0),
             fastened=bool(piece_set.fastened[crossing]),
@@ -313,8 +314,8 @@ def _stations(piece: Piece, partners: Sequence[str]) -> tuple[StationRecord, ...
             crossing=crossing,
             over=over[k],
             partner=partners[k],
-            x_mm=points[k][0],
-            y_mm=points[k][1],
+            x=points[k][0],
+            y=points[k][1],
             hole_mm=None if np.isnan(holes[k]) else holes[k],
             joint=_joint_at(piece, k),
         )
@@ -329,13 +330,16 @@ def _joint_at(piece: Piece, station: int) -> int | None:
     return piece.start_joint if station == 0 else None
 
 
-def _cutouts(piece: Piece) -> tuple[HoleRecord | SlotRecord, ...]:
+def _cutouts(piece: Piece) -> tuple[CutoutRecord, ...]:
     """Return everything that is cut out of a piece, in the order in which it is drawn."""
     holes = (
-        HoleRecord(station=int(station), x_mm=x, y_mm=y, diameter_mm=diameter)
+        CutoutRecord(station=int(station), kind="hole", x=x, y=y, diameter_mm=diameter)
         for station, x, y, diameter in _points(piece.holes)
     )
-    slots = (SlotRecord(station=slot.station, path=_corners(slot.path)) for slot in piece.slots)
+    slots = (
+        CutoutRecord(station=slot.station, kind="slot", path=_corners(slot.path))
+        for slot in piece.slots
+    )
     return (*holes, *slots)
 
 
@@ -348,8 +352,8 @@ def _label(label: Label) -> LabelRecord:
         text=label.text,
         station=label.station,
         height_mm=label.height_mm,
-        x_mm=x,
-        y_mm=y,
+        x=x,
+        y=y,
         rotation_deg=round(label.rotation_deg, DECIMALS),
         box_mm=(round(length, DECIMALS), round(height, DECIMALS)),
         hidden=label.hidden or None,

@@ -144,8 +144,8 @@ class RibbonReport:
     ``smallest_size_mm`` is the size of the object from which on all rules hold.
     """
 
-    schema: Literal["fabweave.ribbons/1"] = "fabweave.ribbons/1"
-    units: Literal["mm"] = "mm"
+    schema: Literal["fabweave.ribbons/1"]
+    units: Literal["mm"]
     limits: LimitRecord
     smallest_size_mm: int | None
     findings: tuple[Finding, ...]
@@ -174,6 +174,8 @@ def ribbon_report(
     several = isinstance(limits.thickness_mm, np.ndarray)
     clearance_mm = limits.clearance_mm
     return RibbonReport(
+        schema="fabweave.ribbons/1",
+        units="mm",
         limits=replace(
             LimitRecord() if several else _limit_record(limits), clearance_mm=clearance_mm
         ),

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from fabweave.sheet.kerf import MicroJoints
     from fabweave.sheet.presets import Preset
     from fabweave.sheet.targets import Target
+    from fabweave.stock.sheet_size import SheetSize
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class MachineSettings:
     svg_units: str
     hairline_mm: float | None
     target: str
-    targets: tuple[Target, ...]
+    rules: tuple[Target, ...]
     strict: bool
     paper: str
     kerf_mm: float
@@ -30,6 +31,7 @@ class MachineSettings:
     template: str
     qr: str
     calibrate: float
+    bed: SheetSize | None
 
     @property
     def line_mm(self) -> float:

@@ -256,7 +256,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
 
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
     """Check the pieces against the rules of those who cut them."""
-    target = target_named(job.settings.machine.target, job.settings.machine.targets)
+    target = target_named(job.settings.machine.target, job.settings.machine.rules)
     supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
     check = Preflight(

@@ -157,6 +157,8 @@ _FORMS = "{x=.., y=.., diameter=..}, {x=.., y=.., width=.., height=..} or {polyg
 def read_stock(path: Path) -> tuple[SheetSize, ...]:
     """Return the sheets of a stock.toml, offcuts first.
 
+    Plain values beside them, such as ``margin = "5mm"``, are options: settings read them.
+
     Raises
     ------
     InputError
@@ -164,6 +166,9 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     """
     text = read_text(path, "the stock")
     document = parse_toml(text, f"cannot read the stock in {path}")
+    plain = [key for key, value in document.items() if not isinstance(value, list | dict)]
+    for key in set(plain) - set(_KINDS):
+        del document[key]
     lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = _HEAD.match(line)

@@ -108,7 +108,7 @@ def test_the_files_tell_every_design(tmp_path):
     document = json.loads((tmp_path / "designs" / "design.json").read_text())
     rows = list(csv.DictReader(io.StringIO((tmp_path / "designs" / "design.csv").read_text())))
     for one, told, row in zip(found, document["designs"], rows, strict=True):
-        assert from_json(Candidate, told) == one.candidate
+        assert from_json(Candidate, json.dumps(told)) == one.candidate
         assert (row["command"], row["pieces"]) == (
             one.candidate.command,
             str(one.candidate.figures.pieces),

@@ -15,7 +15,7 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.remake import remake_job
 
-OWN = ("--materials", Path(__file__).parents[2] / "examples" / "materials.toml")
+OWN = ("--library", Path(__file__).parents[2] / "examples" / "materials.toml")
 #: One job of each kind of setting that could be lost between job.toml and the files.
 JOBS = {
     "plain": OCTAHEDRON,

@@ -308,7 +308,7 @@ def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     )  # fmt: skip
     plain = build_steps(woven.made, found)
     *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)
-    assert (last.ring, last.pieces, last.effort, last.number) == (
+    assert (last.ring, last.pieces, last.effort, last.step) == (
         ("R1", "R2"), (), 0.0, len(plain) + 1
     )  # fmt: skip
     assert sorted(last.fasten) == sorted(keys)

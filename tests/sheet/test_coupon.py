@@ -128,13 +128,13 @@ def test_a_hole_that_no_laser_cuts_is_refused():
 
 def test_command(tmp_path, capsys):
     out = tmp_path / "deep" / "coupon"
-    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
     assert sorted(path.name for path in out.iterdir()) == [
         "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt"
     ]  # fmt: skip
     assert "hole 2 mm" in capsys.readouterr().out
     first = {path.name: path.read_bytes() for path in out.iterdir()}
-    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 
 

@@ -131,7 +131,7 @@ def test_cover_has_the_figures():
 def test_the_map_tells_the_step_of_each_piece():
     crossing_map, _ = parts_of()
     told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
-    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
 
 

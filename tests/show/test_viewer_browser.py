@@ -93,7 +93,7 @@ def test_searching_a_label_shows_strip_piece_and_place(tab, torus, query):
         for k, (row, station) in enumerate(zip(rows, piece.stations, strict=True)):
             if k:
                 last = piece.stations[k - 1]
-                along += math.hypot(station.x_mm - last.x_mm, station.y_mm - last.y_mm)
+                along += math.hypot(station.x - last.x, station.y - last.y)
             cells = row.split("\t")
             assert cells[0] == str(k)
             assert float(cells[1]) == pytest.approx(along, abs=0.06)

@@ -51,7 +51,7 @@ JOBS = {
     "inspect": "inspect shape:sphere?n=3 --size 300mm --json --png OUT/a.png --pd OUT/a.txt "
     "--gauss OUT/b.txt",
     "inspect-text": "inspect shape:slit?genus=2 --size 400mm",
-    "coupon": "coupon --material birch-veneer --hole 3.3mm -o OUT/coupon",
+    "coupon": "coupon --material birch-veneer --fastener 3.3mm -o OUT/coupon",
     "shapes": "shapes --png OUT/shapes.png",
     "materials": "materials",
 }

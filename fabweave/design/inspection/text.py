@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from msgspec import convert
+
 from fabweave.core.messages import agree
-from fabweave.core.records import from_json
 from fabweave.design.candidate import Figures
 from fabweave.design.page import words
 from fabweave.plan.verdict import VERDICTS, Reason
@@ -268,7 +269,7 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
     for reason in verdict["reasons"][:most]:
         mixed = verdict["level"] != reason["level"]
         level = f"{reason['level']}: " if mixed else ""
-        rows.append(("", level + from_json(Reason, reason).told))
+        rows.append(("", level + convert(reason, Reason).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 
@@ -279,7 +280,7 @@ def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     for design in facts["designs"]:
         told = ""
         if design["figures"] is not None:
-            told = f": {words(from_json(Figures, design['figures']))}"
+            told = f": {words(convert(design['figures'], Figures))}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
         if design["verdict"]["level"] != "not makeable":
             rows.append(("", design["command"]))

@@ -59,7 +59,7 @@ def preflight_job(
     options = read_job_options(directory / "job.toml")
     try:
         supplies = supplies_of(options)
-        targets = targets_of(options.get("targets", {}), "the targets in job.toml")
+        targets = targets_of(options.get("rules", {}), "the rules in job.toml")
         if target is not None:
             targets = (*targets, *user_targets)
         named = target_named(target or options.get("target", "default"), targets)
@@ -93,5 +93,5 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
         tuple((name, parse_length(text)) for name, text in thickness),
         (("", None),),
         (),
-        materials_of(options.get("materials", {}), "the materials in job.toml"),
+        materials_of(options.get("library", {}), "the library in job.toml"),
     )

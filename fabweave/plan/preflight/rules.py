@@ -12,7 +12,7 @@ import shapely
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.piece.outline import SHORTEST_SIDE_MM
-from fabweave.plan.crossing_map import CrossingMap, HoleRecord, PieceRecord, SheetRecord
+from fabweave.plan.crossing_map import CrossingMap, PieceRecord, SheetRecord
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.sheet.targets import Target
 from fabweave.stock.material import Material, hole_edge_mm
@@ -205,11 +205,11 @@ def _lay_out(crossing_map: CrossingMap, pieces: Sequence[PieceRecord]) -> _Cuts:
     outlines, owner, at, size = [], [], [], []
     for index, piece in enumerate(pieces):
         outlines.append(crossing_map.on_sheet(piece, np.array(piece.outline)))
-        holes = [cutout for cutout in piece.cutouts if isinstance(cutout, HoleRecord)]
+        holes = [cutout.hole for cutout in piece.cutouts if cutout.hole is not None]
         owner += [index] * len(holes)
-        size += [hole.diameter_mm for hole in holes]
+        size += [diameter for _, _, diameter in holes]
         if holes:
-            centres = np.array([(hole.x_mm, hole.y_mm) for hole in holes])
+            centres = np.array(holes)[:, :2]
             at.append(crossing_map.on_sheet(piece, centres))
     return _Cuts(
         [piece.id for piece in pieces],
@@ -379,7 +379,7 @@ def _sizes(cuts: _Cuts, sheets: Sequence[SheetRecord], target: Target) -> Iterat
             if sides[worst] > most[worst] + _SLACK_MM:
                 remedy = f"--sheet {target.sheet_mm[0]:g}x{target.sheet_mm[1]:g}mm"
                 value, limit = float(sides[worst]), float(most[worst])
-                yield Flaw("sheet", None, sheet.number, None, value, limit, 1, remedy)
+                yield Flaw("sheet", None, sheet.sheet, None, value, limit, 1, remedy)
 
 
 def _segments(cuts: _Cuts) -> Iterator[Flaw]:

@@ -43,7 +43,7 @@ def write_legend(book: Book, crossing_map: CrossingMap, drawn: dict[str, DrawnPi
     for label in piece.labels[:1]:
         angle = np.deg2rad(label.rotation_deg)
         way = np.array([[0.0, 0.0], [np.cos(angle), np.sin(angle)]])
-        start, tip = crossing_map.on_sheet(piece, way + np.array([label.x_mm, label.y_mm]))
+        start, tip = crossing_map.on_sheet(piece, way + np.array([label.x, label.y]))
         if ((tip - start) @ turn)[0] < 0.0:
             turn = -turn  # its letters would stand on their heads
     points = drawn_piece.outline @ turn
@@ -121,7 +121,7 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
     # Of each kind the first; of crossings the first that goes over, and the first under.
     labels, met = {}, {}
     for label in reversed(piece.labels):
-        labels[label.kind] = place = on_sheet((label.x_mm, label.y_mm))
+        labels[label.kind] = place = on_sheet((label.x, label.y))
         if label.kind in ("partner", "sign") and label.station is not None:
             met[piece.stations[label.station].over] = place
     face = "inside" if any(sheet.mirrored for sheet in crossing_map.sheets) else "outside"
@@ -157,7 +157,7 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
             f"station, {piece.id} passes {word} {station.partner}."
         )
         signs.append(_Sign("Crossing", text, np.concatenate(list(met.values()))))
-    holes = [(one.x_mm, one.y_mm) for one in piece.stations if one.hole_mm]
+    holes = [(one.x, one.y) for one in piece.stations if one.hole_mm]
     hole = on_sheet(*holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         text = (

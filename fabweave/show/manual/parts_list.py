@@ -37,7 +37,7 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     parts = list(kinds.values())
     own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
     level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
-    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
+    names = {sheet.sheet: sheet.name for sheet in crossing_map.sheets}
     told = [_places(pieces, names, drawn) for pieces in parts]
     book.page(PARTS)
     # Few kinds are drawn large: in as few columns as a page has room for.

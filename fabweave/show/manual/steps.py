@@ -142,7 +142,7 @@ class _Writer:
         # Where no fastener goes, nobody needs to know that the last layer has come.
         self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
         self._joints = {joint.id: joint for joint in crossing_map.joints}
-        self._step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+        self._step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
         self._columns = 1 if pictured else 2
         self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
         self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
@@ -168,7 +168,7 @@ class _Writer:
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
-        first, last = steps[0].number, steps[-1].number
+        first, last = steps[0].step, steps[-1].step
         head = f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
         book.text(x, y - 16.0, head, size=14.0, bold=True)
         seen = view_words(whole.view, turned=whole.turned)
@@ -270,10 +270,10 @@ class _Writer:
     ) -> None:
         """Write the number of a step, its time, and its pieces with their boxes."""
         book = self._book
-        seconds = self._seconds[step.number - 1]
+        seconds = self._seconds[step.step - 1]
         self._so_far += seconds
         y -= 0.84 * _NUMBER
-        head = f"Step {step.number}"
+        head = f"Step {step.step}"
         book.text(x, y, head, size=_NUMBER, bold=True)
         time = time_words(seconds, self._so_far)
         book.text(x + room, y, time, size=_TEXT, align=1.0)
@@ -290,7 +290,7 @@ class _Writer:
         by_kind = self._map.cut.labels == "kinds"
         names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
         names += [f"{name} (rim)" for name in step.ring or ()]
-        left = room - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
+        left = room - text_width(f"Step {step.step}", _NUMBER, bold=True) - 84.0
         rows: list[list[str]] = [[]]
         for name in names:
             wide = self._name_width(name)

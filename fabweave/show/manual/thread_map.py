@@ -56,7 +56,7 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
     book.page(MAP)
     book.y = book.block(book.left, book.y, _INTRO, book.right - book.left, size=SMALL)
     pieces = {piece.id: piece for piece in crossing_map.pieces}
-    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     wide = book.right - book.left
     per_row = int(wide / _PITCH) - 1
     for thread in crossing_map.threads:
