@@ -63,6 +63,7 @@ def design(
         from fabweave.core.parallel.executors import processes
         from fabweave.design.job import run_design
         from fabweave.design.page import best_of, design_json, told_design
+        from fabweave.design.search import Trials
         from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
@@ -74,7 +75,7 @@ def design(
             if not (quiet or as_json):
                 progress.say(told_design(candidate))
 
-        found = run_design(settings, output, progress, count=tries, executors=executors, told=tell)
+        found = run_design(Trials(settings, progress, executors, told=tell), output, tries)
     if as_json:
         click.echo(
             design_json(object_title(settings.mesh.source, settings.mesh.title), found), nl=False

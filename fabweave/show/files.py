@@ -29,7 +29,7 @@ from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight.preflight_job import Preflight
-from fabweave.plan.preflight.rules import flaw_lines, preflight
+from fabweave.plan.preflight.rules import finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
 from fabweave.plan.verdict import verdict_json
 from fabweave.sheet.drawing import SheetDrawing
@@ -286,7 +286,7 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
     check = Preflight(
         supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
     )
-    broken = flaw_lines(check.flaws) if check.flaws else []
+    broken = finding_lines(check.findings)
     broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]
     if job.settings.machine.strict and broken:
         lines = "\n".join(f"  {line}" for line in broken)

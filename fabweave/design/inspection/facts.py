@@ -14,9 +14,8 @@ from fabweave.core.records import to_json
 from fabweave.design.candidate import Tried
 from fabweave.design.coarser import is_free
 from fabweave.design.inspection.twill_facts import twill_facts
-from fabweave.design.job import plan_designs
 from fabweave.design.rounds import Search, search_designs
-from fabweave.design.search import ToldDesign, tell_nobody
+from fabweave.design.search import ToldDesign, Trials, plan_designs, tell_nobody
 from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows
@@ -459,7 +458,7 @@ def inspect_mesh(
         **_changes(woven),
     }
     told(facts)
-    found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
+    found = _searched(Trials(asked, progress, executors, given_mesh, told=told_design), wanted)
     designs = _shown(found, wanted, asked.search.effort)
     rows = [to_json(one.candidate) for one in designs]
     return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
@@ -555,22 +554,12 @@ def tries_designs(settings: Settings) -> bool:
     return not stated and not is_shape(settings.mesh.source)
 
 
-def _searched(
-    settings: Settings,
-    count: int,
-    progress: Progress,
-    executors: Executors,
-    given: PolyMesh | None,
-    told: ToldDesign,
-) -> Search:
+def _searched(trials: Trials, count: int) -> Search:
     """Try some designs from coarse to fine, and others where few of them can be built."""
-    if not count or not tries_designs(settings):
+    if not count or not tries_designs(trials.asked):
         return Search(designs=(), tried=())
-    asked = settings.but(effort="quick")
-    planned = plan_designs(asked, 3 * count, progress, given)[:count]
-    return search_designs(
-        asked, planned, 2 * count, progress=progress, executors=executors, given=given, told=told
-    )
+    quick = replace(trials, asked=trials.asked.but(effort="quick"))
+    return search_designs(quick, plan_designs(quick, 3 * count)[:count], 2 * count)
 
 
 def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
