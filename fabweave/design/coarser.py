@@ -17,11 +17,12 @@ from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.verdict import Verdict, excess, judge, refused
-from fabweave.ribbon.lay import check_object, keep_clear
+from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.remedy import Depth
-from fabweave.ribbon.rules.ribbon_check import check_ribbons
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
 
 #: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
@@ -130,7 +131,14 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
     settings, supplies = complete_settings(plain)
     laid = lay_asked(loaded, settings, supplies)
     settings, supplies = settle_grain(laid, settings, supplies)
-    check = check_ribbons(
+    check = check_along(laid, settings, supplies)
+    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
+    return sorted(found, key=lambda one: one.rule != "width")
+
+
+def check_along(laid: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
+    """Check each ribbon by itself, without a search for remedies: a moment's work."""
+    return check_ribbons(
         laid.ribbons,
         laid.weave,
         laid.labels,
@@ -138,8 +146,6 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
         size_mm=laid.size_mm,
         depth=Depth.ALONG,
     )
-    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
-    return sorted(found, key=lambda one: one.rule != "width")
 
 
 def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:

@@ -23,8 +23,6 @@ from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.model_files import woven_glb
 from fabweave.piece.joint.holes import HoleRule
-from fabweave.piece.split.length_curve import splitting_record
-from fabweave.plan.bom import bill_of_materials
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
 from fabweave.plan.map_builder import build_crossing_map
@@ -49,22 +47,14 @@ from fabweave.verify.report import VerifyReport
 
 def job_map(job: Job) -> CrossingMap:
     """Return the crossing map of a job."""
-    woven = job.woven
     return build_crossing_map(
-        woven.halfedges,
-        woven.result,
-        woven.bunches,
-        woven.labels,
-        woven.ribbons,
-        job.piece_set,
-        job.spared,
+        job,
         (*job.marks, *job.spare_marks),
         job.layout,
         job.drawings,
         job.order,
         job.allotment,
         offcuts=job.offcuts,
-        mirrored=job.settings.pieces.label_side == "inside",
         cut=_cut_record(job.settings, job.code),
     )
 
@@ -127,7 +117,18 @@ def write_plan(
         _write_service(job, directory / "service")
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
     _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
-    report = _waste_report(job)
+    report = waste_report(
+        job,
+        job.layout,
+        job.drawings,
+        job.allotment,
+        notes=job.notes,
+        offcuts=offcuts,
+        costs=job.costs,
+        engrave_seen_mm=job.engrave_seen_mm,
+        grain=job.grain_cost,
+        rim=rim_sheets(job, job.rim_layout, job.rim_drawings),
+    )
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
@@ -162,34 +163,6 @@ def _write_service(job: Job, directory: Path) -> None:
         colours=job.settings.machine.preset,
         units=job.settings.machine.svg_units,
         stroke_width_mm=job.settings.machine.line_mm,
-    )
-
-
-def _waste_report(job: Job) -> WasteReport:
-    """Return what becomes of the material."""
-    woven = job.woven
-    return waste_report(
-        job.to_cut,
-        job.layout,
-        job.drawings,
-        job.allotment,
-        notes=job.notes,
-        offcuts=offcut_records(job.offcuts, job.layout, job.allotment),
-        bill=bill_of_materials(job.piece_set, job.settings.pieces.hardware),
-        kerf_mm=job.settings.machine.kerf_mm,
-        splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
-        costs=job.costs,
-        ribbons=woven.ribbons,
-        engrave_seen_mm=job.engrave_seen_mm,
-        spares=len(job.spared),
-        grain=job.grain_cost,
-        rim=rim_sheets(
-            job.piece_set.rings,
-            job.rim_layout,
-            job.rim_drawings,
-            job.supplies.materials[0],
-            calibration=job.settings.machine.calibrate,
-        ),
     )
 
 
@@ -256,7 +229,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "stations.csv", station_table(crossing_map))
     _write(
         directory / "pieces.csv",
-        piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),
+        piece_table(job, job.layout, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))

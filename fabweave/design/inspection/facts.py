@@ -12,7 +12,7 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.design.candidate import Tried
-from fabweave.design.coarser import is_free
+from fabweave.design.coarser import check_along, is_free
 from fabweave.design.inspection.twill_facts import twill_facts
 from fabweave.design.rounds import Search, search_designs
 from fabweave.design.search import ToldDesign, Trials, plan_designs, tell_nobody
@@ -293,6 +293,9 @@ def spread(values: FloatArray | IntArray) -> dict[str, float]:
 
 #: The answer alone says what pieces come to up to so many crossings: planning them takes a second.
 _MOST_ANSWERED = 500
+#: ... and of more than so many, if single ribbons cannot be built, it does not look how near they
+#: come to one another, nor for the sizes at which they could.
+_MOST_CLOSELY = 1000
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made, which is most of the work ...
 _MOST_SEARCHED = 100
@@ -388,11 +391,12 @@ def inspect_mesh(
     woven = lay_asked(load_asked(settings, progress, given_mesh), settings, supplies, progress)
     settings, supplies = settle_grain(woven, settings, supplies)
     mesh, threads = woven.mesh, woven.weave.threads
-    depth = _depth(threads.n_crossings, thorough=thorough)
-    if answer:
-        depth = min(depth, Depth.NEAR)
+    depth = _depth(threads.n_crossings, answer=answer, thorough=thorough)
     most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
+    hopeless = _hopeless(woven, settings, supplies, pieces) if answer else None
+    if hopeless is not None:
+        depth = Depth.ALONG
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
@@ -413,8 +417,10 @@ def inspect_mesh(
         return with_grain(check, joined, piece_set.pieces, supplies.rotations)
 
     repeats = joined.repeats if joined is not None else None
-    check = stiff or check_joined(
-        woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR)
+    check = (
+        stiff
+        or hopeless
+        or check_joined(woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR))
     )
     facts: dict[str, Any] = {
         "mesh": mesh_facts(mesh, woven.halfedges, brief=answer),
@@ -503,7 +509,7 @@ def _costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
+    costs = pieces_costs(piece_set, woven, settings, supplies)
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
 
 
@@ -584,9 +590,19 @@ def _crossings_of(tried: Tried) -> float:
     return np.inf if figures is None else figures.crossings
 
 
-def _depth(n_crossings: int, *, thorough: bool) -> Depth:
+def _hopeless(
+    woven: WovenObject, settings: Settings, supplies: Supplies, pieces: Mapping[str, Any]
+) -> RibbonCheck | None:
+    """Return the check of single ribbons if it tells already that a large mesh cannot be built."""
+    if woven.weave.threads.n_crossings <= _MOST_CLOSELY:
+        return None
+    check = check_along(woven, settings, supplies)
+    return check if _verdict(woven, check, pieces)["level"] == "not makeable" else None
+
+
+def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
     """Return how far ribbons are checked."""
-    if thorough or n_crossings <= _MOST_SEARCHED:
+    if not answer and (thorough or n_crossings <= _MOST_SEARCHED):
         return Depth.SEARCHED
     return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
 
