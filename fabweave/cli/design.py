@@ -62,6 +62,7 @@ def design(
         from fabweave.core.parallel.executors import processes
         from fabweave.design.job import run_design
         from fabweave.design.page import best_of, design_json, told_design
+        from fabweave.design.search import Trials
         from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
@@ -73,7 +74,7 @@ def design(
             if not (quiet or as_json):
                 progress.say(told_design(candidate))
 
-        found = run_design(settings, output, progress, count=tries, executors=executors, told=tell)
+        found = run_design(Trials(settings, progress, executors, told=tell), output, tries)
     if as_json:
         click.echo(
             design_json(object_title(settings.mesh.source, settings.mesh.title), found), nl=False
@@ -101,7 +102,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
             console.print(f"  {candidate.command}", markup=False)
     if found.why:
         console.print(found.why, style="yellow", markup=False)
-        for helps in (one.candidate for one in found.instead):
+        for helps in (one.candidate for one in found.alternatives):
             if helps.makeable and helps.figures is not None:
                 console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
     same = f" ({found.same} more came to the same as one of these)" if found.same else ""

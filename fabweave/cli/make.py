@@ -75,7 +75,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     from rich.console import Console
 
     from fabweave.estimate.texts import costs_text
-    from fabweave.plan.preflight.rules import flaw_lines
+    from fabweave.plan.preflight.rules import finding_lines
     from fabweave.plan.verdict import verdict_text
 
     job, proof, found, missing = made
@@ -95,8 +95,8 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         console.print("Leave out --effort quick for fewer or fuller sheets.", markup=False)
     console.print(costs_text(job.costs), markup=False)
     # Widths and bends are among the verdict's reasons already.
-    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
-    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
+    told = [one for one in found.findings if one.rule not in ("width", "bend")]
+    for line in finding_lines(told) if found.findings else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
     if job.offcuts:
         console.print(
@@ -172,6 +172,7 @@ def make(
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
         from fabweave.design.making import make_or_advise, meet_wishes
+        from fabweave.design.search import Trials
         from fabweave.design.wishes import parse_wishes
 
     wishes = parse_wishes(goal, pieces)
@@ -185,9 +186,8 @@ def make(
     with progress_bar(quiet or as_json) as progress:
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            settings, why = meet_wishes(
-                settings, wishes, progress, executors=executors or processes(workers)
-            )
+            trials = Trials(settings, progress, executors or processes(workers))
+            settings, why = meet_wishes(trials, wishes)
         made, _, coarser = make_or_advise(
             settings,
             output,

@@ -42,7 +42,7 @@ def preflight(
         from fabweave.core.job_folder import folder_is_readable
         from fabweave.options.user_files import user_entries
         from fabweave.plan.preflight.preflight_job import preflight_job
-        from fabweave.plan.preflight.rules import flaw_lines
+        from fabweave.plan.preflight.rules import finding_lines
 
     folder_is_readable(directory)
     own = () if target is None else user_entries("rules", rules)
@@ -50,9 +50,9 @@ def preflight(
     if as_json:
         click.echo(json.dumps(found.record, indent=1))
     elif not quiet:
-        for line in flaw_lines(found.flaws):
+        for line in finding_lines(found.findings):
             click.echo(line)
-        if not found.flaws:
+        if not found.findings:
             click.echo(found.all_clear)
-    if strict and found.flaws:
+    if strict and found.findings:
         sys.exit(1)

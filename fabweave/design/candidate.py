@@ -256,13 +256,7 @@ def _figures(planned: PlannedJob) -> Figures:
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
-    costs = pieces_costs(
-        planned.piece_set,
-        planned.woven,
-        planned.settings.pieces,
-        planned.supplies,
-        planned.settings.machine.calibrate,
-    )
+    costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,

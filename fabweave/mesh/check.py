@@ -115,7 +115,7 @@ class MeshReport:
     @property
     def fatal(self) -> tuple[Finding, ...]:
         """What the mesh cannot be woven with."""
-        return tuple(finding for finding in self.findings if finding.level == "refuse")
+        return tuple(finding for finding in self.findings if finding.level == "not makeable")
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
@@ -165,7 +165,7 @@ class _Rule:
     kind: str
     text: str
     cure: str
-    level: Level = "warn"
+    level: Level = "with care"
 
     def finding(self, places: IntArray, n_vertices: int) -> Finding:
         """Return the finding at places: rows of one vertex or face, or of two ends of an edge."""
@@ -173,7 +173,9 @@ class _Rule:
         where = f"{self.kind} {', '.join('–'.join(map(str, row)) for row in rows)}"
         more = ", …" if len(places) > _NAMED else ""
         text = agree(len(places), self.text).replace("{vertices}", str(n_vertices))
-        return Finding(self.name, self.level, text, self.cure, where + more)
+        return Finding(
+            rule=self.name, level=self.level, text=text, cure=self.cure, where=where + more
+        )
 
 
 #: What is looked for, worst first.
@@ -183,7 +185,7 @@ _RULES = (
         "face",
         "{n} [face has|faces have] fewer than three corners",
         "delete loose edges and points in the modelling program",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "index-range",
@@ -191,7 +193,7 @@ _RULES = (
         "{n} [face names|faces name] a vertex that does not exist "
         "(there are {vertices}, counted from 0)",
         "the file is damaged; export it again",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "repeated-vertex",
@@ -199,14 +201,14 @@ _RULES = (
         "{n} [face uses|faces use] the same vertex twice",
         "clean up degenerate faces in the modelling program (Blender: Mesh > Clean Up > "
         "Degenerate Dissolve)",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "not-finite",
         "vertex",
         "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers",
         "the file is damaged; export it again",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "non-manifold-edge",
@@ -214,7 +216,7 @@ _RULES = (
         "{n} [edge has|edges have] more than two faces",
         "a ribbon cannot tell which way to go there; delete inner walls, fins and duplicate faces "
         "(Blender: Select > All by Trait > Non Manifold shows them)",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "non-orientable",
@@ -222,7 +224,7 @@ _RULES = (
         "{n} [face belongs|faces belong] to a one-sided surface, like a Möbius strip",
         "a one-sided surface has no outside to weave; cut it open, or give it a thickness so that "
         "it has two sides",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "duplicate-face",
@@ -230,14 +232,14 @@ _RULES = (
         "{n} [face has|faces have] exactly the same vertices as another face",
         "delete the duplicate faces; where they are the front and the back of a sheet, give it a "
         "thickness or keep only one of them",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "euler",
         "vertex",
         "{n} [component contradicts|components contradict] Euler's formula",
         "this is a bug in fabweave; please report it and send the mesh",
-        "refuse",
+        "not makeable",
     ),
     _Rule(
         "unreferenced-vertex",

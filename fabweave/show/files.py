@@ -1,6 +1,7 @@
 """Write what is cut, and the plan of a job, into a folder: all that is proved afterwards."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from fabweave.core.records import to_json
 from fabweave.estimate.offcuts import (
     OFFCUT_FOLDER,
     OFFCUT_STOCK,
+    KeptOffcut,
     offcut_records,
     stock_entries,
     stock_text,
@@ -20,13 +22,11 @@ from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.model_files import woven_glb
-from fabweave.piece.split.length_curve import splitting_record
-from fabweave.plan.bom import bill_of_materials
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight.preflight_job import Preflight
-from fabweave.plan.preflight.rules import flaw_lines, preflight
+from fabweave.plan.preflight.rules import finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
 from fabweave.plan.verdict import verdict_json
 from fabweave.sheet.drawing import SheetDrawing
@@ -46,22 +46,14 @@ from fabweave.verify.report import VerifyReport
 
 def job_map(job: Job) -> CrossingMap:
     """Return the crossing map of a job."""
-    woven = job.woven
     return build_crossing_map(
-        woven.halfedges,
-        woven.result,
-        woven.bunches,
-        woven.labels,
-        woven.ribbons,
-        job.piece_set,
-        job.spared,
+        job,
         (*job.marks, *job.spare_marks),
         job.layout,
         job.drawings,
         job.order,
         job.allotment,
         offcuts=job.offcuts,
-        mirrored=job.settings.pieces.label_side == "inside",
         cut=_cut_record(job.settings, job.code),
     )
 
@@ -116,8 +108,20 @@ def write_plan(
         (directory / CODE_FILE).write_bytes(code_png(job.code))
     if machine.profile == "service":
         _write_service(job, directory / "service")
-    _write_offcuts(job, directory / OFFCUT_FOLDER)
-    report = _waste_report(job)
+    offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
+    _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
+    report = waste_report(
+        job,
+        job.layout,
+        job.drawings,
+        job.allotment,
+        notes=job.notes,
+        offcuts=offcuts,
+        costs=job.costs,
+        engrave_seen_mm=job.engrave_seen_mm,
+        grain=job.grain_cost,
+        rim=rim_sheets(job, job.rim_layout, job.rim_drawings),
+    )
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
@@ -155,34 +159,6 @@ def _write_service(job: Job, directory: Path) -> None:
     )
 
 
-def _waste_report(job: Job) -> WasteReport:
-    """Return what becomes of the material."""
-    woven = job.woven
-    return waste_report(
-        job.to_cut,
-        job.layout,
-        job.drawings,
-        job.allotment,
-        notes=job.notes,
-        offcuts=offcut_records(job.offcuts, job.layout, job.allotment),
-        bill=bill_of_materials(job.piece_set, job.settings.pieces.hardware),
-        kerf_mm=job.settings.machine.kerf_mm,
-        splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
-        costs=job.costs,
-        ribbons=woven.ribbons,
-        engrave_seen_mm=job.engrave_seen_mm,
-        spares=len(job.spared),
-        grain=job.grain_cost,
-        rim=rim_sheets(
-            job.piece_set.rings,
-            job.rim_layout,
-            job.rim_drawings,
-            job.supplies.materials[0],
-            calibration=job.settings.machine.calibrate,
-        ),
-    )
-
-
 def offcut_entries(job: Job) -> list[str]:
     """Return what is worth keeping, as entries of a list of stock."""
     return stock_entries(
@@ -194,7 +170,7 @@ def offcut_entries(job: Job) -> list[str]:
     )
 
 
-def _write_offcuts(job: Job, directory: Path) -> None:
+def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> None:
     """Draw what is worth keeping, if anything is, and list it as stock."""
     if job.offcuts:
         directory.mkdir()
@@ -202,7 +178,6 @@ def _write_offcuts(job: Job, directory: Path) -> None:
             drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
             dxf = dxf_bytes(drawing, version=job.settings.machine.dxf)
             (directory / f"{offcut.name}.dxf").write_bytes(dxf)
-        records = offcut_records(job.offcuts, job.layout, job.allotment)
         _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
 
 
@@ -244,7 +219,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "stations.csv", station_table(crossing_map))
     _write(
         directory / "pieces.csv",
-        piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),
+        piece_table(job, job.layout, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))
@@ -262,7 +237,7 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
     check = Preflight(
         supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
     )
-    broken = flaw_lines(check.flaws) if check.flaws else []
+    broken = finding_lines(check.findings)
     broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]
     if job.settings.machine.strict and broken:
         lines = "\n".join(f"  {line}" for line in broken)

@@ -19,7 +19,7 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.bom import shopping_rows
+from fabweave.plan.bill_of_materials import shopping_rows
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.verdict import QUESTION, VERDICTS
 from fabweave.show.files import offcut_entries

@@ -103,8 +103,16 @@ def test_the_job_is_of_the_users_materials(made) -> None:
     assert sheets == {("felt:red", 500.0, 400.0), ("card", 450.0, 350.0)}
     prices = {one["material"]: one["currency"] for one in waste["estimate"]["materials"]}
     assert prices == {"felt:red": "EUR", "card": ""}
-    flaws = json.loads((made / "preflight.json").read_text())["flaws"]
-    assert {flaw["rule"] for flaw in flaws} >= {"hole", "hole-edge", "web", "piece", "sheet", "gap"}
+    broken = json.loads((made / "preflight.json").read_text())["findings"]
+    rules = {finding["rule"] for finding in broken}
+    assert rules >= {
+        "hole",
+        "hole-edge",
+        "web",
+        "piece",
+        "sheet",
+        "gap",
+    }
 
 
 def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:

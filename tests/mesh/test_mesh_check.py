@@ -175,7 +175,7 @@ def test_two_spheres_glued_at_a_vertex():
     mesh = PolyMesh(both.vertices, both.offsets, indices)
     report = check_mesh(mesh)
     (finding,) = (item for item in report.findings if item.rule == "non-manifold-vertex")
-    assert (finding.where, finding.level) == ("vertex 0", "warn")
+    assert (finding.where, finding.level) == ("vertex 0", "with care")
     assert report.edge_manifold
     assert not report.vertex_manifold
     assert report.n_components == 1
@@ -234,7 +234,7 @@ def test_each_problem_is_named_with_its_place(vertices, faces, code, where, fata
     report = check_mesh(mesh)
     (finding,) = [item for item in report.findings if item.rule == code]
     assert re.match(rf"(vertex|edge|face) {'–'.join(map(str, where))}(?!\d)", finding.where)
-    assert finding.level == ("refuse" if fatal else "warn")
+    assert finding.level == ("not makeable" if fatal else "with care")
     assert finding.cure
     assert finding.where in str(finding)
     if fatal:

@@ -15,7 +15,7 @@ from fabweave.job import make_job
 from fabweave.options.settings import Settings
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
-from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.show.files import job_map
 from fabweave.show.manual import book as manual_book
 from fabweave.show.manual.cover import write_cover

@@ -5,10 +5,11 @@ from typing import Any
 
 from msgspec import convert
 
+from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.design.candidate import Figures
 from fabweave.design.page import words
-from fabweave.plan.verdict import VERDICTS, Reason
+from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 
 #: Topics of the job's own notes that the facts say better.
@@ -269,7 +270,7 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
     for reason in verdict["reasons"][:most]:
         mixed = verdict["level"] != reason["level"]
         level = f"{reason['level']}: " if mixed else ""
-        rows.append(("", level + convert(reason, Reason).told))
+        rows.append(("", level + convert(reason, Finding).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 

@@ -8,10 +8,11 @@ import numpy as np
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Finding
 from fabweave.core.units import parse_length
 from fabweave.options.settings import read_job_options
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight.rules import Flaw, preflight, preflight_record
+from fabweave.plan.preflight.rules import preflight, preflight_record
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.targets import Target, target_named, targets_of
 from fabweave.stock.material import materials_of
@@ -25,7 +26,7 @@ class Preflight:
 
     supplies: Supplies
     target: Target
-    flaws: tuple[Flaw, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def all_clear(self) -> str:
@@ -35,7 +36,7 @@ class Preflight:
     @property
     def record(self) -> dict[str, Any]:
         """The findings as ``preflight.json`` holds them."""
-        return preflight_record(self.flaws, self.supplies.materials, self.target)
+        return preflight_record(self.findings, self.supplies.materials, self.target)
 
 
 def preflight_job(
@@ -68,8 +69,8 @@ def preflight_job(
         bunches = np.array([thread.bunch for thread in crossing_map.threads], dtype=np.int64)
         supplies.require(bunches)
         materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
-        flaws = preflight(crossing_map, ribbons.findings, materials, named)
-        return Preflight(supplies, named, flaws)
+        found = preflight(crossing_map, ribbons.findings, materials, named)
+        return Preflight(supplies, named, found)
     except (LookupError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
