@@ -383,8 +383,7 @@ def find_bunches(threads: Threads) -> Bunches:
     --------
     >>> from fabweave.mesh.halfedge import build_halfedges
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
-    >>> from fabweave.mesh.topology import solve_parity
-    from fabweave.weave.threads import trace_threads
+    >>> from fabweave.weave.threads import trace_threads
     >>> bunches = find_bunches(trace_threads(build_halfedges(parse_shape("shape:cube"))))
     >>> bunches.bunch.tolist(), bunches.fewest
     ([0, 1, 2, 3], True)

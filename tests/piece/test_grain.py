@@ -19,11 +19,13 @@ from fabweave.stock.material import (
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.rotations import FREE, parse_rotations
 
-MESH = {"source": "shape:cube", "refine": "catmull-clark:1", "effort": "quick"}
+MESH = {"refine": "catmull-clark:1", "effort": "quick"}
 
 
 def chosen(size_mm, material="birch-veneer", **options):
-    woven, settings, supplies = laid(**MESH, size_mm=size_mm, material=material, **options)
+    woven, settings, supplies = laid(
+        "shape:cube", **MESH, size_mm=size_mm, material=material, **options
+    )
     limits = thread_limits(supplies, woven.bunches)
     tight = tight_along(woven.ribbons, limits)
     return tight, woven, *settle_grain(woven, settings, supplies)

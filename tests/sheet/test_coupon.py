@@ -47,12 +47,12 @@ def holes(piece):
 def test_what_is_written_has_the_diameters_and_widths(tmp_path, read):
     write_coupon(plan_coupon(material_named("card"), hole_mm=2.5), tmp_path)
     drawing = read(tmp_path / f"coupon.{read.__name__[-3:]}")
-    radii = drawing.radius[drawing.groups["CUT_INNER", "HOLES"]]
+    radii = np.array([hole.radius for hole in drawing.of("CUT_INNER", "HOLES")])
     np.testing.assert_allclose(np.sort(2 * radii), [2.3, 2.4, 2.5, 2.6, 2.7, 2.8], atol=1e-4)
     total = 0.0
     for number in range(1, BLOCKS + 1):
-        (at,) = drawing.groups["CUT_OUTER", f"KERF{number}"]
-        total += float(np.ptp(drawing.shape(int(at)).points[:, 0]))
+        (block,) = drawing.of("CUT_OUTER", f"KERF{number}")
+        total += float(np.ptp(block.points[:, 0]))
     assert total == pytest.approx(100.0, abs=1e-3)
     assert drawing.problems == ()
 
