@@ -140,7 +140,7 @@ SPOILS = [
     (JOB, swap("warp=card,", "warp=card,2=card,"), "materials"),
     (JOB, swap("warp=1.5mm", "warp=30mm"), "materials sheets"),
     (JOB, swap('"600x400mm",', '"weft=600x400mm",'), "materials"),
-    ("ribbons.json", put("threads", 0, "limits", "thickness_mm", 0.5), "clearance bends"),
+    ("ribbons.json", put("threads", 0, "limits", "thickness_mm", 0.5), "clearance"),
 ]
 
 

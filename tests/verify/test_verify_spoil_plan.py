@@ -212,14 +212,14 @@ SPOILS = [
     ("torus", put(layers, 1, "hole_mm", None), "crossing-holes"),
     ("octahedron", fill_hole_of_one_tab, "crossing-holes"),
     ("octahedron", drill(-2.0), "crossing-holes"),
-    ("torus", drill(40.0), "simple order"),
+    ("torus", drill(40.0), "simple order labels"),
     ("torus", bring_holes_together, "simple"),
     ("torus", put(*OUTLINE, 2, 1, more(0.25)), "unfolding"),
     ("torus", drop(*OUTLINE, 3), "unfolding"),
     ("torus", add_tiny_side, "simple lines"),
     ("torus", put(*OUTLINE, lambda outline: outline[::-1]), "simple"),
     # Knotted.
-    ("torus", exchange(*OUTLINE, 0, -1), "simple unfolding order"),
+    ("torus", exchange(*OUTLINE, 0, -1), "simple unfolding order labels"),
     # Every vertex is still a rail's, but the sides between them are not.
     ("torus", exchange(*OUTLINE, 2, 3), "unfolding"),
     ("torus", drop_station, "over-under piece-order unfolding joints steps"),
