@@ -103,7 +103,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
             console.print(f"  {candidate.command}", markup=False)
     if found.why:
         console.print(found.why, style="yellow", markup=False)
-        for helps in (one.candidate for one in found.instead):
+        for helps in (one.candidate for one in found.alternatives):
             if helps.makeable and helps.figures is not None:
                 console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
     same = f" ({found.same} more came to the same as one of these)" if found.same else ""
