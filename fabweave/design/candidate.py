@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -176,7 +177,7 @@ def try_design(
     Trial
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
-    command = long_command(settings)
+    candidate = partial(Candidate, key=key, name=name, command=long_command(settings))
     loaded = laid = None
     try:
         complete, supplies = complete_settings(settings.but(force=True))
@@ -187,35 +188,18 @@ def try_design(
         if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
             nest_job(planned)
     except FabweaveError as error:
-        candidate = Candidate(
-            key=key,
-            name=name,
-            command=command,
-            verdict=refused(str(error)),
-            figures=None,
-            excess=None if laid is None else _stiffness(laid, complete, supplies),
-        )
+        far = None if laid is None else _stiffness(laid, complete, supplies)
+        failed = candidate(verdict=refused(str(error)), figures=None, excess=far)
         remeshed = None if loaded is None else loaded.remeshed
-        return Trial(Tried(candidate=candidate, picture=None), remeshed)
-    picture = weave_picture(
-        planned.woven.ribbons,
-        planned.colours,
-        size_px=PICTURE_PX,
-        view=VIEW,
-        floor=False,
-    )
+        return Trial(Tried(candidate=failed, picture=None), remeshed)
+    ribbons, colours = planned.woven.ribbons, planned.colours
+    picture = weave_picture(ribbons, colours, size_px=PICTURE_PX, view=VIEW, floor=False)
     if loaded.loss is not None:
         tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
-    candidate = Candidate(
-        key=key,
-        name=name,
-        command=command,
-        verdict=verdict,
-        figures=_figures(planned),
-        excess=round(excess(planned.check.findings), 4),
-    )
-    return Trial(Tried(candidate=candidate, picture=png_bytes(picture)), loaded.remeshed)
+    far = round(excess(planned.check.findings), 4)
+    found = candidate(verdict=verdict, figures=_figures(planned), excess=far)
+    return Trial(Tried(candidate=found, picture=png_bytes(picture)), loaded.remeshed)
 
 
 def _stiffness(laid: WovenObject, settings: Settings, supplies: Supplies) -> float:

@@ -223,7 +223,7 @@ def draw_job(
         layout=layout,
         allotment=allotment,
         offcuts=offcuts,
-        holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
+        holes=tuple(hole_findings(planned)),
         marks=marks,
         spare_marks=spare_marks,
         engrave_seen_mm=seen,

@@ -122,8 +122,9 @@ class Kinds:
             for path in sorted(self.folder.iterdir())
             if path.suffix[1:] in ("obj", "off", "ply", "stl", "glb", "gltf", "3mf")
         }
-        for name in ("stock", "materials", "targets", "preset"):
-            kind = option_named(name).kind
+        options = {"stock": "stock", "materials": "library", "targets": "rules", "preset": "preset"}
+        for name, option in options.items():
+            kind = option_named(option).kind
             found[f"{name}.toml"] = (
                 self.folder / f"{name}.toml",
                 lambda path, kind=kind: kind.parse(str(path)),

@@ -255,16 +255,6 @@ def thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray)
     }
 
 
-def bunch_facts(threads: Threads) -> dict[str, Any]:
-    """Return how many bunches there are."""
-    bunches = find_bunches(threads)
-    return {
-        "count": bunches.n_bunches,
-        "fewest": bunches.fewest,
-        "warp_and_weft": bunches.warp_and_weft,
-    }
-
-
 def fabric_facts(
     halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
@@ -438,9 +428,13 @@ def inspect_mesh(
     check = with_all(check)
     level = facts["verdict"]["level"]
     wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
-    woven_facts = _answered if answer else _told_all
+    count = pieces["count"]
     facts |= {
-        **woven_facts(woven, settings, pieces["count"], left_out, progress, thorough=thorough),
+        **(
+            _weave_answer(woven)
+            if answer
+            else _weave_facts(woven, settings, count, left_out, progress, thorough=thorough)
+        ),
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
@@ -470,22 +464,7 @@ def inspect_mesh(
     return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
 
 
-def _threads(woven: WovenObject) -> dict[str, Any]:
-    """Return how many threads there are, and how long."""
-    lengths = thread_lengths(woven.ribbons)
-    return thread_facts(woven.weave.threads, woven.labels, lengths)
-
-
-def _answered(woven: WovenObject, *_rest: Any, thorough: bool) -> dict[str, Any]:  # noqa: ARG001
-    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
-    conditions = twill_conditions(woven.halfedges, woven.weave.threads)
-    return {
-        "threads": _threads(woven),
-        "twill": {"exact": decide_twill(conditions).twillable},
-    }
-
-
-def _told_all(
+def _weave_facts(
     woven: WovenObject,
     settings: Settings,
     n_pieces: int | None,
@@ -495,13 +474,28 @@ def _told_all(
     thorough: bool,
 ) -> dict[str, Any]:
     """Return all that is to be told of the weave; add what is left out to a list."""
-    threads = woven.weave.threads
+    halfedges, threads = woven.halfedges, woven.weave.threads
+    bunches = find_bunches(threads)
     return {
         "symmetry": symmetry_facts(woven, n_pieces),
-        "threads": _threads(woven),
-        "bunches": bunch_facts(threads),
+        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
+        "bunches": {
+            "count": bunches.n_bunches,
+            "fewest": bunches.fewest,
+            "warp_and_weft": bunches.warp_and_weft,
+        },
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+        "fabrics": fabric_facts(halfedges, threads, woven.labels, progress),
+    }
+
+
+def _weave_answer(woven: WovenObject) -> dict[str, Any]:
+    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
+    threads = woven.weave.threads
+    decision = decide_twill(twill_conditions(woven.halfedges, threads))
+    return {
+        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
+        "twill": {"exact": decision.twillable},
     }
 
 

@@ -270,7 +270,7 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
     for reason in verdict["reasons"][:most]:
         mixed = verdict["level"] != reason["level"]
         level = f"{reason['level']}: " if mixed else ""
-        rows.append(("", level + convert(reason, Finding).told))
+        rows.append(("", level + Finding(**reason).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 

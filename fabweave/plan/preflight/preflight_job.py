@@ -1,6 +1,7 @@
 """Check a finished job's folder against the rules of those who cut it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ def preflight_job(
         If a file of the job is missing or is not what fabweave writes.
     """
     options = read_job_options(directory / "job.toml")
-    try:
+    with finished_job(directory, "can be checked"):
         supplies = supplies_of(options)
         targets = targets_of(options.get("rules", {}), "the rules in job.toml")
         if target is not None:
@@ -71,11 +72,18 @@ def preflight_job(
         materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
         found = preflight(crossing_map, ribbons.findings, materials, named)
         return Preflight(supplies, named, found)
+
+
+@contextmanager
+def finished_job(directory: Path, purpose: str) -> Iterator[None]:
+    """Say what is wrong with a folder if its files, as they are read, are no finished job's."""
+    try:
+        yield
+    except InputError:
+        raise
     except (LookupError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(
-            f"{directory} is not a finished job that can be checked "
+            f"{directory} is not a finished job that {purpose} "
             f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
