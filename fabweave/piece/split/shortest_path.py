@@ -86,6 +86,8 @@ def cheapest_row(cost: FloatArray) -> tuple[float, IntArray]:
     >>> total, cuts.tolist()
     (9.0, [0, 1, 2])
     """
+    if not np.isfinite(cost).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
     totals, before = _relax(cost, np.zeros(1, dtype=np.int64))
     return float(totals[-1, 0]), _trace(before[:, 0], 0)
 
@@ -121,6 +123,8 @@ def cheapest_ring(cost: FloatArray) -> tuple[float, IntArray]:
     count, width = cost.shape
     width = min(width, count)
     feasible = np.isfinite(cost[:, :width])
+    if not feasible.any():
+        return np.inf, np.zeros(0, dtype=np.int64)
     # Each site is held by the pieces that begin at it or end behind it.
     reach = np.where(feasible, np.arange(1, width + 1), 0).max(axis=1)
     change = np.zeros(2 * count + 1, dtype=np.int64)
@@ -177,6 +181,8 @@ def cheapest_repeats(cost: FloatArray, period: int) -> tuple[float, IntArray]:
     most = len(cost) // period
     # The greatest of all periods: row by row the site of a period, column by column the length.
     each = cost.reshape(most, period, -1)[:, :, period - 1 :: period].max(axis=0)[:, :most]
+    if not np.isfinite(each).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
     length, times, other, more = _two_lengths(most, each.shape[1])
     # What is not there costs nothing, even where it could not be.
     rest = np.where(more > 0, each[:, other - 1], 0.0) * more
@@ -236,6 +242,8 @@ def cheapest_mirrored(cost: FloatArray, turn: int, *, ring: bool) -> tuple[float
     """
     count, width = cost.shape
     width = min(width, count)
+    if not np.isfinite(cost[:, :width]).any():
+        return np.inf, np.zeros(0, dtype=np.int64)
 
     def piece(first: IntArray, ahead: IntArray) -> FloatArray:
         known = (ahead > 0) & (ahead <= width)
