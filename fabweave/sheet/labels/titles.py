@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
-from fabweave.sheet.drawing import Circle, Entity, Layer, PieceDrawing
+from fabweave.sheet.drawing import Circle, Entity, Layer, PieceDrawing, Polyline
 
 _Region: TypeAlias = Any  # a shapely geometry: shapely ships no types
 
@@ -20,7 +20,7 @@ _STEP_DEG = 5.0
 # A capital's box in heights of the font, with air for the halo.
 _LETTER_WIDTH, _AIR, _LETTER_HEIGHT = 0.62, 0.45, 1.05
 # How far outlines may stand off their arcs here, and how exactly the widest place is found.
-_FLAT_MM, _EXACT_MM = 0.05, 0.1
+_FLAT_MM, _EXACT_MM = 0.05, 0.5
 # A place is wide that has this share of the widest circle.
 _WIDE = 0.9
 # Titles keep so far from engraved letters, millimetres.
@@ -74,15 +74,22 @@ def place_titles(pieces: Sequence[PieceDrawing], *, largest_mm: float = 9.0) -> 
 
 def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
     """Return the title of one piece; sizes come the largest first."""
-    outers, inners, letters = (
+    outers, inners = (
         [_region(entity) for entity in piece.entities if entity.layer is layer]
-        for layer in (Layer.CUT_OUTER, Layer.CUT_INNER, Layer.ENGRAVE_LABEL)
+        for layer in (Layer.CUT_OUTER, Layer.CUT_INNER)
     )
+    strokes = [
+        entity.flattened(_FLAT_MM)
+        for entity in piece.entities
+        if isinstance(entity, Polyline) and entity.layer is Layer.ENGRAVE_LABEL
+    ]
     if not outers:
         return None
     area = max(outers, key=lambda region: float(region.area))
     bare = area.difference(shapely.union_all(inners))
-    for free in (bare.difference(shapely.union_all(letters)), bare):
+    # At once: what surrounds single strokes may be too bad a polygon to be united.
+    letters = shapely.MultiLineString(strokes).buffer(_OFF_MM, quad_segs=1)
+    for free in (bare.difference(letters), bare):
         title = _largest(free, piece.title, sizes)
         if title is not None:
             return title
@@ -91,13 +98,10 @@ def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
 
 
 def _region(entity: Entity) -> _Region:
-    """Return what an entity encloses, or the surroundings of an engraved line."""
+    """Return what an entity encloses."""
     if isinstance(entity, Circle):
         return shapely.Point(entity.x, entity.y).buffer(entity.radius)
-    points = entity.flattened(_FLAT_MM)
-    if entity.layer is Layer.ENGRAVE_LABEL:
-        return shapely.LineString(points).buffer(_OFF_MM, quad_segs=1)
-    return shapely.make_valid(shapely.Polygon(points))
+    return shapely.make_valid(shapely.Polygon(entity.flattened(_FLAT_MM)))
 
 
 def _largest(free: _Region, text: str, sizes: FloatArray) -> Title | None:
@@ -109,8 +113,11 @@ def _largest(free: _Region, text: str, sizes: FloatArray) -> Title | None:
     """
     if not free.area > 0.0:
         return None
-    radius = shapely.length(shapely.maximum_inscribed_circle(free, _EXACT_MM))
-    widest = max(shapely.get_parts(free.buffer(-_WIDE * radius)), key=shapely.area)
+    # Letters have bends without end, of which the widest place wants to know little.
+    rough = free.simplify(_EXACT_MM)
+    radius = shapely.length(shapely.maximum_inscribed_circle(rough, _EXACT_MM))
+    inside = rough.buffer(-_WIDE * radius, quad_segs=1)
+    widest = max(shapely.get_parts(inside), key=shapely.area)
     way = shapely.shortest_line(widest.representative_point(), free.boundary)
     middle, touched = shapely.get_coordinates(way)
     # The outline runs square to the way there.
