@@ -130,7 +130,7 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
-        "paper",
+        "manual_paper",
         MACHINE,
         choice(("a4", "letter")),
         "Paper of the assembly manual.",

@@ -137,7 +137,7 @@ def test_every_option_of_a_job_is_explained_somewhere_in_the_guide():
     options = re.findall(r"^### `(--[\w-]+)", options_page(), re.MULTILINE)
     assert len(options) > 35
     # These are explained by the reference alone.
-    alone = {"--crossing", "--paper"}
+    alone = {"--crossing", "--manual-paper"}
     assert {name for name in options if name not in told} <= alone
 
 
