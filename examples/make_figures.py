@@ -279,11 +279,10 @@ def page_of(rows: Mapping[int, Iterable[Counts]]) -> str:
     lines = [
         "# The paper beside us",
         "",
-        'Figures of E. Akleman, J. Chen, Y. Chen, Q. Xing and J. L. Gross, "Cyclic twill-woven',
-        'objects", Computers & Graphics 35 (2011), as fabweave makes them, on meshes of its own of',
-        "the kinds that the paper shows. `make figures` writes this page. A bunch is a direction,",
-        "as warp and weft are; a weave without broken conditions is exact. Figures that are not",
-        "listed are not made here.",
+        'The figures of E. Akleman, J. Chen, Y. Chen, Q. Xing and J. L. Gross, "Cyclic twill-woven',
+        'objects", Computers & Graphics 35 (2011), as fabweave makes them. The meshes are our own,',
+        "of the kinds that the paper shows. A bunch is a direction, such as warp or weft. A weave",
+        "without broken conditions is exact. `make figures` makes this page.",
     ]
     for number, counts in rows.items():
         lines += ["", f"## Figure {number}: {ABOUT[number]}", ""]

@@ -20,10 +20,9 @@ NAMES = (
 HEAD = """\
 # Gallery
 
-One script for each object, of fewer than 40 lines of the Python API, all seen by the same camera,
-in the same light and at the same scale: none measures more than 300 mm. `make gallery` makes this
-page and its pictures; the tests hold their figures. Hours are those of the hands, from the least to
-the most.
+Each object has a script of fewer than 40 lines. All pictures have the same camera, light and scale;
+no object is larger than 300 mm. Hours are hours by hand, from quick to slow. `make gallery` makes
+this page.
 """
 
 
@@ -70,6 +69,6 @@ if __name__ == "__main__":
         page += """
 ## A scan
 
-[`scan.py`](scan.py) weaves a mesh that you name: `python examples/gallery/scan.py cow.obj cow.png`.
+[`scan.py`](scan.py) weaves your own mesh: `python examples/gallery/scan.py cow.obj cow.png`.
 """
         (folder / "README.md").write_text(page, encoding="utf-8", newline="")

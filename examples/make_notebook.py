@@ -47,19 +47,19 @@ for pattern in ("plain", "twill", "3/1"):
     ribbons = fw.weave(mesh, pattern=pattern).ribbons(material="card")
     pieces = ribbons.pieces(max_length="300mm", sheet="600x400mm")
     low, high = pieces.costs.assembly.hours
-    choices[pattern] = pieces
+    choices[pattern] = ribbons, pieces
     kinds = len(set(pieces.kinds))
     print(f"{pattern:6} {len(pieces):3} pieces, {kinds:2} kinds, {low:.1f} to {high:.1f} hours")""",
     "The twill it is: its diagonal shows, and it takes no longer than the others.",
     """\
-chosen = choices["twill"]
-chosen.ribbons""",
+ribbons, pieces = choices["twill"]
+ribbons""",
     """\
 ## Sheets
 
 The pieces are packed on the stock that you have.""",
     """\
-layout = chosen.nest(sheet="600x400mm", effort="quick")
+layout = pieces.nest(sheet="600x400mm", effort="quick")
 layout""",
     """\
 ## The job, and its proof

@@ -31,7 +31,6 @@ from fabweave.core.arrays import (
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.core.job_folder import (
-    check_destination,
     clear_abandoned,
     finished_folder,
     folder_at,
@@ -46,7 +45,8 @@ from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
 from fabweave.estimate.costs import Costs, pieces_costs
-from fabweave.job import FinishedJob, write_and_prove
+from fabweave.job import write_and_prove
+from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import PREFIX
 from fabweave.mesh.triangulate import triangulate
@@ -62,20 +62,7 @@ from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.show.job import Job, draw_job, start_side_work
-from fabweave.stations import (
-    Request,
-    Stations,
-    asked_colours,
-    clear_ribbons,
-    completed,
-    loaded,
-    there,
-    with_files,
-    with_layout,
-    with_pieces,
-    with_ribbons,
-    woven,
-)
+from fabweave.stations import Stations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.proof import verify_job
 from fabweave.verify.report import VerifyReport
@@ -83,8 +70,6 @@ from fabweave.weave.weave_mesh import WovenMesh
 
 if TYPE_CHECKING:
     import trimesh
-
-    from fabweave.picture.camera import View
 
 
 #: So many outlines stand in a row.
@@ -119,97 +104,94 @@ def face(title: str, figures: Mapping[str, Any], picture: Image.Image | str | No
     )
 
 
-def outlines_svg(polygons: Sequence[shapely.Polygon], colours: npt.NDArray[np.integer]) -> str:
-    """Return SVG of polygons side by side, in rows, each in its colour.
-
-    Parameters
-    ----------
-    polygons : sequence of N polygons
-    colours : (N, 3) int array
-        Red, green and blue, 0 to 255.
-    """
-    boxes = np.array([polygon.bounds for polygon in polygons]).reshape(-1, 4)
-    wide, high = 1.1 * np.ptp(boxes.reshape(-1, 2, 2), axis=1).max(axis=0, initial=1.0)
-    at = np.arange(len(polygons))
-    places = np.column_stack((at % _COLUMNS * wide, at // _COLUMNS * high)) - boxes[:, :2]
-    rows = -(-len(polygons) // _COLUMNS)
-    return _svg(min(_COLUMNS, len(polygons)) * wide, rows * high, polygons, places, colours)
-
-
-def sheet_svg(
-    size_mm: tuple[float, float],
-    polygons: Sequence[shapely.Polygon],
-    colours: npt.NDArray[np.integer],
-) -> str:
-    """Return SVG of a sheet with the pieces that lie on it, each in its colour."""
-    return _svg(*size_mm, polygons, np.zeros((len(polygons), 2)), colours)
-
-
-def _svg(
+def outlines_svg(
     width_mm: float,
     height_mm: float,
     polygons: Sequence[shapely.Polygon],
-    places: npt.NDArray[np.floating],
     colours: npt.NDArray[np.integer],
 ) -> str:
-    """Return SVG of polygons, each moved to its place; y points up."""
-    paths = []
-    for polygon, place, colour in zip(polygons, places, colours.tolist(), strict=True):
-        rings = (polygon.exterior, *polygon.interiors)
-        outline = "".join(_path(shapely.get_coordinates(ring) + place, height_mm) for ring in rings)
-        paths.append(
-            f'<path d="{outline}" fill="rgb({",".join(map(str, colour))})" fill-rule="evenodd"/>'
-        )
+    """Return SVG of polygons on a sheet, each in its colour, (N, 3); y points up."""
+    paths = [
+        polygon.svg(0.1, f"rgb({red},{green},{blue})", 1.0)
+        for polygon, (red, green, blue) in zip(polygons, colours.tolist(), strict=True)
+    ]
     shown_px = min(480.0, 300.0 * width_mm / height_mm)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{shown_px:.0f}" '
         f'viewBox="0 0 {width_mm:.1f} {height_mm:.1f}">'
-        f'<rect width="100%" height="100%" fill="#f6f4ef"/>{"".join(paths)}</svg>'
+        f'<rect width="100%" height="100%" fill="#f6f4ef"/>'
+        f'<g transform="matrix(1 0 0 -1 0 {height_mm:.1f})">{"".join(paths)}</g></svg>'
     )
 
 
-def _path(points: npt.NDArray[np.floating], height_mm: float) -> str:
-    steps = " ".join(f"{x:.1f},{height_mm - y:.1f}" for x, y in points[:-1].tolist())
-    return f"M{steps}z"
+class _Shown:
+    """A value that shows itself in a notebook: by a picture and its key figures."""
+
+    def _repr_html_(self) -> str:
+        return face(self._title(), self._figures(), self.picture())
+
+    def _title(self) -> str:
+        raise NotImplementedError
+
+    def _figures(self) -> Mapping[str, Any]:
+        raise NotImplementedError
+
+    def picture(self) -> Image.Image | str:
+        """Return a picture, or SVG."""
+        raise NotImplementedError
+
+
+class _Solid(_Shown):
+    """A value in space, of which pictures can be made from any side."""
+
+    def picture(
+        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
+        across: Any = None, samples: int = 2,
+    ) -> Image.Image:  # fmt: skip
+        """Return a picture.
+
+        Parameters
+        ----------
+        size_px : (int, int)
+            Width and height.
+        view : (float, float), optional
+            Azimuth and elevation in degrees, as ``--view`` takes them; chosen by default.
+        across : length, optional
+            How much of the world the picture shows across, such as ``"400mm"``, so that pictures
+            of several objects have one scale; by default, the object fills it.
+        samples : int
+            Samples of a pixel along each side: more make smoother edges.
+
+        Raises
+        ------
+        InputError
+            If the view or the size makes no sense.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> ribbons.picture(size_px=(300, 240), view=(-90, 20), across="400mm").size
+        (300, 240)
+        """
+        from fabweave.picture.camera import View, choose_view  # noqa: PLC0415 - for pictures only
+
+        seen = choose_view(*self._surface()) if view is None else View(*view)
+        if across is not None:
+            seen = replace(seen, width_mm=length_mm(across))
+        return self._drawn(size_px=size_px, view=seen, samples=samples)
+
+    def _surface(self) -> tuple[FloatArray, IntArray]:
+        """Return vertices, (V, 3), and triangles, (T, 3)."""
+        raise NotImplementedError
+
+    def _drawn(self, **look: Any) -> Image.Image:
+        raise NotImplementedError
 
 
 def length_mm(length: Any) -> float:
     """Return a length in millimetres: a number, or a text with a unit."""
     return float(length) if isinstance(length, int | float) else parse_length(length)
-
-
-def seen_from(
-    view: tuple[float, float] | None, across: Any, vertices: FloatArray, triangles: IntArray
-) -> View:
-    """Return the view of an object as users say it.
-
-    Parameters
-    ----------
-    view : (float, float) or None
-        Azimuth and elevation in degrees, as ``--view`` takes them; None chooses.
-    across : length or None
-        How much of the world the picture shows across; None makes the object fill it.
-    vertices : (V, 3) float array
-    triangles : (T, 3) int array
-        The object.
-
-    Raises
-    ------
-    InputError
-        If the length is none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> seen_from((-90, 0), "40cm", np.zeros((0, 3)), np.zeros((0, 3), dtype=int))
-    View(azimuth_deg=-90, elevation_deg=0, width_mm=400.0)
-    """
-    from fabweave.picture.camera import View, choose_view  # noqa: PLC0415 - only pictures need it
-
-    seen = choose_view(vertices, triangles) if view is None else View(*view)
-    if across is None:
-        return seen
-    return replace(seen, width_mm=length_mm(across))
 
 
 #: What a file is called in a job's folder, so it must be a plain name.
@@ -218,28 +200,29 @@ _LONGEST_NAME = 80
 
 
 @frozen_value
-class Mesh:
+class Mesh(_Solid):
     """A polygon mesh that is ready to be woven, in millimetres.
 
     Made by :func:`read`, :func:`mesh` and :func:`shape`; :func:`fabweave.weave` takes it on.
     """
 
     stations: Stations
+    loaded: LoadedMesh
 
     @property
     def vertices(self) -> FloatArray:
         """Positions in millimetres, (V, 3), read-only."""
-        return self.stations.loaded.mesh.vertices
+        return self.loaded.mesh.vertices
 
     @property
     def faces(self) -> list[list[int]]:
         """The vertices of each face, counter-clockwise seen from outside."""
-        return self.stations.loaded.mesh.faces()
+        return self.loaded.mesh.faces()
 
     @property
     def edges(self) -> IntArray:
         """The two vertices of each edge, (E, 2)."""
-        halfedges = self.stations.loaded.halfedges
+        halfedges = self.loaded.halfedges
         first = halfedges.edge_halfedge
         return frozen(np.column_stack((halfedges.tail[first], halfedges.head[first])))
 
@@ -252,12 +235,12 @@ class Mesh:
     @property
     def title(self) -> str:
         """What the mesh is called."""
-        return self.stations.loaded.title
+        return self.loaded.title
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was done to the mesh, and what is worth knowing about it."""
-        return self.stations.loaded.notes
+        return self.loaded.notes
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """Return the mesh as ``trimesh.Trimesh``; faces with more corners are cut to triangles.
@@ -270,43 +253,34 @@ class Mesh:
         """
         import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
 
-        triangles = triangulate(self.stations.loaded.mesh)
-        faces = triangles.indices.reshape(-1, 3)
-        return trimesh.Trimesh(triangles.vertices, faces, process=False)
+        return trimesh.Trimesh(*self._surface(), process=False)
 
-    def picture(
-        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
-        across: Any = None, samples: int = 2,
-    ) -> Image.Image:  # fmt: skip
-        """Return a picture of the mesh, with its irregular vertices marked.
+    def _surface(self) -> tuple[FloatArray, IntArray]:
+        triangles = triangulate(self.loaded.mesh)
+        return triangles.vertices, triangles.indices.reshape(-1, 3)
 
-        The arguments are those of ``Ribbons.picture``.
-        """
+    def _drawn(self, **look: Any) -> Image.Image:
         from fabweave.picture.object_picture import irregular_marks, mesh_picture  # noqa: PLC0415
 
-        mesh = self.stations.loaded.mesh
-        corners = triangulate(mesh)
-        triangles = corners.indices.reshape(-1, 3)
-        return mesh_picture(
-            mesh,
-            size_px=size_px,
-            view=seen_from(view, across, corners.vertices, triangles),
-            marks=irregular_marks(mesh),
-            samples=samples,
-        )
+        return mesh_picture(self.loaded.mesh, marks=irregular_marks(self.loaded.mesh), **look)
 
     def __repr__(self) -> str:
         counts = f"{len(self.vertices)} vertices, {len(self.edges)} edges, {len(self.faces)} faces"
-        return f"Mesh({self.title!r}: {counts}, {' × '.join(f'{s:.1f}' for s in self.size_mm)} mm)"
+        return f"Mesh({self.title!r}: {counts}, {self._size()} mm)"
 
-    def _repr_html_(self) -> str:
-        figures = {
+    def _size(self) -> str:
+        return " × ".join(f"{side:.1f}" for side in self.size_mm)
+
+    def _title(self) -> str:
+        return self.title
+
+    def _figures(self) -> Mapping[str, Any]:
+        return {
             "vertices": len(self.vertices),
             "edges": len(self.edges),
             "faces": len(self.faces),
-            "size, mm": " × ".join(f"{side:.1f}" for side in self.size_mm),
+            "size, mm": self._size(),
         }
-        return face(self.title, figures, self.picture())
 
 
 def read(path: str | Path, **options: Any) -> Mesh:
@@ -335,7 +309,7 @@ def read(path: str | Path, **options: Any) -> Mesh:
     >>> fw.read(folder / "cube.stl", size="30cm").size_mm
     (300.0, 300.0, 300.0)
     """
-    return Mesh(loaded(Request(str(path), options)))
+    return _mesh(Stations(str(path), options))
 
 
 def mesh(
@@ -381,7 +355,7 @@ def mesh(
         )
     if name == "woven_mesh":
         raise InputError("woven_mesh.obj is a file of the job itself: name the mesh otherwise")
-    return Mesh(loaded(Request(f"{name}.obj", options, _polymesh(vertices, faces))))
+    return _mesh(Stations(f"{name}.obj", options, _polymesh(vertices, faces)))
 
 
 def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
@@ -414,21 +388,20 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     if size is not None:
         options["size"] = size
     query = "&".join(f"{key}={value}" for key, value in parameters.items() if key not in known)
-    return Mesh(loaded(Request(f"{PREFIX}{name}{'?' * bool(query)}{query}", options)))
+    return _mesh(Stations(f"{PREFIX}{name}{'?' * bool(query)}{query}", options))
+
+
+def _mesh(stations: Stations) -> Mesh:
+    return Mesh(stations, stations.loaded)
 
 
 def stations_of(source: Any, options: Mapping[str, Any]) -> Stations:
-    """Return the stations of what stands for a mesh, with more options."""
-    return source.stations if isinstance(source, Mesh) else loaded(request_of(source, options))
-
-
-def request_of(source: Any, options: Mapping[str, Any]) -> Request:
-    """Return the request for what stands for a mesh: a path, a shape's name, or any mesh."""
+    """Return the stations for what stands for a mesh: a path, a shape's name, or any mesh."""
     if isinstance(source, Mesh):
-        return source.stations.request.also(options)
+        return source.stations.also(options)
     if isinstance(source, str | Path):
-        return Request(str(source), options)
-    return Request("mesh.obj", options, _polymesh(source, None))
+        return Stations(str(source), options)
+    return Stations("mesh.obj", options, _polymesh(source, None))
 
 
 def _polymesh(vertices: Any, faces: Any) -> PolyMesh:
@@ -472,7 +445,7 @@ def _corners(faces: Any) -> Any:
 
 
 @frozen_value
-class Yarns:
+class Yarns(_Solid):
     """A closed tube along every thread, over and under the others without touching them.
 
     Made by :meth:`fabweave.Weave.yarns`; nothing is cut of them.
@@ -482,13 +455,6 @@ class Yarns:
     spun: SpunYarns
 
     @property
-    def woven(self) -> WovenObject:
-        """The woven object whose threads these are."""
-        woven = with_ribbons(self.stations, {}).ribbons
-        assert woven is not None  # noqa: S101 - they were laid to spin these
-        return woven
-
-    @property
     def radius_mm(self) -> FloatArray:
         """The radius of each cross-section, (N,)."""
         return self.spun.radius_mm
@@ -496,40 +462,31 @@ class Yarns:
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """One closed surface for each thread."""
-        colours = asked_colours(self.stations, self.woven)
-        return yarn_bodies(self.spun, self.woven.labels, colours)
+        woven = self.stations.ribbons
+        return yarn_bodies(self.spun, woven.labels, self.stations.colours(woven))
 
-    def picture(
-        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
-        across: Any = None, samples: int = 2,
-    ) -> Image.Image:  # fmt: skip
-        """Return a picture of the yarns; the arguments are those of ``Ribbons.picture``."""
-        from fabweave.picture.object_picture import bodies_picture  # noqa: PLC0415
-
+    def _surface(self) -> tuple[FloatArray, IntArray]:
         vertices = np.concatenate([body.vertices for body in self.bodies])
         base = np.cumsum([0, *(len(body.vertices) for body in self.bodies)]).tolist()
-        triangles = np.concatenate(
+        return vertices, np.concatenate(
             [body.all_triangles + first for body, first in zip(self.bodies, base, strict=False)]
         )
-        seen = seen_from(view, across, vertices, triangles)
-        return bodies_picture(self.bodies, seen, size_px=size_px, samples=samples)
 
-    def _figures(self) -> dict[str, str]:
-        radius = self.radius_mm
-        return {
-            "yarns": str(len(self.bodies)),
-            "radius, mm": f"{radius.min():.2f} to {radius.max():.2f}",
-        }
+    def _drawn(self, **look: Any) -> Image.Image:
+        from fabweave.picture.object_picture import bodies_picture  # noqa: PLC0415
+
+        return bodies_picture(self.bodies, **look)
+
+    def _title(self) -> str:
+        return self.stations.loaded.title
+
+    def _figures(self) -> Mapping[str, Any]:
+        least, most = self.radius_mm.min(), self.radius_mm.max()
+        return {"yarns": len(self.bodies), "radius, mm": f"{least:.2f} to {most:.2f}"}
 
     def __repr__(self) -> str:
-        figures = self._figures()
-        return (
-            f"Yarns({self.woven.title}: {figures['yarns']} yarns, "
-            f"{figures['radius, mm']} mm in radius)"
-        )
-
-    def _repr_html_(self) -> str:
-        return face(self.woven.title, self._figures(), self.picture())
+        yarns, radius = self._figures().values()
+        return f"Yarns({self._title()}: {yarns} yarns, {radius} mm in radius)"
 
 
 class Thread(NamedTuple):
@@ -551,19 +508,14 @@ class Thread(NamedTuple):
 
 
 @frozen_value
-class Weave:
+class Weave(_Shown):
     """A woven mesh: which threads there are, and which lies on top where two cross.
 
     Made by :func:`fabweave.weave`; :meth:`ribbons` goes on from here.
     """
 
     stations: Stations
-    mesh: Mesh
-
-    @property
-    def woven(self) -> WovenMesh:
-        """The station that stands behind this, as the pipeline hands it on."""
-        return there(self.stations.weave)
+    woven: WovenMesh
 
     @property
     def pattern(self) -> str:
@@ -642,8 +594,8 @@ class Weave:
         >>> fw.weave(fw.shape("octahedron", size="200mm")).ribbons(width="9mm")
         Ribbons(Octahedron: 4 ribbons in Card, 300 g/m², 0.4 mm, 8.9 to 8.9 mm wide, 1.57 m in all)
         """
-        stations = with_ribbons(self.stations, options)
-        return Ribbons(stations, Weave(stations, Mesh(stations)))
+        stations = self.stations.also(options)
+        return Ribbons(stations, stations.ribbons)
 
     def yarns(self, *, radius: Any = None, sides: int = 12) -> Yarns:
         """Spin a yarn along every thread, for pictures and for printing.
@@ -668,9 +620,8 @@ class Weave:
         """
         from fabweave.picture.model_job import YarnOptions, spin_object  # noqa: PLC0415
 
-        stations = with_ribbons(self.stations, {})
         options = YarnOptions(None if radius is None else length_mm(radius), sides)
-        return Yarns(stations, spin_object(there(stations.ribbons), options))
+        return Yarns(self.stations, spin_object(self.stations.ribbons, options))
 
     def picture(self, **look: Any) -> Image.Image:
         """Return a picture of the woven object, with ribbons as they come in card.
@@ -680,27 +631,21 @@ class Weave:
         return self.ribbons().picture(**look)
 
     def __repr__(self) -> str:
-        return f"Weave({self.woven.title}: {self._kind()}, {self._counts()})"
+        kind, threads, crossings, *_ = self._figures().values()
+        return f"Weave({self._title()}: {kind}, {threads} threads, {crossings} crossings)"
 
-    def _kind(self) -> str:
-        if self.exact:
-            return f"exact {self.pattern}"
-        return f"{self.pattern} with {self.woven.weave.broken.total} broken conditions"
+    def _title(self) -> str:
+        return self.woven.title
 
-    def _counts(self) -> str:
-        threads = self.woven.weave.threads
-        return f"{threads.n_threads} threads, {threads.n_crossings} crossings"
-
-    def _repr_html_(self) -> str:
-        threads = self.woven.weave.threads
-        figures: dict[str, Any] = {
-            "weave": self._kind(),
+    def _figures(self) -> Mapping[str, Any]:
+        threads, broken = self.woven.weave.threads, self.woven.weave.broken.total
+        kind = f"{self.pattern} with {broken} broken conditions"
+        return {
+            "weave": f"exact {self.pattern}" if self.exact else kind,
             "threads": threads.n_threads,
             "crossings": threads.n_crossings,
+            **({"why not exact": self.reason} if self.reason else {}),
         }
-        if self.reason:
-            figures["why not exact"] = self.reason
-        return face(self.woven.title, figures, self.picture())
 
 
 def weave(mesh: Any, **options: Any) -> Weave:
@@ -735,12 +680,12 @@ def weave(mesh: Any, **options: Any) -> Weave:
     >>> twill.threads[0].over[:8].tolist()
     [False, True, True, False, False, True, True, False]
     """
-    stations = woven(stations_of(mesh, options), options)
-    return Weave(stations, Mesh(stations))
+    stations = stations_of(mesh, options)
+    return Weave(stations, stations.weave)
 
 
 @frozen_value
-class Ribbons:
+class Ribbons(_Solid):
     """A ribbon along every thread, in space, with room for what lies above and below it.
 
     Made by :meth:`fabweave.Weave.ribbons`; :meth:`pieces` goes on from here. Where ribbons would
@@ -748,12 +693,17 @@ class Ribbons:
     """
 
     stations: Stations
-    weave: Weave
+    laid: WovenObject
 
-    @cached_property
+    @property
     def woven(self) -> WovenObject:
         """The woven object as ``fabweave model`` writes it."""
-        return clear_ribbons(self.stations)
+        return self.stations.clear_ribbons
+
+    @property
+    def weave(self) -> Weave:
+        """The weave that they follow."""
+        return Weave(self.stations, self.laid)
 
     @property
     def vertices(self) -> FloatArray:
@@ -783,8 +733,7 @@ class Ribbons:
     @property
     def colours(self) -> Colours:
         """Red, green and blue at every cross-line, (R, 3)."""
-        colours = asked_colours(self.stations, self.woven)
-        return frozen(rung_colours(self.woven.ribbons, colours))
+        return frozen(rung_colours(self.woven.ribbons, self.stations.colours(self.woven)))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each thread, as ``pandas.DataFrame`` takes them.
@@ -825,7 +774,7 @@ class Ribbons:
         """
         import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
 
-        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
+        vertices, triangles = self._surface()
         shown = np.repeat(self.colours[triangles[::2, 0] // 2], 2, axis=0)
         return trimesh.Trimesh(vertices, triangles, face_colors=shown, process=False)
 
@@ -856,73 +805,39 @@ class Ribbons:
         >>> ribbons.pieces(max_length="400mm")
         Pieces(Octahedron: 8 pieces, 8 joints, 4 kinds, in Card, 300 g/m², 0.4 mm)
         """
-        stations = with_pieces(self.stations, options)
-        return Pieces(stations, Ribbons(stations, self.weave))
+        stations = self.stations.also(options)
+        return Pieces(stations, stations.planned)
 
-    def picture(
-        self, *, size_px: tuple[int, int] = (1000, 800), view: tuple[float, float] | None = None,
-        across: Any = None, samples: int = 2,
-    ) -> Image.Image:  # fmt: skip
-        """Return a picture of the woven object, its strands in their colours.
+    def _surface(self) -> tuple[FloatArray, IntArray]:
+        return ribbon_triangles(self.woven.ribbons)[:2]
 
-        Parameters
-        ----------
-        size_px : (int, int)
-            Width and height.
-        view : (float, float), optional
-            Azimuth and elevation in degrees, as ``--view`` takes them; chosen by default.
-        across : length, optional
-            How much of the world the picture shows across, such as ``"400mm"``, so that pictures
-            of several objects have one scale; by default, the object fills it.
-        samples : int
-            Samples of a pixel along each side: more make smoother edges.
-
-        Raises
-        ------
-        InputError
-            If the view or the size makes no sense.
-
-        Examples
-        --------
-        >>> import fabweave as fw
-        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
-        >>> ribbons.picture(size_px=(300, 240), view=(-90, 20), across="400mm").size
-        (300, 240)
-        """
+    def _drawn(self, **look: Any) -> Image.Image:
         from fabweave.picture.object_picture import weave_picture  # noqa: PLC0415
 
-        vertices, triangles, _ = ribbon_triangles(self.woven.ribbons)
-        return weave_picture(
-            self.woven.ribbons,
-            asked_colours(self.stations, self.woven),
-            size_px=size_px,
-            view=seen_from(view, across, vertices, triangles),
-            samples=samples,
-        )
+        return weave_picture(self.woven.ribbons, self.stations.colours(self.woven), **look)
 
-    def _figures(self) -> dict[str, str]:
-        supplies = completed(self.stations)[1]
+    def _title(self) -> str:
+        return self.laid.title
+
+    def _figures(self) -> Mapping[str, Any]:
         widths = self.widths_mm
         return {
-            "ribbons": str(len(self.woven.labels)),
-            "material": supplies.description,
+            "ribbons": len(self.woven.labels),
+            "material": self.stations.completed[1].description,
             "width, mm": f"{widths.min():.1f} to {widths.max():.1f}",
             "length in all, m": f"{self.lengths_mm.sum() / 1000:.2f}",
         }
 
     def __repr__(self) -> str:
-        figures = self._figures()
+        ribbons, material, width, length = self._figures().values()
         return (
-            f"Ribbons({self.woven.title}: {figures['ribbons']} ribbons in {figures['material']}, "
-            f"{figures['width, mm']} mm wide, {figures['length in all, m']} m in all)"
+            f"Ribbons({self._title()}: {ribbons} ribbons in {material}, {width} mm wide, "
+            f"{length} m in all)"
         )
-
-    def _repr_html_(self) -> str:
-        return face(self.woven.title, self._figures(), self.picture())
 
 
 @frozen_value
-class Pieces:
+class Pieces(_Shown):
     """All flat pieces of an object, and how they are joined.
 
     Made by :meth:`fabweave.Ribbons.pieces`; :meth:`nest` goes on from here. Iterating gives each
@@ -930,12 +845,7 @@ class Pieces:
     """
 
     stations: Stations
-    ribbons: Ribbons
-
-    @property
-    def planned(self) -> PlannedJob:
-        """The station that stands behind this, as the pipeline hands it on."""
-        return there(self.stations.planned)
+    planned: PlannedJob
 
     def __len__(self) -> int:
         return len(self.planned.piece_set.pieces)
@@ -963,13 +873,7 @@ class Pieces:
     def costs(self) -> Costs:
         """Times of machine and hands, and money, as far as they are known before nesting."""
         planned = self.planned
-        return pieces_costs(
-            planned.piece_set,
-            planned.woven,
-            planned.settings.pieces,
-            planned.supplies,
-            planned.settings.machine.calibrate,
-        )
+        return pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.
@@ -1020,10 +924,26 @@ class Pieces:
         >>> pieces.nest(sheet="400x300mm", effort="quick")
         Layout(Octahedron: 8 pieces on 1 sheet, 40 % used)
         """
-        stations = with_layout(self.stations, options)
-        return Layout(stations, Pieces(stations, self.ribbons))
+        stations = self.stations.also(options)
+        return Layout(stations, stations.layout)
 
-    def _figures(self) -> dict[str, Any]:
+    def picture(self) -> str:
+        """Return the pieces side by side, in rows, as SVG."""
+        sizes = [np.ptp(piece.outline, axis=0) for piece in self]
+        wide, high = (1.1 * np.max(sizes, axis=0)).tolist()
+        placed = []
+        for number, polygon in enumerate(self.polygons):
+            row, column = divmod(number, _COLUMNS)
+            left, low, *_ = polygon.bounds
+            placed.append(affinity.translate(polygon, column * wide - left, row * high - low))
+        rows = -(-len(placed) // _COLUMNS)
+        size = min(_COLUMNS, len(placed)) * wide, rows * high
+        return outlines_svg(*size, placed, self.planned.piece_colours)
+
+    def _title(self) -> str:
+        return self.planned.woven.title
+
+    def _figures(self) -> Mapping[str, Any]:
         return {
             "pieces": len(self),
             "joints": len(self.planned.piece_set.joints),
@@ -1032,15 +952,11 @@ class Pieces:
         }
 
     def __repr__(self) -> str:
-        figures = self._figures()
+        pieces, joints, kinds, material = self._figures().values()
         return (
-            f"Pieces({self.planned.woven.title}: {figures['pieces']} pieces, {figures['joints']} "
-            f"joints, {figures['kinds']} kinds, in {figures['material']})"
+            f"Pieces({self._title()}: {pieces} pieces, {joints} joints, {kinds} kinds, "
+            f"in {material})"
         )
-
-    def _repr_html_(self) -> str:
-        colours = self.planned.piece_colours
-        return face(self.planned.woven.title, self._figures(), outlines_svg(self.polygons, colours))
 
 
 def _polygon(piece: Piece) -> shapely.Polygon:
@@ -1054,30 +970,19 @@ def _polygon(piece: Piece) -> shapely.Polygon:
 
 
 @frozen_value
-class Layout:
+class Layout(_Shown):
     """Where each piece lies on which sheet.
 
     Made by :meth:`fabweave.Pieces.nest`; :meth:`write` goes on from here.
-
-    Parameters
-    ----------
-    stations : Stations
-    pieces : Pieces
-        The pieces that lie on the sheets.
     """
 
     stations: Stations
-    pieces: Pieces
+    nested: NestedLayout
 
-    @property
-    def planned(self) -> PlannedJob:
-        """The pieces that lie on the sheets, as the pipeline hands them on."""
-        return there(self.stations.planned)
-
-    @property
-    def nested(self) -> NestedLayout:
-        """The station that stands behind this, as the pipeline hands it on."""
-        return there(self.stations.layout)
+    @cached_property
+    def pieces(self) -> Pieces:
+        """The pieces that lie on the sheets."""
+        return Pieces(self.stations, self.stations.planned)
 
     @property
     def sheets(self) -> tuple[SheetSize, ...]:
@@ -1088,7 +993,7 @@ class Layout:
     def polygons(self) -> tuple[shapely.Polygon, ...]:
         """Each piece and spare where it lies on its sheet, as a shapely polygon with holes."""
         placed = []
-        own, origins = self.pieces.polygons, self.planned.origins.tolist()
+        own, origins = self.pieces.polygons, self.pieces.planned.origins.tolist()
         for origin, place in zip(origins, self.nested.placements, strict=True):
             turned = affinity.rotate(own[origin], place.rotation_deg, origin=(0, 0))
             placed.append(affinity.translate(turned, place.x_mm, place.y_mm))
@@ -1097,7 +1002,7 @@ class Layout:
     @property
     def colours(self) -> Colours:
         """Red, green and blue of each piece, as it is shown in the object, (N, 3)."""
-        return frozen(self.planned.piece_colours)
+        return frozen(self.pieces.planned.piece_colours)
 
     @property
     def utilisation(self) -> FloatArray:
@@ -1128,7 +1033,7 @@ class Layout:
                 "x_mm": place.x_mm,
                 "y_mm": place.y_mm,
             }
-            for piece, place in zip(self.planned.to_cut, self.nested.placements, strict=True)
+            for piece, place in zip(self.pieces.planned.to_cut, self.nested.placements, strict=True)
         ]
 
     def write(self, folder: str | Path, **options: Any) -> WrittenJob:
@@ -1140,7 +1045,7 @@ class Layout:
             New, empty, or an older job's folder, which is replaced.
         options
             Of files, as on the command line: ``kerf="0.15mm"``, ``preset="glowforge"``,
-            ``labels="numbers"``, ``dxf="R12"``, ``profile="service"``, ``paper="letter"`` …
+            ``labels="numbers"``, ``dxf="R12"``, ``profile="service"``, ``manual_paper="letter"`` …
 
         Returns
         -------
@@ -1162,55 +1067,66 @@ class Layout:
         >>> layout.write(pathlib.Path(tempfile.mkdtemp()) / "ball").proof.ok
         True
         """
-        stations = with_files(self.stations, options)
-        directory = folder_at(folder)
-        return WrittenJob(directory, write_stations(stations, directory), self)
+        stations, directory = self.stations.also(options), folder_at(folder)
+        layout = Layout(stations, stations.layout)
+        clear_abandoned(directory)
+        with told_where(directory), finished_folder(directory) as fresh:
+            side = start_side_work(stations.planned)
+            job = draw_job(stations.planned, layout.nested, side, given_mesh=stations.given)
+            return WrittenJob(directory, *write_and_prove(job, fresh), layout)
 
     def picture(self, sheet: int = 1) -> str:
         """Return a sheet, counted from 1, as SVG."""
-        size = self.sheets[sheet - 1]
-        lying = [
-            number
-            for number, place in enumerate(self.nested.placements)
-            if place.sheet == sheet - 1
-        ]
-        colours = self.planned.piece_colours[self.planned.origins[lying]]
+        places, planned = self.nested.placements, self.pieces.planned
+        lying = [number for number, place in enumerate(places) if place.sheet == sheet - 1]
+        size, colours = self.sheets[sheet - 1], planned.piece_colours[planned.origins[lying]]
         polygons = [self.polygons[number] for number in lying]
-        return sheet_svg((size.width_mm, size.height_mm), polygons, colours)
+        return outlines_svg(size.width_mm, size.height_mm, polygons, colours)
 
-    def _counts(self) -> str:
+    def _title(self) -> str:
         pieces = agree(len(self.nested.placements), "{n} piece[|s]")
-        return f"{pieces} on {agree(len(self.sheets), '{n} sheet[|s]')}"
+        sheets = agree(len(self.sheets), "{n} sheet[|s]")
+        return f"{self.pieces.planned.woven.title}: {pieces} on {sheets}"
 
-    def __repr__(self) -> str:
-        used = self.utilisation.mean()
-        return f"Layout({self.planned.woven.title}: {self._counts()}, {100 * used:.0f} % used)"
-
-    def _repr_html_(self) -> str:
-        figures = {
+    def _figures(self) -> Mapping[str, Any]:
+        return {
             f"sheet {number}": f"{100 * used:.0f} % used"
             for number, used in enumerate(self.utilisation.tolist(), start=1)
         }
-        return face(f"{self.planned.woven.title}: {self._counts()}", figures, self.picture())
+
+    def __repr__(self) -> str:
+        return f"Layout({self._title()}, {100 * self.utilisation.mean():.0f} % used)"
 
 
 @frozen_value
-class WrittenJob:
+class WrittenJob(_Shown):
     """A finished job in its folder, with the proof of its files.
 
-    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`. ``chosen`` says which coarser
-    mesh was woven in place of one that cannot be built; it is empty where none was.
+    Made by :func:`fabweave.make` and :meth:`fabweave.Layout.write`.
+
+    Parameters
+    ----------
+    folder : Path
+    job : Job
+        Everything that was made: weave, ribbons, pieces, layout and drawings.
+    proof : VerifyReport
+        What was proved about the written files, check by check.
+    preflight : Preflight
+        Which rules of the material and of those who cut the pieces break.
+    missing : tuple of str
+        The papers that could not be made, each with the reason; none in most jobs.
+    layout : Layout
+    chosen : str
+        Which coarser mesh was woven in place of one that cannot be built; empty where none was.
     """
 
     folder: Path
-    finished: FinishedJob
+    job: Job
+    proof: VerifyReport
+    preflight: Preflight
+    missing: tuple[str, ...]
     layout: Layout
     chosen: str = ""
-
-    @property
-    def job(self) -> Job:
-        """Everything that was made: weave, ribbons, pieces, layout and drawings."""
-        return self.finished.job
 
     @property
     def pieces(self) -> Pieces:
@@ -1220,22 +1136,7 @@ class WrittenJob:
     @property
     def weave(self) -> Weave:
         """The weave."""
-        return self.pieces.ribbons.weave
-
-    @property
-    def proof(self) -> VerifyReport:
-        """What was proved about the written files, check by check."""
-        return self.finished.proof
-
-    @property
-    def preflight(self) -> Preflight:
-        """Which rules of the material and of those who cut the pieces break."""
-        return self.finished.preflight
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """The papers that could not be made, each with the reason; none in most jobs."""
-        return self.finished.missing
+        return Weave(self.layout.stations, self.job.woven)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -1254,51 +1155,32 @@ class WrittenJob:
 
     def picture(self) -> Image.Image:
         """Return the picture of the woven object."""
-        from PIL import Image  # noqa: PLC0415 - only pictures need it
-
         with Image.open(self.folder / "render.png") as picture:
             return picture.copy()
 
-    def _counts(self) -> dict[str, str]:
+    def _title(self) -> str:
+        return self.job.woven.title
+
+    def _figures(self) -> Mapping[str, Any]:
         return {
             "pieces": agree(len(self.job.piece_set.pieces), "{n} piece[|s]"),
             "joints": agree(len(self.job.piece_set.joints), "{n} joint[|s]"),
             "sheets": agree(len(self.job.drawings), "{n} sheet[|s]"),
             "proof": f"proved by {len(self.proof.checks)} checks",
+            "folder": self.folder,
         }
 
     def __repr__(self) -> str:
-        return f"WrittenJob({str(self.folder)!r}: {', '.join(self._counts().values())})"
-
-    def _repr_html_(self) -> str:
-        figures: dict[str, Any] = {**self._counts(), "folder": self.folder}
-        return face(self.job.woven.title, figures, self.picture())
+        *counts, _ = self._figures().values()
+        return f"WrittenJob({str(self.folder)!r}: {', '.join(counts)})"
 
 
-def write_stations(stations: Stations, folder: Path) -> FinishedJob:
-    """Write and prove the job that stations lead to."""
-    clear_abandoned(folder)
-    check_destination(folder)
-    planned, layout = there(stations.planned), there(stations.layout)
-    side = start_side_work(planned)
-    job = draw_job(planned, layout, side, given_mesh=stations.request.given)
-    with told_where(folder), finished_folder(folder) as fresh:
-        return write_and_prove(job, fresh)
-
-
-@frozen_value
-class Inspection:
+class Inspection(Facts, _Shown):
     """What a mesh is and what can be woven on it, before anything is decided.
 
-    Made by :func:`fabweave.inspect`.
+    Made by :func:`fabweave.inspect`. ``facts`` holds everything as plain values, as
+    ``fabweave inspect --json`` prints it.
     """
-
-    inspected: Facts
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """Everything as plain values, as ``fabweave inspect --json`` prints it."""
-        return self.inspected.facts
 
     @property
     def text(self) -> str:
@@ -1308,25 +1190,27 @@ class Inspection:
 
     def picture(self) -> Image.Image:
         """Return a picture of the mesh with its irregular vertices, beside the woven object."""
-        return inspection_picture(self.inspected)
+        return inspection_picture(self)
 
     def __repr__(self) -> str:
         mesh, twill = self.facts["mesh"], self.facts["twill"]
         return (
-            f"Inspection({self.inspected.woven.title}: {mesh['faces']} faces, genus "
+            f"Inspection({self._title()}: {mesh['faces']} faces, genus "
             f"{mesh['genus']}, {self.facts['threads']['count']} threads; 2/2 twill "
             f"{'exact' if twill['exact'] else 'not exact'})"
         )
 
-    def _repr_html_(self) -> str:
+    def _title(self) -> str:
+        return self.woven.title
+
+    def _figures(self) -> Mapping[str, Any]:
         figures: dict[str, str] = {}
+        last = ""
         for topic, words in inspection_text(self.facts):
-            if topic or not figures:
-                figures[topic] = words
-            else:  # a line without a topic goes on with the one above
-                last = next(reversed(figures))
-                figures[last] += f"; {words}"
-        return face(self.inspected.woven.title, figures, self.picture())
+            # A line without a topic goes on with the one above.
+            last, before = (topic, "") if topic or not figures else (last, figures[last] + "; ")
+            figures[last] = before + words
+        return figures
 
 
 def make(
@@ -1373,21 +1257,20 @@ def make(
     >>> job.proof.ok, len(job.pieces)
     (True, 8)
     """
-    folder, request = folder_at(folder), request_of(mesh, options)
+    directory, stations = folder_at(folder), stations_of(mesh, options)
     finished, settings, chosen = make_or_advise(
-        request.settings,
-        folder,
+        stations.settings,
+        directory,
         progress,
-        mesh=request.given,
+        mesh=stations.given,
         workers=min(workers, os.cpu_count() or 1),
     )
     job = finished.job
     if chosen:  # what other options change is made of the mesh that was taken
-        request = request.also({"remesh": settings.mesh.remesh, "bodies": settings.mesh.bodies})
-    stations = Stations(request, job.woven.source, weave=job.woven, planned=job, layout=job.layout)
-    ribbons = Ribbons(stations, Weave(stations, Mesh(stations)))
-    layout = Layout(stations, Pieces(stations, ribbons))
-    return WrittenJob(folder, finished, layout, chosen)
+        taken = {"remesh": settings.mesh.remesh, "bodies": settings.mesh.bodies}
+        stations = stations.also(taken)
+    stations.know(loaded=job.woven.source, weave=job.woven, planned_first=job, layout=job.layout)
+    return WrittenJob(directory, *finished, Layout(stations, job.layout), chosen)
 
 
 def inspect(
@@ -1419,8 +1302,9 @@ def inspect(
     >>> report.facts["threads"]["count"], report.facts["twill"]["exact"]
     (4, False)
     """
-    request = request_of(mesh, options)
-    return Inspection(inspect_mesh(request.settings, progress, request.given, thorough=thorough))
+    stations = stations_of(mesh, options)
+    found = inspect_mesh(stations.settings, progress, stations.given, thorough=thorough)
+    return Inspection(found.woven, found.facts, found.designs)
 
 
 def verify(folder: str | Path) -> VerifyReport:

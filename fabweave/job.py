@@ -8,15 +8,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
+from fabweave.core import job_folder
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.job_folder import (
-    check_destination,
-    clear_abandoned,
-    finished_folder,
-    told_where,
-    write_contents,
-)
+from fabweave.core.job_folder import finished_folder, told_where
 from fabweave.core.parallel.executors import (
     Executors,
     Start,
@@ -52,70 +47,6 @@ class FinishedJob(NamedTuple):
     missing: tuple[str, ...] = ()
 
 
-def run_job(
-    settings: Settings,
-    directory: Path,
-    progress: Progress = no_progress,
-    *,
-    mesh: PolyMesh | None = None,
-    loaded: LoadedMesh | None = None,
-    workers: int = 0,
-    executors: Executors | None = None,
-    replaced: Collection[Path] = (),
-    recorded: Path | None = None,
-) -> FinishedJob:
-    """Make a job, write its folder, and prove the written files.
-
-    Parameters
-    ----------
-    settings : Settings
-    directory : Path
-        New, empty, or an older job's folder with nothing else in it, which is then replaced.
-    progress : callable
-    mesh : PolyMesh, optional
-        A mesh from memory, in place of the file; it is kept in the folder under that name.
-    loaded : LoadedMesh, optional
-        What the settings make of the mesh, if that is known already.
-    workers : int
-        Processes beside this one; the same bytes are written with any number.
-    executors : callable, optional
-        Opens the executor that nests very many pieces, in place of these processes.
-    replaced : collection of Path
-        Files of that older job that may have been changed, as the settings were read from them.
-    recorded : Path, optional
-        As for :func:`make_job`.
-
-    Returns
-    -------
-    FinishedJob
-        Every check holds; what was proved stands in ``verify.json`` too.
-
-    Raises
-    ------
-    InputError
-        For bad input or settings, or a folder with anything else in it.
-    CannotMakeError
-        For what cannot be made as asked, or if a check objects to the written files.
-    """
-    clear_abandoned(directory)
-    check_destination(directory, replaced, mesh=None if mesh is not None else settings.mesh.source)
-    with ExitStack() as stack:
-        start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
-        nesting = executors or processes(workers)
-        job = make_job(
-            settings,
-            progress,
-            mesh=mesh,
-            loaded=loaded,
-            start=start,
-            executors=nesting,
-            recorded=recorded,
-        )
-        # Processes end before the folder is moved, or removed: no file comes to it late.
-        with told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
-            return write_and_prove(job, new, progress, start)
-
-
 def make_job(
     settings: Settings,
     progress: Progress = no_progress,
@@ -128,29 +59,7 @@ def make_job(
 ) -> Job:
     """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
 
-    Parameters
-    ----------
-    settings : Settings
-    progress : callable
-        Told what is being done.
-    mesh, loaded
-        As for :func:`run_job`.
-    start, executors : callable
-        How to start work beside this process, from ``side_workers``, and what opens the executor
-        that nests very many pieces; they change no result.
-    recorded : Path, optional
-        The crossing map of this very job: pieces lie as it says, and are not nested.
-
-    Returns
-    -------
-    Job
-
-    Raises
-    ------
-    InputError
-        For bad input or settings.
-    CannotMakeError
-        For what cannot be made as asked; the message says what would help.
+    Parameters are those of :func:`run_job`; ``start`` does work beside this process.
     """
     settings, supplies = complete_settings(settings)
     loaded = loaded or load_asked(settings, progress, mesh)
@@ -170,31 +79,71 @@ def write_and_prove(
 ) -> FinishedJob:
     """Write a job's plan into an empty folder, read it back and prove it, and show what was proved.
 
-    Raises
-    ------
-    CannotMakeError
-        If a rule is broken and that was ruled out, or if a check objects.
+    CannotMakeError is raised if a rule is broken and that was ruled out, or if a check objects.
     """
     preflight, report = write_plan(job, folder, progress, start=start)
     progress("verify", 0, 1)
     proof = prove_plan(folder)
     if not proof.ok:
-        raise CannotMakeError(_disproved(proof))
+        lines = [
+            f"\n  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
+            for check in proof.checks
+            if not check.ok
+        ]
+        raise CannotMakeError(  # a defect of fabweave's and never the user's
+            f"the written files did not pass {len(lines)} checks, so nothing was kept; "
+            f"please report this with the mesh and the command:{''.join(lines)}"
+        )
     missing = show_job(job, report, folder, progress, start=start)
-    write_contents(folder)
+    job_folder.write_contents(folder)
     proof = sealed(proof, folder)
     write_proof(folder, proof)
     return FinishedJob(job, proof, preflight, missing)
 
 
-def _disproved(proof: VerifyReport) -> str:
-    """Say which checks objected; this is a defect of fabweave's and never the user's."""
-    failed = [check for check in proof.checks if not check.ok]
-    lines = [
-        f"  {check.name}: {check.meaning}: {'; '.join(map(str, check.findings[:2]))}"
-        for check in failed
-    ]
-    return (
-        f"the written files did not pass {len(failed)} checks, so nothing was kept; "
-        "please report this with the mesh and the command:\n" + "\n".join(lines)
-    )
+def run_job(
+    settings: Settings,
+    directory: Path,
+    progress: Progress = no_progress,
+    *,
+    mesh: PolyMesh | None = None,
+    loaded: LoadedMesh | None = None,
+    workers: int = 0,
+    executors: Executors | None = None,
+    replaced: Collection[Path] = (),
+    recorded: Path | None = None,
+) -> FinishedJob:
+    """Make a job, write its folder, and prove the written files: every check holds, or it raises.
+
+    InputError is raised for bad input or settings, or a folder with anything else in it;
+    CannotMakeError for what cannot be made as asked, or if a check objects to the written files.
+
+    Parameters
+    ----------
+    settings, directory, progress
+        The directory is new, empty, or has nothing but an older job, which is then replaced.
+    mesh : PolyMesh, optional
+        A mesh from memory, in place of the file; it is kept in the folder under that name.
+    loaded : LoadedMesh, optional
+        What the settings make of the mesh, if that is known already.
+    workers, executors
+        Processes beside this one, and what opens other ones to nest very many pieces; the same
+        bytes are written with any.
+    replaced : collection of Path
+        Files of that older job that may have been changed, as the settings were read from them.
+    recorded : Path, optional
+        The crossing map of this very job: pieces lie as it says, and are not nested.
+    """
+    job_folder.clear_abandoned(directory)
+    source = None if mesh is not None else settings.mesh.source
+    job_folder.check_destination(directory, replaced, mesh=source)
+    with ExitStack() as stack:
+        start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
+        nesting = executors or processes(workers)
+        job = make_job(
+            settings, progress, mesh=mesh, loaded=loaded, start=start, executors=nesting,
+            recorded=recorded,
+        )  # fmt: skip
+        # Processes end before the folder is moved, or removed: no file comes to it late.
+        with told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
+            return write_and_prove(job, new, progress, start)

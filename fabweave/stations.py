@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, TypeVar
+from functools import cached_property
+from typing import Any
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
@@ -10,19 +11,33 @@ from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings, settings_from_options
-from fabweave.plan.ask import complete_settings, load_asked, settle_grain
+from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.ribbon.lay import WovenObject, keep_clear, lay_object
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
-_Station = TypeVar("_Station")
+
+def views(settings: Settings) -> dict[str, tuple[Any, ...]]:
+    """Return for each station the settings that it depends on beside those of the ones before."""
+    mesh, weave, stock, search = settings.mesh, settings.weave, settings.stock, settings.search
+    material = stock.material, stock.library, stock.thickness_mm
+    seed = search.seed if mesh.remeshed else None
+    # A mesh is faired for what its ribbons are cut from.
+    faired_for = material if mesh.faired else None
+    return {
+        "loaded": (mesh, weave.course, weave.triaxial, seed, faired_for),
+        "weave": (weave, search if weave.pattern == "twill" else None),
+        "ribbons": (settings.ribbons, *material),
+        "planned_first": (settings.pieces, stock),
+        "layout": (search,),
+    }
 
 
 @frozen_value
-class Request:
-    """What has been asked for so far.
+class Stations:
+    """The stations of a job, each made when it is first asked for.
 
     Parameters
     ----------
@@ -38,159 +53,72 @@ class Request:
     options: Mapping[str, Any]
     given: PolyMesh | None = None
 
-    @property
+    def also(self, options: Mapping[str, Any]) -> "Stations":
+        """Return the stations with more options, of which later ones win: what they leave stays."""
+        other = Stations(self.mesh, {**self.options, **options}, self.given)
+        before, now = views(self.settings), views(other.settings)
+        for name in before:
+            if before[name] != now[name]:
+                break
+            if name in vars(self):
+                other.know(**{name: vars(self)[name]})
+        return other
+
+    def know(self, **stations: Any) -> None:
+        """Take stations that were made elsewhere, so that they are not made here."""
+        vars(self).update(stations)
+
+    @cached_property
     def settings(self) -> Settings:
-        """The settings that the options come to."""
+        """What the options come to."""
         return settings_from_options(self.mesh, **self.options)
 
-    def also(self, options: Mapping[str, Any]) -> "Request":
-        """Return the request with more options; later ones win."""
-        return Request(self.mesh, {**self.options, **options}, self.given)
+    @cached_property
+    def completed(self) -> tuple[Settings, Supplies]:
+        """The settings with what was left to fabweave, and what bunches are cut from."""
+        return complete_settings(self.settings)
 
+    @cached_property
+    def loaded(self) -> LoadedMesh:
+        """The mesh."""
+        return load_asked(self.settings, given_mesh=self.given)
 
-def mesh_view(settings: Settings) -> tuple[Any, ...]:
-    """Return all settings that a loaded mesh depends on: where they are equal, the mesh is."""
-    mesh, weave, stock = settings.mesh, settings.weave, settings.stock
-    seed = settings.search.seed if mesh.remeshed else None
-    # A mesh is faired for what its ribbons are cut from.
-    material = (stock.material, stock.materials, stock.thickness_mm) if mesh.faired else None
-    return mesh, weave.course, weave.triaxial, seed, material
+    @cached_property
+    def weave(self) -> WovenMesh:
+        """The mesh, woven."""
+        return weave_mesh(self.loaded, self.settings.weave, self.settings.search)
 
+    @cached_property
+    def ribbons(self) -> WovenObject:
+        """The woven object with ribbons as wide as asked."""
+        settings, supplies = self.completed
+        supplies.require(self.weave.bunches)
+        return lay_object(self.weave, settings.ribbons, supplies)
 
-def weave_view(settings: Settings) -> tuple[Any, ...]:
-    """Return all settings that a weave depends on."""
-    search = settings.search if settings.weave.pattern == "twill" else None
-    return (*mesh_view(settings), settings.weave, search)
+    @cached_property
+    def clear_ribbons(self) -> WovenObject:
+        """The woven object with ribbons that keep clear of one another."""
+        settings, supplies = self.completed
+        return keep_clear(self.ribbons, settings.ribbons, supplies)
 
+    @cached_property
+    def planned_first(self) -> PlannedJob:
+        """The pieces, with the settings that they were planned by."""
+        return plan_job(self.ribbons, *self.completed)
 
-def ribbon_view(settings: Settings) -> tuple[Any, ...]:
-    """Return all settings that ribbons depend on, before pieces are planned."""
-    stock = settings.stock
-    material = stock.material, stock.materials, stock.thickness_mm
-    return (*weave_view(settings), settings.ribbons, *material)
+    @cached_property
+    def planned(self) -> PlannedJob:
+        """The pieces; options that they do not depend on, such as those of files, are as now."""
+        kept = self.planned_first.settings
+        settings = self.completed[0].but(rotations=kept.stock.rotations, up=kept.mesh.up)
+        return replace(self.planned_first, settings=settings)
 
+    @cached_property
+    def layout(self) -> Layout:
+        """Where each piece lies on which sheet."""
+        return nest_job(self.planned)
 
-def piece_view(settings: Settings) -> tuple[Any, ...]:
-    """Return all settings that pieces depend on: the sheets that they must fit, too."""
-    return (*ribbon_view(settings), settings.pieces, settings.stock)
-
-
-def layout_view(settings: Settings) -> tuple[Any, ...]:
-    """Return all settings that a layout depends on."""
-    return (*piece_view(settings), settings.search)
-
-
-@frozen_value
-class Stations:
-    """A request, and the stations of its job as far as they are known.
-
-    Parameters
-    ----------
-    request : Request
-    loaded : LoadedMesh
-    weave : WovenMesh or None
-    ribbons : WovenObject or None
-        With ribbons as wide as asked.
-    planned : PlannedJob or None
-    layout : Layout or None
-    """
-
-    request: Request
-    loaded: LoadedMesh
-    weave: WovenMesh | None = None
-    ribbons: WovenObject | None = None
-    planned: PlannedJob | None = None
-    layout: Layout | None = None
-
-    def _unless_changed(self, settings: Settings) -> "Stations":
-        """Return what stays true with other settings: a station falls, and all after it."""
-        before = self.request.settings
-        kept = self
-        if piece_view(before) != piece_view(settings):
-            kept = replace(kept, planned=None)
-        if ribbon_view(before) != ribbon_view(settings):
-            kept = replace(kept, ribbons=None, planned=None)
-        if weave_view(before) != weave_view(settings):
-            kept = replace(kept, weave=None, ribbons=None, planned=None)
-        return kept
-
-
-def there(station: _Station | None) -> _Station:
-    """Return a station that was reached.
-
-    Raises
-    ------
-    LookupError
-        If it was not.
-    """
-    if station is None:
-        raise LookupError("this station of the job was not reached")
-    return station
-
-
-def loaded(request: Request) -> Stations:
-    """Load the mesh of a request."""
-    return Stations(request, load_asked(request.settings, given_mesh=request.given))
-
-
-def woven(known: Stations, options: Mapping[str, Any]) -> Stations:
-    """Weave the mesh, with more options."""
-    request = known.request.also(options)
-    settings = request.settings
-    if mesh_view(known.request.settings) != mesh_view(settings):
-        known = loaded(request)
-    known = replace(known._unless_changed(settings), request=request)
-    weave = known.weave or weave_mesh(known.loaded, settings.weave, settings.search)
-    return replace(known, weave=weave)
-
-
-def with_ribbons(known: Stations, options: Mapping[str, Any]) -> Stations:
-    """Lay ribbons as wide as asked, with more options."""
-    known = woven(known, options)
-    settings, supplies = completed(known)
-    weave = there(known.weave)
-    supplies.require(weave.bunches)
-    return replace(known, ribbons=known.ribbons or lay_object(weave, settings.ribbons, supplies))
-
-
-def with_pieces(known: Stations, options: Mapping[str, Any]) -> Stations:
-    """Split threads into pieces, with more options."""
-    known = with_ribbons(known, options)
-    ribbons = there(known.ribbons)
-    settings, supplies = completed(known)
-    settings, supplies = settle_grain(ribbons, settings, supplies)
-    planned = known.planned or plan_job(ribbons, settings, supplies)
-    # Options that pieces do not depend on, such as those of files, may be others.
-    return replace(known, planned=replace(planned, settings=settings, supplies=supplies))
-
-
-def with_layout(known: Stations, options: Mapping[str, Any]) -> Stations:
-    """Nest the pieces, with more options."""
-    known = with_pieces(known, options)
-    return replace(known, layout=nest_job(there(known.planned)))
-
-
-def with_files(known: Stations, options: Mapping[str, Any]) -> Stations:
-    """Return the stations with options of files; if others are among them, nest once more."""
-    settings = known.request.also(options).settings
-    if layout_view(settings) != layout_view(known.request.settings):
-        return with_layout(known, options)
-    return with_pieces(known, options)
-
-
-def completed(known: Stations) -> tuple[Settings, Supplies]:
-    """Return the settings with what was left to fabweave, and what bunches are cut from."""
-    return complete_settings(known.request.settings)
-
-
-def clear_ribbons(known: Stations) -> WovenObject:
-    """Return the woven object with ribbons that keep clear of one another."""
-    known = with_ribbons(known, {})
-    settings, supplies = completed(known)
-    return keep_clear(there(known.ribbons), settings.ribbons, supplies)
-
-
-def asked_colours(known: Stations, object_: WovenMesh) -> Colours:
-    """Return the colours of all passes, as they were asked for."""
-    settings, supplies = completed(known)
-    return woven_colours(object_, settings.pieces.colours, supplies)
+    def colours(self, woven: WovenMesh) -> Colours:
+        """Return the colours of all passes, as they were asked for."""
+        settings, supplies = self.completed
+        return woven_colours(woven, settings.pieces.colours, supplies)

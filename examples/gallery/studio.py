@@ -47,7 +47,8 @@ class Exhibit:
 
     def figures(self) -> dict[str, Any]:
         """Return what the page tells of it, in the order of its columns."""
-        weave = fw.Weave(self.ribbons.stations, self.mesh)
+        stations = self.ribbons.stations
+        weave = fw.Weave(stations, stations.weave)
         pattern = weave.pattern if weave.exact else f"{weave.pattern}, inexact"
         row = {"weave": pattern, "threads": len(weave.threads), "crossings": len(weave.crossings)}
         if self.layout is None:

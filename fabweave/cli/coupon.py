@@ -11,35 +11,35 @@ from fabweave.core.parallel.interrupt import held_back
 
 @click.command()
 @click.argument("directory", required=False, type=click.Path(path_type=Path))
-@click.option("--material", metavar="NAME", help="What it is cut from. [default: the job's]")
-@table_option("materials")
+@click.option("--material", metavar="NAME", help="The material to test. [default: the job's]")
+@table_option("library")
 @click.option("--thickness", type=Length(100.0), help="Measured thickness. [default: the job's]")
-@click.option(
-    "--hole", type=Length(1000.0), help="Hole for the fastener. [default: the job's, or 3.3mm]"
-)
+@table_option("fastener")
 @folder_option(
-    "A folder of its own for coupon.dxf, .svg, .png and .txt; an older coupon there is replaced."
+    "A folder of its own for coupon.dxf, .svg, .png and .txt. It replaces an older coupon."
 )
 def coupon(
     directory: Path | None,
     material: str | None,
-    materials: tuple[str, ...],
+    library: tuple[str, ...],
     thickness: float | None,
-    hole: float | None,
+    fastener: str | None,
     output: Path,
 ) -> None:
     """Draw a test coupon to cut first: holes, kerf, a lap, lettering and a bend.
 
-    With the folder of a finished job, its material, hole, laps, ribbons and tightest bend.
-    coupon.txt says what to measure, and which option to set by it.
+    In the folder of a finished job it finds material, hole, laps, ribbons and tightest bend.
+    coupon.txt says what to measure, and which option to set.
     """
     with held_back():
         from fabweave.options.user_files import user_entries
         from fabweave.plan.coupon_job import check_coupon_folder, coupon_for, write_coupon
+        from fabweave.stock.hardware import parse_fastener
 
     check_coupon_folder(output)
-    own = () if material is None else user_entries("materials", materials)
-    planned = coupon_for(directory, material, thickness, hole, own)
+    own = () if material is None else user_entries("library", library)
+    hole_mm = parse_fastener(fastener).hole_mm
+    planned = coupon_for(directory, material, thickness, hole_mm, own)
     write_coupon(planned, output)
     click.echo(
         f"coupon: {planned.material.description}; hole "

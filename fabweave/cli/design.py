@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=SectionedCommand)
+@folder_option("Folder for the designs. A search that was stopped goes on there.")
 @job_options(making=True)
-@folder_option("Folder for what is found. A search that was stopped goes on there.")
 @click.option(
     "--tries",
     type=click.IntRange(1, 1000),
@@ -47,11 +47,10 @@ def design(
 ) -> None:
     """Try designs of MESH from coarse to fine, and show which can be built and what they take.
 
-    Each goes through everything up to its pieces: meshes of quads and of triangles, plain weave and
-    twill, wider and narrower ribbons. What you ask for with options is the same in all of them.
-    Where few can be built, others are tried near these; where none can, it is said why, and what
-    would help. Each is told as soon as it was tried. The page design.html shows them with pictures,
-    figures and the exact fabweave make command of each.
+    It plans the pieces of each design: on meshes of quads and of triangles, in plain weave and
+    twill, with wider and narrower ribbons. All of them keep the options that you give. Where few
+    can be built, it tries others near these. Where none can, it says why, and what would help. The
+    page design.html shows pictures, figures and the exact fabweave make command of each.
 
     \b
     Examples:
@@ -63,6 +62,7 @@ def design(
         from fabweave.core.parallel.executors import processes
         from fabweave.design.job import run_design
         from fabweave.design.page import best_of, design_json, told_design
+        from fabweave.design.search import Trials
         from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
@@ -74,7 +74,7 @@ def design(
             if not (quiet or as_json):
                 progress.say(told_design(candidate))
 
-        found = run_design(settings, output, progress, count=tries, executors=executors, told=tell)
+        found = run_design(Trials(settings, progress, executors, told=tell), output, tries)
     if as_json:
         click.echo(
             design_json(object_title(settings.mesh.source, settings.mesh.title), found), nl=False
@@ -102,7 +102,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
             console.print(f"  {candidate.command}", markup=False)
     if found.why:
         console.print(found.why, style="yellow", markup=False)
-        for helps in (one.candidate for one in found.instead):
+        for helps in (one.candidate for one in found.alternatives):
             if helps.makeable and helps.figures is not None:
                 console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
     same = f" ({found.same} more came to the same as one of these)" if found.same else ""

@@ -12,13 +12,22 @@ from fabweave.core.parallel.interrupt import held_back
 #: In the order in which a reader needs them. The page of a topic is the file of its name.
 TOPICS = (
     "design",
+    "meshes",
+    "openings",
+    "materials",
     "weaves",
+    "twill",
+    "pieces",
     "joints",
+    "fasteners",
     "stock",
     "machines",
+    "services",
     "assembling",
     "files",
+    "map",
     "python",
+    "mending",
     "troubleshooting",
 )
 #: Notes to whoever tests the pages, and pictures; a terminal shows neither.

@@ -41,40 +41,39 @@ _COMMAND = "fabweave make "
     "--png",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write a picture: the mesh with its irregular vertices, the woven object, and designs "
-    "from coarse to fine that were tried.",
+    help="Write a picture of the mesh with its irregular vertices, the woven object, and designs "
+    "from coarse to fine.",
 )
 @click.option(
     "--pd",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write the link that the threads form as a planar diagram code (PD), for knot theory; "
-    "closed meshes of genus 0 only.",
+    help="Write the link of the threads as a planar diagram code (PD), for knot theory. It needs a "
+    "closed mesh of genus 0.",
 )
 @click.option(
     "--gauss",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write the signed Gauss code of the threads, a line each, for knot theory; meshes of any "
-    "genus.",
+    help="Write the signed Gauss code of the threads, a line each, for knot theory.",
 )
 @click.option(
     "--edges",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write the twist of every edge, a line such as 0,1,-1 each, which --twists reads again.",
+    help="Write the twist of every edge in lines such as 0,1,-1, which --twists reads.",
 )
 @click.option(
     "--thorough",
     is_flag=True,
-    help="Plan the pieces and look for every remedy however large the mesh is. Without it, what "
-    "takes long is left out above some thousand crossings, and the answer says what.",
+    help="Plan the pieces and look for every remedy, however large the mesh is. Without it, the "
+    "answer leaves out what takes long above some thousand crossings, and says so.",
 )
 @click.option(
     "--designs",
     is_flag=True,
-    help="Try designs from coarse to fine, which takes a minute or so. Without it they are tried "
-    "where the mesh cannot be built as asked.",
+    help="Try designs from coarse to fine, which takes a minute or so. Without it, inspect does so "
+    "only where the mesh cannot be built.",
 )
 @verbose_option
 @json_option
@@ -92,8 +91,8 @@ def inspect(
 ) -> None:
     """Tell what MESH is, whether it can be built, what would help, and what can be woven on it.
 
-    The answer takes some seconds; -v tells everything. Options that change the mesh, its weave or
-    its ribbons are those of fabweave make, so that each can be tried here first.
+    The answer takes some seconds; -v prints everything. Try here first the options of fabweave make
+    that change the mesh, its weave or its ribbons.
 
     \b
     Examples:

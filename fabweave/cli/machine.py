@@ -4,16 +4,15 @@ from typing import Any
 
 import click
 
+from fabweave.cli.options import table_options
 from fabweave.core.parallel.interrupt import held_back
-
-#: What is asked for a new profile, where nothing is stated: most machines differ in these.
-_ASKED = ("preset", "kerf", "svg_units", "dxf", "cut_order", "paper")
+from fabweave.options.machines import machine_options
 
 
 @click.group(invoke_without_command=True)
 @click.pass_context
 def machine(ctx: click.Context) -> None:
-    """List machine profiles: what --machine may name, and what each sets."""
+    """List machine profiles: what --machine takes, and what each sets."""
     if ctx.invoked_subcommand is not None:
         return
     with held_back():
@@ -33,38 +32,27 @@ def _told(value: Any) -> str:
 
 @machine.command()
 @click.argument("name")
-@click.option(
-    "--set",
-    "told",
-    multiple=True,
-    metavar="OPTION=VALUE",
-    help="An option of the machine, such as kerf=0.15mm; without any, they are asked for.",
-)
+@table_options(machine_options())
 @click.option("--force", is_flag=True, help="Replace a profile of that name.")
-def new(name: str, told: tuple[str, ...], force: bool) -> None:
+def new(name: str, force: bool, **options: Any) -> None:
     """Write a machine profile NAME of your own, which --machine NAME then uses.
+
+    Without options, it asks for what differs most from machine to machine.
 
     \b
     Examples:
-      fabweave machine new cellar --set preset=lightburn --set kerf=0.15mm
+      fabweave machine new cellar --preset lightburn --kerf 0.15mm --bed 600x400mm
       fabweave make cow.obj --size 400mm --machine cellar -o cow
     """
     with held_back():
-        from fabweave.core.errors import InputError
-        from fabweave.options.machines import machine_options, write_profile
+        from fabweave.options.machines import write_profile
 
-    table: dict[str, Any] = {}
-    for one in told:
-        key, equals, value = one.partition("=")
-        if not equals:
-            raise InputError(f"--set {one}: write OPTION=VALUE, such as kerf=0.15mm")
-        table[key.removeprefix("machine.").replace("-", "_")] = value
-    if not told:
-        for option in machine_options():
-            if option.name in _ASKED:
-                click.echo(f"\n{option.text}")
-                usual = "" if option.default in (None, 0.0) else str(option.default)
-                answer = click.prompt(option.name, default=usual)
-                if answer and answer != usual:
-                    table[option.name] = answer
+    table = {key: value for key, value in options.items() if value not in (None, False, ())}
+    for option in machine_options() if not table else ():
+        if option.brief:
+            click.echo(f"\n{option.brief}")
+            usual = "" if option.default in (None, 0.0) else str(option.default)
+            answer = click.prompt(option.shown, default=usual, show_default=bool(usual))
+            if answer and answer != usual:
+                table[option.name] = answer
     click.echo(f"Written: {write_profile(name, table, replace=force)}")

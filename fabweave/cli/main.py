@@ -64,7 +64,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         cli.main(arguments, standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        click.echo("stopped; nothing was written", err=True)
+        click.echo("stopped; fabweave wrote nothing", err=True)
         sys.exit(130)
     except click.NoSuchOption as error:
         # Of those that resemble it, click tells all by the alphabet; the nearest is meant.

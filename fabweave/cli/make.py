@@ -75,7 +75,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     from rich.console import Console
 
     from fabweave.estimate.texts import costs_text
-    from fabweave.plan.preflight.rules import flaw_lines
+    from fabweave.plan.preflight.rules import finding_lines
     from fabweave.plan.verdict import verdict_text
 
     job, proof, found, missing = made
@@ -95,8 +95,8 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         console.print("Leave out --effort quick for fewer or fuller sheets.", markup=False)
     console.print(costs_text(job.costs), markup=False)
     # Widths and bends are among the verdict's reasons already.
-    told = [flaw for flaw in found.flaws if flaw.rule not in ("width", "bend")]
-    for line in flaw_lines(tuple(told)) if found.flaws else [found.all_clear]:
+    told = [one for one in found.findings if one.rule not in ("width", "bend")]
+    for line in finding_lines(told) if found.findings else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
     if job.offcuts:
         console.print(
@@ -129,19 +129,19 @@ def main_notes(notes: Sequence[str]) -> list[str]:
 
 
 @click.command(cls=SectionedCommand)
+@folder_option("Folder for the job; it replaces an older job there.")
 @job_options(making=True)
-@folder_option("Folder for the job; an older job there is replaced.")
 @click.option(
     "--pieces",
     type=click.IntRange(1),
     metavar="N",
-    help="About so many pieces; mesh, pattern and width follow.",
+    help="About so many pieces: fabweave picks mesh, pattern and width.",
 )
 @click.option(
     "--goal",
     default="",
     metavar="WISHES",
-    help="Wishes: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
+    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
 )
 @cluster_option("Nest very many pieces")
 @json_option
@@ -158,7 +158,7 @@ def make(
     mesh: str | None,
     **options: Any,
 ) -> None:
-    """Weave MESH, a file or a shape:NAME, and write all that is needed to cut it.
+    """Weave MESH, a file or a shape:NAME, and write everything to cut it.
 
     \b
     Examples:
@@ -172,6 +172,7 @@ def make(
         from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
         from fabweave.design.making import make_or_advise, meet_wishes
+        from fabweave.design.search import Trials
         from fabweave.design.wishes import parse_wishes
 
     wishes = parse_wishes(goal, pieces)
@@ -185,9 +186,8 @@ def make(
     with progress_bar(quiet or as_json) as progress:
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            settings, why = meet_wishes(
-                settings, wishes, progress, executors=executors or processes(workers)
-            )
+            trials = Trials(settings, progress, executors or processes(workers))
+            settings, why = meet_wishes(trials, wishes)
         made, _, coarser = make_or_advise(
             settings,
             output,

@@ -35,32 +35,31 @@ def shapes(png: Path | None) -> None:
 
 
 @click.command()
-@table_option("targets")
-def targets(targets: tuple[str, ...]) -> None:
-    """List those who cut, and what they ask of the pieces; t is the thickness.
+@table_option("rules")
+def targets(rules: tuple[str, ...]) -> None:
+    """List who cuts for you, and what each asks of the pieces; t is the thickness.
 
-    Your own are in files such as examples/targets.toml: in those that --targets names, and in
-    targets.toml in the configuration folder.
+    fabweave reads your own from targets.toml in its configuration folder, and from --rules FILE.
     """
     with held_back():
         from fabweave.options.user_files import OURS, all_entries, user_file
         from fabweave.sheet.targets import targets as our_targets
 
-    for target, source in all_entries("targets", our_targets(), targets):
+    for target, source in all_entries("rules", our_targets(), rules):
         click.echo(target.name + ("" if source == OURS else f"  (from {source})"))
         click.echo(f"    {target.title}")
         for line in target.rules:
             click.echo(f"      {line}")
-    click.echo(f"Your own: --targets FILE, or {user_file('targets')}")
+    click.echo(f"Your own: {user_file('rules')}, or --rules FILE")
 
 
 @click.command()
-@table_option("materials")
-def materials(materials: tuple[str, ...]) -> None:
-    """List the materials that there are: the library, and your own.
+@table_option("library")
+def materials(library: tuple[str, ...]) -> None:
+    """List the materials: those of fabweave, and your own.
 
-    Your own are in files such as examples/materials.toml: in those that --materials names, and in
-    materials.toml in the configuration folder.
+    fabweave reads your own from materials.toml in its configuration folder, and from --library
+    FILE.
     """
     with held_back():
         from rich.console import Console
@@ -73,7 +72,7 @@ def materials(materials: tuple[str, ...]) -> None:
     name = Column("name", no_wrap=True)
     table = Table(name, "material", "thickness, mm", "gap, mm", "sheet, mm", box=None)
     own: dict[str, list[str]] = {}
-    for material, source in all_entries("materials", material_library(), materials):
+    for material, source in all_entries("library", material_library(), library):
         wide, high = material.sheet_mm
         if source != OURS:
             own.setdefault(source, []).append(material.name)
@@ -87,4 +86,4 @@ def materials(materials: tuple[str, ...]) -> None:
     Console(highlight=False).print(table)
     for source, names in own.items():
         click.echo(f"* from {source}: {', '.join(names)}")
-    click.echo(f"Your own: --materials FILE, or {user_file('materials')}")
+    click.echo(f"Your own: {user_file('library')}, or --library FILE")

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     help="What to write: .glb (metres), .obj, .ply, .stl, .3mf, .3dm (Rhino; needs the extra "
     "rhino) or .png (a picture). All but .glb are in millimetres.",
 )
-@click.option("--yarn", is_flag=True, help="Round yarns, as thick as they have room, not ribbons.")
+@click.option(
+    "--yarn", is_flag=True, help="Make round yarns, as thick as they have room, not ribbons."
+)
 @click.option(
     "--yarn-radius", type=Length(1000.0), help="One radius for all yarns (implies --yarn)."
 )
@@ -44,16 +46,16 @@ if TYPE_CHECKING:
     "views",
     type=Direction(),
     multiple=True,
-    help="For a picture: from where, in degrees around the upward axis and above the horizon, "
-    "e.g. -60,30; repeat it for several side by side. [default: fabweave chooses]",
+    help="View of a picture: degrees around the upward axis and above the horizon, e.g. -60,30. "
+    "Repeat it for several side by side. [default: fabweave chooses]",
 )
 @click.option(
     "--show",
     type=click.Choice(("weave", "twists", "faults", "seams")),
     default="weave",
     show_default=True,
-    help="What a picture shows: the weave; or on the mesh, edges by the sense of their twist, the "
-    "conditions of a 2/2 twill that are broken, or the seams where its diagonal changes direction.",
+    help="What a picture shows: the weave, edges by the sense of their twist, the broken "
+    "conditions of a 2/2 twill, or the seams where its diagonal changes direction.",
 )
 @json_option
 @quiet_option
@@ -71,8 +73,8 @@ def model(
 ) -> None:
     """Weave MESH and write the woven object as a 3-D model or a picture; nothing is cut.
 
-    Ribbons are sheets, but in .stl and .3mf, which are for printing, they are solids as thick as
-    the material. Yarns are closed tubes that do not touch.
+    Ribbons are sheets. In .stl and .3mf, which are for printing, they are solids as thick as the
+    material. Yarns are closed tubes that do not touch.
 
     \b
     Examples:

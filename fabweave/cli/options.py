@@ -1,7 +1,7 @@
 """The options of the main job on the command line, made of the table of options."""
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -17,16 +17,10 @@ from fabweave.options.table import OPTIONS, option_named
 
 Decorator: TypeAlias = Callable[[Any], Any]
 
-#: The section of options that are not in the table.
-REST = "Output"
-#: The first help, in the order in which a maker decides; what it leaves out, ``--help-all`` tells.
-FIRST = (
-    "size", "up", "bodies", "remesh", "refine", "pattern", "boundary", "width", "pieces", "goal",
-    "material", "thickness", "sheet", "stock", "joint", "fasten", "labels", "colours", "machine",
-    "effort", "seed", "config", "set_", "force", "output",
-)  # fmt: skip
-#: What few have: it is told by ``--help-all``.
-_RARE = ("cluster",)
+#: The sections of options that are not in the table: they stand before and after all others.
+OUTPUT, REST = "Output", "Besides"
+#: What few have: ``--help-all`` shows it.
+_RARE = ("cluster", "goal")
 #: Longer rows of words give way to a name for them in the first help, and longer defaults to none.
 _LONGEST_METAVAR = 16
 #: How ``--set`` says what has no value.
@@ -82,7 +76,9 @@ class TableOption(click.Option):
         metavar = "" if self.option.kind.flag else self.option.metavar
         if len(metavar) > _LONGEST_METAVAR:
             metavar = "NAME"
-        brief = self.option.brief + f" [{usual}]" * (0 < len(usual) < _LONGEST_METAVAR)
+        brief = (self.option.brief or self.option.text) + f" [{usual}]" * (
+            0 < len(usual) < _LONGEST_METAVAR
+        )
         return f"{self.option.flag} {metavar}".rstrip(), brief
 
 
@@ -110,23 +106,18 @@ class SectionedCommand(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options that makers change from job to job; or all, in their sections."""
         parameters = [one for one in self.get_params(ctx) if isinstance(one, click.Option)]
-        if not _asks_all(ctx):
-            rank = {name: at for at, name in enumerate(FIRST)}
-            first = [
-                one
-                for one in parameters
-                if (one.option.brief if isinstance(one, TableOption) else one.name not in _RARE)
-            ]
-            first.sort(key=lambda one: rank.get(str(one.name), len(rank)))
-            with formatter.section("Options"):
-                formatter.write_dl([row for one in first if (row := one.get_help_record(ctx))])
-            return
-        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (*SECTIONS, REST)}
+        rows: dict[str, list[tuple[str, str]]] = {title: [] for title in (OUTPUT, *SECTIONS, REST)}
         for one in parameters:
-            record = one.get_help_record(ctx)
+            if isinstance(one, TableOption):
+                section, first = one.option.section, one.option.first
+            else:
+                section = OUTPUT if one.name == "output" else REST
+                first = one.name not in _RARE
+            record = one.get_help_record(ctx) if first or _asks_all(ctx) else None
             if record is not None:
-                section = one.option.section if isinstance(one, TableOption) else REST
                 rows[section].append(record)
+        if not _asks_all(ctx):
+            rows = {"Options": [record for records in rows.values() for record in records]}
         for title, records in rows.items():
             if records:
                 with formatter.section(title):
@@ -148,13 +139,13 @@ def job_options(*, making: bool = False) -> Decorator:
         click.option(
             "--machine",
             metavar="NAME|FILE",
-            help="Profile of the laser: colours, kerf ... (fabweave machine).",
+            help="Profile of your machine: colours, kerf, bed ... (fabweave machine).",
         ),
         click.option(
             "--config",
             type=click.Path(path_type=Path),
             metavar="FILE",
-            help="The job.toml of a finished job; what is typed wins.",
+            help="The job.toml of a finished job; what you type wins.",
         ),
         click.option(
             "--set",
@@ -163,8 +154,13 @@ def job_options(*, making: bool = False) -> Decorator:
             metavar="NAME=VALUE",
             help="Any other option, such as ribbons.clearance=0.2mm.",
         ),
-        *(table_option(option.name) for option in OPTIONS[1:] if making or not option.making),
+        table_options(option for option in OPTIONS[1:] if making or not option.making),
     ]
+    return _all_of(parameters)
+
+
+def _all_of(parameters: Sequence[Decorator]) -> Decorator:
+    """Return what gives a command all of some parameters, in their order."""
 
     def give(command: Any) -> Any:
         for parameter in reversed(parameters):
@@ -172,6 +168,11 @@ def job_options(*, making: bool = False) -> Decorator:
         return command
 
     return give
+
+
+def table_options(options: Iterable[Option]) -> Decorator:
+    """Return what gives a command some options of the table."""
+    return _all_of([table_option(option.name) for option in options])
 
 
 class _Folder(click.Path):
@@ -197,7 +198,7 @@ def folder_option(text: str) -> Decorator:
 
 
 def cluster_option(work: str) -> Decorator:
-    """Return what gives a command other computers to do its work, told as in "Nest them"."""
+    """Return what gives a command other computers to do its work, worded as in "Nest them"."""
     return click.option(
         "--cluster",
         metavar="ADDRESS",

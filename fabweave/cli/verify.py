@@ -27,20 +27,20 @@ _UNITS = {"_mm": " mm", "_mm2": " mm²", "_deg": "°"}
 @click.option(
     "--remake",
     is_flag=True,
-    help="Make the job again from its job.toml, too, and compare every file byte for byte.",
+    help="Also make the job again from its job.toml, and compare every file byte for byte.",
 )
 @click.option(
     "--papers",
     is_flag=True,
-    help="The same without nesting: pieces lie as the crossing map says. It is much quicker.",
+    help="As --remake, but pieces lie as the crossing map says, which is much quicker.",
 )
 @json_option
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing; read the exit code.")
 def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bool) -> None:
     """Read the files of a finished job back and prove that they rebuild the weave.
 
-    Exit code 0: every check holds. 1: some do not, and each says what it found.
-    With --remake or --papers, the mesh that the job names has to be where it was.
+    The exit code is 0 if every check holds, else 1. Each check that fails says what it found.
+    --remake and --papers need the mesh where the job names it.
     """
     with held_back():
         from rich.console import Console
@@ -80,8 +80,8 @@ def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bo
         with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
             file.write("\n\n".join(faults))
         click.echo(
-            f"fabweave: the verifier itself failed {len(faults)} times, which says nothing about "
-            f"the job; please report it with {name} and, if you may share it, the job",
+            f"fabweave: the verifier itself failed {len(faults)} times. That says nothing about "
+            f"the job. Please report it with {name} and, if you may share it, the job",
             err=True,
         )
     if again is not None and not quiet and not as_json:

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from fabweave.options.settings import Settings, settings_table
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.loss_picture import loss_legend, loss_tiles
-from fabweave.picture.object_picture import opposite_view, png_bytes, weave_picture
+from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
@@ -176,7 +177,7 @@ def try_design(
     Trial
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
-    command = long_command(settings)
+    candidate = partial(Candidate, key=key, name=name, command=long_command(settings))
     loaded = laid = None
     try:
         complete, supplies = complete_settings(settings.but(force=True))
@@ -187,35 +188,18 @@ def try_design(
         if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
             nest_job(planned)
     except FabweaveError as error:
-        candidate = Candidate(
-            key=key,
-            name=name,
-            command=command,
-            verdict=refused(str(error)),
-            figures=None,
-            excess=None if laid is None else _stiffness(laid, complete, supplies),
-        )
+        far = None if laid is None else _stiffness(laid, complete, supplies)
+        failed = candidate(verdict=refused(str(error)), figures=None, excess=far)
         remeshed = None if loaded is None else loaded.remeshed
-        return Trial(Tried(candidate=candidate, picture=None), remeshed)
-    picture = weave_picture(
-        planned.woven.ribbons,
-        planned.colours,
-        size_px=PICTURE_PX,
-        view=VIEW,
-        floor=False,
-    )
+        return Trial(Tried(candidate=failed, picture=None), remeshed)
+    ribbons, colours = planned.woven.ribbons, planned.colours
+    picture = weave_picture(ribbons, colours, size_px=PICTURE_PX, view=VIEW, floor=False)
     if loaded.loss is not None:
-        tiles = loss_tiles(loaded.loss, (VIEW, opposite_view(VIEW)), (LOSS_PX, LOSS_PX))
+        tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
-    candidate = Candidate(
-        key=key,
-        name=name,
-        command=command,
-        verdict=verdict,
-        figures=_figures(planned),
-        excess=round(excess(planned.check.findings), 4),
-    )
-    return Trial(Tried(candidate=candidate, picture=png_bytes(picture)), loaded.remeshed)
+    far = round(excess(planned.check.findings), 4)
+    found = candidate(verdict=verdict, figures=_figures(planned), excess=far)
+    return Trial(Tried(candidate=found, picture=png_bytes(picture)), loaded.remeshed)
 
 
 def _stiffness(laid: WovenObject, settings: Settings, supplies: Supplies) -> float:
@@ -256,13 +240,7 @@ def _figures(planned: PlannedJob) -> Figures:
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
-    costs = pieces_costs(
-        planned.piece_set,
-        planned.woven,
-        planned.settings.pieces,
-        planned.supplies,
-        planned.settings.machine.calibrate,
-    )
+    costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
     machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import FabweaveError
-from fabweave.core.parallel.executors import Executors, finished, here
+from fabweave.core.parallel.executors import finished
+from fabweave.design.search import Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
 from fabweave.mesh.check import faces_text
 from fabweave.mesh.leave_out import parse_leave_out
@@ -16,11 +17,12 @@ from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.verdict import Verdict, excess, judge, refused
-from fabweave.ribbon.lay import check_object, keep_clear
+from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
 from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.remedy import Depth
-from fabweave.ribbon.rules.ribbon_check import check_ribbons
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.stock.ribbon_limits import thread_limits
+from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
 
 #: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
@@ -129,7 +131,14 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
     settings, supplies = complete_settings(plain)
     laid = lay_asked(loaded, settings, supplies)
     settings, supplies = settle_grain(laid, settings, supplies)
-    check = check_ribbons(
+    check = check_along(laid, settings, supplies)
+    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
+    return sorted(found, key=lambda one: one.rule != "width")
+
+
+def check_along(laid: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
+    """Check each ribbon by itself, without a search for remedies: a moment's work."""
+    return check_ribbons(
         laid.ribbons,
         laid.weave,
         laid.labels,
@@ -137,8 +146,6 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
         size_mm=laid.size_mm,
         depth=Depth.ALONG,
     )
-    found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
-    return sorted(found, key=lambda one: one.rule != "width")
 
 
 def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
@@ -171,14 +178,7 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
     return Attempt(asked, loaded, verdict)
 
 
-def coarser_meshes(
-    asked: Settings,
-    model: LoadedMesh,
-    progress: Progress = no_progress,
-    *,
-    executors: Executors = here,
-    given: PolyMesh | None = None,
-) -> list[Attempt]:
+def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
     Two at first, of quads; if neither is makeable, others beside those that cannot be built, or all
@@ -189,16 +189,12 @@ def coarser_meshes(
 
     Parameters
     ----------
-    asked : Settings
+    trials : Trials
         What is stated there stays.
     model : LoadedMesh
         As it comes.
-    progress : callable
-    executors : callable
-        Opens the executor that tries them.
-    given : PolyMesh, optional
-        A mesh from memory.
     """
+    asked, given = trials.asked, trials.given
     if model.mesh.n_faces < _STEP * FEWEST:
         return []
     most = min(_MOST, model.mesh.n_faces / _STEP)
@@ -211,18 +207,18 @@ def coarser_meshes(
         return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
 
     tried: dict[str, Attempt] = {}
-    with executors() as executor:
+    with trials.executors() as executor:
 
         def try_all(*some: Settings) -> None:
             new = {name_of(one, asked): one for one in some}
             new = {name: one for name, one in new.items() if name not in tried}
             total = len(tried) + len(new)
-            progress("meshes", len(tried), total)
+            trials.progress("meshes", len(tried), total)
             found: dict[int, Attempt] = {}
             tasks = [(one, given) for one in new.values()]
             for at, attempt in finished(executor, try_mesh, tasks):
                 found[at] = attempt
-                progress("meshes", len(tried) + len(found), total)
+                trials.progress("meshes", len(tried) + len(found), total)
             tried.update({name: found[at] for at, name in enumerate(new)})
 
         try_all(mesh(kind, 0), mesh(kind, 1))

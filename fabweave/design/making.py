@@ -1,6 +1,7 @@
 """Make what is wished for, or say what could be made in place of what cannot."""
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,14 +10,13 @@ import numpy as np
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
-from fabweave.core.parallel.executors import Executors, here, processes
+from fabweave.core.parallel.executors import Executors, processes
+from fabweave.design.alternatives import SOFT
 from fabweave.design.candidate import Candidate
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.instead import SOFT
-from fabweave.design.job import plan_designs
 from fabweave.design.moves import because, moves
 from fabweave.design.page import words
-from fabweave.design.search import explore
+from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import NARROW
 from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import FinishedJob, run_job
@@ -32,45 +32,28 @@ _LARGER = 1.6
 _MESHES, _TOLD = 4, 3
 
 
-def ways_out(
-    settings: Settings,
-    progress: Progress = no_progress,
-    *,
-    executors: Executors = here,
-    given: PolyMesh | None = None,
-) -> list[Candidate]:
-    """Return designs that can be built and are near to one that cannot.
+def buildable_designs(trials: Trials) -> list[Candidate]:
+    """Return designs that can be built and are near to one that cannot, that which is asked for.
 
     Tried are, in the order in which people prefer them: other meshes, from coarse to fine; narrower
     ribbons; a softer material; a larger size.
-
-    Parameters
-    ----------
-    settings : Settings
-        What cannot be built.
-    progress : callable
-    executors : callable
-        Opens the executor that tries them.
-    given : PolyMesh, optional
-        A mesh from memory.
 
     Returns
     -------
     list of Candidate
         Three at most; none if nothing that was tried can be built.
     """
-    asked = settings.but(effort="quick", layout=None)
-    designs = list(_designs(asked, progress, given))
-    tried = explore(asked, designs, None, progress, executors=executors, given=given)
+    trials = replace(trials, asked=trials.asked.but(effort="quick", layout=None))
+    tried = explore(trials, list(_designs(trials)))
     return [one.candidate for one in tried if one.candidate.makeable][:_TOLD]
 
 
-def ways_text(ways: list[Candidate]) -> str:
+def buildable_text(ways: list[Candidate]) -> str:
     """Return ways out as lines of a message; nothing where there are none."""
     if not ways:
         return (
             "Coarser and finer meshes, narrower ribbons, card and a larger size were tried, and "
-            "did not help. fabweave guide troubleshooting says what else may.\n"
+            "did not help. fabweave guide mending says what else may.\n"
         )
     lines = []
     for way in ways:
@@ -79,15 +62,16 @@ def ways_text(ways: list[Candidate]) -> str:
     return "These were tried, and can be built:\n" + "".join(lines)
 
 
-def _designs(asked: Settings, progress: Progress, given: PolyMesh | None) -> Iterator[Settings]:
+def _designs(trials: Trials) -> Iterator[Settings]:
     """Yield what to try, in the order in which people prefer it.
 
     Where the mesh was left to fabweave, others were tried already: what else may help is tried on
     these.
     """
-    free = asked.but(remesh=None, refine=None)
+    asked = trials.asked
+    free = replace(trials, asked=asked.but(remesh=None, refine=None))
     try:
-        meshes = plan_designs(free, 3 * _MESHES, progress, given)
+        meshes = plan_designs(free, 3 * _MESHES)
     except FabweaveError:
         meshes = []
     some = [
@@ -115,14 +99,7 @@ _FIRST, _MORE, _TRIES = 9, 4, 24
 _MADE = 3
 
 
-def meet_wishes(
-    asked: Settings,
-    wishes: Wishes,
-    progress: Progress = no_progress,
-    *,
-    executors: Executors = here,
-    given: PolyMesh | None = None,
-) -> tuple[Settings, str]:
+def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
     """Return the settings of the design that comes nearest to what is wished, and why.
 
     Designs from coarse to fine are tried first, then others beside the nearest: of other density,
@@ -130,14 +107,9 @@ def meet_wishes(
 
     Parameters
     ----------
-    asked : Settings
-        What is to be the same whatever is chosen.
+    trials : Trials
+        What is asked for there is the same whatever is chosen.
     wishes : Wishes
-    progress : callable
-    executors : callable
-        Opens the executor that tries designs; changes no result.
-    given : PolyMesh, optional
-        A mesh from memory.
 
     Raises
     ------
@@ -146,11 +118,11 @@ def meet_wishes(
     CannotMakeError
         If no design can be built.
     """
-    planned = plan_designs(asked, _TRIES, progress, given)
+    asked, planned = trials.asked, plan_designs(trials, _TRIES)
     designs, more = [], planned[:_FIRST]
     tried: list[Candidate] = []
     while more:
-        found = explore(asked, more, None, progress, executors=executors, given=given)
+        found = explore(trials, more)
         designs += more
         tried += [one.candidate for one in found]
         near = min(range(len(tried)), key=lambda at: distance(tried[at], wishes))
@@ -227,16 +199,16 @@ def make_or_advise(
             return Made(run(settings, model), settings)
         except (NotMakeableError, TooFineError) as error:
             refused, why = error, f"cannot be built ({_reason(error)})"
-    trying = processes(workers)
+    trials = Trials(settings, progress, processes(workers), mesh)
     if model is not None:
-        found = coarser_meshes(settings, model, progress, executors=trying, given=mesh)
+        found = coarser_meshes(trials, model)
         for one in found[:_MADE]:
             try:
                 made = run(one.settings, one.loaded)
                 return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
-    ways = ways_text(ways_out(settings, progress, executors=trying, given=mesh))
+    ways = buildable_text(buildable_designs(trials))
     if isinstance(refused, NotMakeableError):
         raise NotMakeableError(refused.verdict, ways)
     raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None

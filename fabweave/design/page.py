@@ -144,7 +144,7 @@ def design_page(title: str, found: Search) -> str:
         found=found,
         lying=lying_note(found),
         designs=[(names[at], tried[at], best[at]) for at in order],
-        instead=[one for one in found.instead if one.candidate.makeable],
+        alternatives=[one for one in found.alternatives if one.candidate.makeable],
         plots=plots,
         heads=[head for _, head, _ in _COLUMNS],
         rows=[_row(candidates[at], names[at]) for at in order],
@@ -230,7 +230,7 @@ def design_json(title: str, found: Search) -> str:
     document: dict[str, Any] = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
     if found.why:
         document["why"] = found.why
-        document["instead"] = [to_json(one.candidate) for one in found.instead]
+        document["instead"] = [to_json(one.candidate) for one in found.alternatives]
     return json.dumps(document, indent=1) + "\n"
 
 

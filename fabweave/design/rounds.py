@@ -1,24 +1,27 @@
 """Search designs in rounds: beside those that can be built, until enough can, or say why not."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise, zip_longest
-from pathlib import Path
 
-from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.parallel.executors import Executors, here
+from fabweave.core.arrays import frozen_value
+from fabweave.design.alternatives import (
+    Found,
+    first_alternatives,
+    nearest,
+    next_alternatives,
+    slimmed,
+    why_text,
+)
 from fabweave.design.candidate import Candidate, Figures, Tried
-from fabweave.design.instead import Found, closer, farther, instead_text, nearest, slimmed
 from fabweave.design.moves import SCHEME, density
-from fabweave.design.search import Meshes, ToldDesign, explore, tell_nobody
+from fabweave.design.search import Trials, explore
 from fabweave.design.variety import FEWEST, MOST, NARROW, fairable, two_digits
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import STEPS
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_of_field
-from fabweave.plan.ask import load_asked
 from fabweave.plan.verdict import Verdict
 
 #: Meshes with fewer faces than those tried first: they lose more of the shape, but bend less.
@@ -36,7 +39,7 @@ _TOO_WIDE = {"twist", "clearance", "layers", "crease"}
 _UNEVEN = {"width", "twist", "crease"}
 
 
-def nearer(
+def nearby_designs(
     asked: Settings,
     designs: Sequence[Settings],
     candidates: Sequence[Candidate],
@@ -218,7 +221,7 @@ class Search:
         What was tried, in its order,
     tried : tuple of Tried
         and what it came to. Of those that come to the very same, only the first is kept.
-    instead : tuple of Tried
+    alternatives : tuple of Tried
         Where none can be built: the nearest of them larger, thinner, or of card.
     why : str
         Why fewer than two can be built, and what would help, as far as that was tried; else empty.
@@ -228,7 +231,7 @@ class Search:
 
     designs: tuple[Settings, ...]
     tried: tuple[Tried, ...]
-    instead: tuple[Tried, ...] = ()
+    alternatives: tuple[Tried, ...] = ()
     why: str = ""
     same: int = 0
 
@@ -244,17 +247,7 @@ class Search:
 
 
 def search_designs(
-    asked: Settings,
-    planned: Sequence[Settings],
-    most: int,
-    folder: Path | None = None,
-    progress: Progress = no_progress,
-    *,
-    first: int | None = None,
-    executors: Executors = here,
-    given: PolyMesh | None = None,
-    meshes: Meshes | None = None,
-    told: ToldDesign = tell_nobody,
+    trials: Trials, planned: Sequence[Settings], most: int, *, first: int | None = None
 ) -> Search:
     """Try designs, and where fewer than three can be built, others near them, round after round.
 
@@ -263,66 +256,51 @@ def search_designs(
 
     Parameters
     ----------
-    asked : Settings
+    trials : Trials
     planned : sequence of Settings
         What to try, those first that tell most.
     most : int
         How many designs to try in all. Where none can be built, some more tell what would help.
-    folder, progress, executors, given, meshes, told
-        As for :func:`fabweave.design.search.explore`.
     first : int, optional
         How many of the planned designs to try before others may be chosen; all if not given.
     """
-    meshes = {} if meshes is None else meshes
+    asked = trials.asked
     designs: list[Settings] = []
     tried: list[Tried] = []
     several: bool | None = None
 
-    def explored(some: Sequence[Settings]) -> list[Tried]:
-        return explore(
-            asked,
-            some,
-            folder,
-            progress,
-            executors=executors,
-            given=given,
-            meshes=meshes,
-            told=told,
-        )
-
     more = list(planned[:first])
     while more:
         designs += more
-        tried += explored(more)
+        tried += explore(trials, more)
         found = [one.candidate for one in tried]
         room = most - len(designs)
         near: list[Settings] = []
         if sum(found[at].makeable for at in _apart(designs, found)) < ENOUGH:
             if several is None and not all(one.laid for one in found):
-                several = check_mesh(as_it_comes(asked, progress, given)).n_components > 1
-            near = nearer(asked, designs, found, several=bool(several))[: math.ceil(room / 2)]
+                several = check_mesh(trials.model()).n_components > 1
+            near = nearby_designs(asked, designs, found, several=bool(several))[
+                : math.ceil(room / 2)
+            ]
         more = near or [one for one in planned if one not in designs][:room]
     found = [one.candidate for one in tried]
     helps: list[Tried] = []
     if any(one.makeable for one in found):
-        why = instead_text(asked, found, [])
+        why = why_text(asked, found, [])
     else:
-        helps, why = _otherwise(asked, designs, found, explored)
+        helps, why = _alternatives(trials, designs, found)
     kept = _apart(designs, found)
     return Search(
         designs=tuple(designs[at] for at in kept),
         tried=tuple(tried[at] for at in kept),
-        instead=tuple(helps),
+        alternatives=tuple(helps),
         why=why,
         same=len(found) - len(kept),
     )
 
 
-def _otherwise(
-    asked: Settings,
-    designs: Sequence[Settings],
-    found: Sequence[Candidate],
-    explored: Callable[[Sequence[Settings]], list[Tried]],
+def _alternatives(
+    trials: Trials, designs: Sequence[Settings], found: Sequence[Candidate]
 ) -> tuple[list[Tried], str]:
     """Try the nearest design larger, thinner and of card; and where nothing helps, the next.
 
@@ -332,21 +310,21 @@ def _otherwise(
     why : str
         Why none can be built, and what would help.
     """
-    tried: list[Tried] = []
-    why = instead_text(asked, found, [])
+    asked, tried = trials.asked, list[Tried]()
+    why = why_text(asked, found, [])
     left = list(zip(designs, found, strict=True))
     for attempt in range(_ATTEMPTS):
         least = nearest(*zip(*left, strict=True)) if left else None
         if least is None:
             break
         slim = slimmed(asked, least)
-        some = farther(asked, slim)
-        helps = explored(some)
-        more = closer(asked, slim, _pairs(some, helps))
-        helps += explored(more)
+        some = first_alternatives(asked, slim)
+        helps = explore(trials, some)
+        more = next_alternatives(asked, slim, _pairs(some, helps))
+        helps += explore(trials, more)
         tried += helps
         other = least[1].name if attempt else None
-        told = instead_text(asked, found, _pairs([*some, *more], helps), other)
+        told = why_text(asked, found, _pairs([*some, *more], helps), other)
         built = any(one.candidate.makeable for one in helps)
         if built or not attempt:
             why = told
@@ -379,18 +357,3 @@ def _apart(designs: Sequence[Settings], found: Sequence[Candidate]) -> list[int]
 def _pairs(designs: Sequence[Settings], tried: Sequence[Tried]) -> list[Found]:
     """Return designs, each with what it came to."""
     return [(design, one.candidate) for design, one in zip(designs, tried, strict=True)]
-
-
-def as_it_comes(
-    asked: Settings, progress: Progress = no_progress, given: PolyMesh | None = None
-) -> PolyMesh:
-    """Return the model as it is loaded, before anything is done to it, at its size.
-
-    Raises
-    ------
-    InputError
-        If the mesh is bad.
-    """
-    progress("mesh", 0, 1)
-    plain = asked.but(remesh=None, refine=None, fair=0, pattern="plain")
-    return load_asked(plain, given_mesh=given).mesh

@@ -6,18 +6,18 @@ is not known.
 
 from collections.abc import Sequence
 
-from fabweave.core.records import inline, key, optional, record
+from fabweave.core.records import inline, optional, record
 
 
 @record
 class SheetAccount:
     """What becomes of a sheet: pieces without their holes, and waste, add up to its area.
 
-    Holes are waste, and told by themselves, too. ``number`` counts from 1. ``utilisation`` is the
+    Holes are waste, and told by themselves, too. ``sheet`` counts from 1. ``utilisation`` is the
     share of its pieces, and ``stock`` what it is called in the list of stock.
     """
 
-    number: int = key("sheet")
+    sheet: int
     width_mm: float
     height_mm: float
     area_mm2: float

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fabweave.core.records import record
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.plan.bill_of_materials import BillOfMaterials
-from fabweave.plan.crossing_map import CrossingMap, HoleRecord, StepRecord
+from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 
@@ -189,8 +189,8 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     for piece in crossing_map.pieces:
         for cut in piece.cutouts:
             station = piece.stations[cut.station]
-            if isinstance(cut, HoleRecord) and station.over:
-                holes[station.crossing].append(_fastening(cut.diameter_mm))
+            if cut.hole is not None and station.over:
+                holes[station.crossing].append(_fastening(cut.hole[2]))
     for crossing in crossing_map.crossings:
         if crossing.fastened is False:
             holes.pop(crossing.id, None)

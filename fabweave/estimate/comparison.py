@@ -16,7 +16,7 @@ from fabweave.piece.development import unfold_threads
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.piece.piece import Piece
 from fabweave.plan.allotment import Allotment
-from fabweave.ribbon.project import Ribbons
+from fabweave.plan.planned_job import PlannedJob
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import usable_size
 from fabweave.stock.supplies import Supplies
@@ -130,13 +130,10 @@ class Comparison:
 
 def compare_use(
     sums: SheetSums,
-    pieces: Sequence[Piece],
-    ribbons: Ribbons,
+    planned: PlannedJob,
     layout: Layout,
     allotment: Allotment,
     offcuts: Sequence[KeptOffcut],
-    *,
-    spares: int = 0,
     grain: GrainCost | None = None,
 ) -> Comparison:
     """Measure what could be, on the largest sheet that is used of each material.
@@ -145,20 +142,17 @@ def compare_use(
     ----------
     sums : SheetSums
         What the sheets come to.
-    pieces : sequence of Piece
-    ribbons : Ribbons
-        Whole threads, as wide as they are cut.
+    planned : PlannedJob
     layout : Layout
     allotment : Allotment
     offcuts : sequence of KeptOffcut
-    spares : int
-        How many of the last pieces are spares, which no whole thread has.
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
     """
+    pieces = planned.to_cut
     kept = sum(offcut.area_mm2 for offcut in offcuts)
     outlines = [shapely.Polygon(piece.outline) for piece in pieces]
-    unfolded = unfold_threads(ribbons)
+    unfolded = unfold_threads(planned.woven.ribbons)
     # Threads that cross nothing have no rungs, and are left out.
     filled = np.flatnonzero(np.diff(unfolded.offsets))
     whole = [
@@ -188,7 +182,7 @@ def compare_use(
         for way, (sizes, supply_of) in enumerate(((boxes, of_piece), (strips, of_strip))):
             count, left_out = shelf_sheets(sizes[supply_of == index], usable, gap)
             counts[way] += count, count * sheet.area_mm2, left_out
-    used, woven = sums.piece_area_mm2, len(pieces) - spares
+    used, spares = sums.piece_area_mm2, pieces[len(planned.kinds) :]
     return Comparison(
         gross=round(sums.utilisation, 6),
         net=round(used / (sums.area_mm2 - kept), 6),
@@ -197,7 +191,7 @@ def compare_use(
         bound_sheets=bound_sheets,
         best=round(used / bound_area, 6),
         rectangles=_naive(boxes, counts[0], used),
-        strips=_naive(strips, counts[1], used - sum(p.net_area_mm2 for p in pieces[woven:])),
+        strips=_naive(strips, counts[1], used - sum(p.net_area_mm2 for p in spares)),
         grain=grain,
     )
 

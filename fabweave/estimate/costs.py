@@ -5,6 +5,7 @@ Everything is a range. ``job_costs`` is for sheets that are drawn and steps that
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 
 import numpy as np
 
@@ -31,11 +32,10 @@ from fabweave.estimate.money import (
     sheet_price,
     sum_prices,
 )
+from fabweave.options.settings import Settings
 from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import PieceSet
-from fabweave.piece.settings import PieceSettings
-from fabweave.plan.bill_of_materials import BillOfMaterials
-from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
@@ -73,23 +73,11 @@ class MaterialRates:
 def material_rates(material: Material) -> MaterialRates:
     """Return the speeds and prices of a material, with those of its machine."""
     machine = machine_of(material)
-    return MaterialRates(
-        material=material.name,
-        thickness_mm=material.thickness_mm,
-        machine=machine.name,
-        speed_mm_s=material.speed_mm_s,
-        engrave_mm_s=machine.engrave_mm_s,
-        rapid_mm_s=machine.rapid_mm_s,
-        acceleration_mm_s2=machine.acceleration_mm_s2,
-        deviation_mm=machine.deviation_mm,
-        pierce_s=machine.pierce_s,
-        laser_on_s=machine.laser_on_s,
-        speed_source=material.speed_source,
-        price_per_m2=material.price_per_m2,
-        machine_per_h=material.machine_per_h,
-        currency=material.currency,
-        price_source=material.price_source,
-    )
+    # What a material says of its machine, machine_of has taken in already.
+    known = {each.name: getattr(material, each.name) for each in fields(material)}
+    known |= {each.name: getattr(machine, each.name) for each in fields(machine)}
+    known |= {"material": material.name, "machine": machine.name}
+    return MaterialRates(**{each.name: known[each.name] for each in fields(MaterialRates)})
 
 
 def assumptions_of(
@@ -420,15 +408,13 @@ def _difficulty(pieces: Sequence[Piece], hands: AssemblyTime) -> DifficultyFigur
 
 
 def pieces_costs(
-    piece_set: PieceSet,
-    woven: WovenObject,
-    settings: PieceSettings,
-    supplies: Supplies,
-    calibration: float,
+    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> Costs:
     """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
     pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
     of_thread = supplies.of(woven.bunches)
-    marks = mark_pieces(pieces, crossings, settings.labels, settings.label_side, piece_set.kinds)
+    marks = mark_pieces(
+        pieces, crossings, settings.pieces.labels, settings.pieces.label_side, piece_set.kinds
+    )
     materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
-    return planned_costs(piece_set, marks, materials, calibration=calibration)
+    return planned_costs(piece_set, marks, materials, calibration=settings.machine.calibrate)

@@ -9,7 +9,6 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from fabweave.core.arc_path import stretch
-from fabweave.core.arrays import IntArray
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import (
     MaterialAccount,
@@ -25,13 +24,12 @@ from fabweave.estimate.money import Price, sheet_price
 from fabweave.estimate.offcuts import KeptOffcut
 from fabweave.nest.layout import Layout
 from fabweave.piece.piece import Piece
-from fabweave.piece.rim_ring import RimRing
-from fabweave.piece.split.length_curve import SplittingRecord
+from fabweave.piece.split.length_curve import SplittingRecord, splitting_record
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.bill_of_materials import BillOfMaterials
-from fabweave.ribbon.project import Ribbons
+from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
+from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
-from fabweave.stock.material import Material, sheet_mass_kg
+from fabweave.stock.material import sheet_mass_kg
 
 
 @record
@@ -50,30 +48,22 @@ class RimSheet:
 
 
 def rim_sheets(
-    rings: Sequence[RimRing],
-    layout: Layout | None,
-    drawings: Sequence[SheetDrawing],
-    material: Material,
-    *,
-    calibration: float,
+    planned: PlannedJob, layout: Layout | None, drawings: Sequence[SheetDrawing]
 ) -> tuple[RimSheet, ...] | None:
-    """Return what each sheet of rings takes; None without rings.
+    """Return what each sheet of rings takes, of the first material; None without rings.
 
     Parameters
     ----------
-    rings : sequence of RimRing
+    planned : PlannedJob
     layout : Layout or None
-        Of their pieces, one after another.
+        Of the pieces of all rings, one after another.
     drawings : sequence of SheetDrawing
         Its sheets.
-    material : Material
-        Of all of them.
-    calibration : float
-        What the machine took, divided by what was estimated.
     """
     if layout is None:
         return None
-    areas = [piece.net_area_mm2 for ring in rings for piece in ring.pieces]
+    material, calibration = planned.supplies.materials[0], planned.settings.machine.calibrate
+    areas = [piece.net_area_mm2 for ring in planned.piece_set.rings for piece in ring.pieces]
     found = []
     for number, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
         own = [areas[one.piece] for one in layout.placements if one.sheet == number]
@@ -98,20 +88,14 @@ _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
-def piece_table(
-    pieces: Sequence[Piece],
-    kinds: IntArray,
-    origins: IntArray,
-    layout: Layout,
-    labels: Sequence[str],
-    allotment: Allotment,
-) -> str:
+def piece_table(planned: PlannedJob, layout: Layout, allotment: Allotment) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
     Pieces of one kind are interchangeable but for their labels. Spares come last, with the piece
-    that they are a copy of: ``origins`` has it for each row, and for a piece itself.
+    that they are a copy of.
     Length and width are those of the piece's smallest rectangle; the area is without holes.
     """
+    pieces, kinds, labels = planned.to_cut, planned.kinds, planned.woven.labels
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
     spares = ("spare_of",) if len(pieces) > len(kinds) else ()
@@ -120,7 +104,7 @@ def piece_table(
          "material", "thickness_mm", *spares)
     )  # fmt: skip
     for at, (piece, placement, origin) in enumerate(
-        zip(pieces, layout.placements, origins.tolist(), strict=True)
+        zip(pieces, layout.placements, planned.origins.tolist(), strict=True)
     ):
         length, width = np.ptp(piece.outline, axis=0)
         area = piece.net_area_mm2
@@ -176,20 +160,15 @@ class WasteReport:
 
 
 def waste_report(
-    pieces: Sequence[Piece],
+    planned: PlannedJob,
     layout: Layout,
     drawings: Sequence[SheetDrawing],
     allotment: Allotment,
     *,
     notes: Sequence[str],
     offcuts: Sequence[KeptOffcut],
-    bill: BillOfMaterials,
-    kerf_mm: float,
-    splitting: SplittingRecord,
     costs: Costs,
-    ribbons: Ribbons,
     engrave_seen_mm: float | None = None,
-    spares: int = 0,
     grain: GrainCost | None = None,
     rim: tuple[RimSheet, ...] | None = None,
 ) -> WasteReport:
@@ -197,16 +176,13 @@ def waste_report(
 
     Parameters
     ----------
-    pieces : sequence of Piece
-        All that is cut; spares come last.
+    planned : PlannedJob
     layout : Layout
     drawings : sequence of SheetDrawing
         The sheets of the layout, as they are drawn.
     allotment : Allotment
-    notes, offcuts, bill, kerf_mm, splitting, costs
+    notes, offcuts, costs
         What the report says besides.
-    ribbons : Ribbons
-        Whole threads, as wide as they are cut.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
@@ -214,6 +190,7 @@ def waste_report(
     rim : tuple of RimSheet, optional
         The sheets of rings, which nothing else counts.
     """
+    pieces, settings = planned.to_cut, planned.settings
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
         for number, drawing in enumerate(drawings)
@@ -240,14 +217,14 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
-        comparison=compare_use(
-            totals.sums, pieces, ribbons, layout, allotment, offcuts, grain=grain, spares=spares
-        ),
+        comparison=compare_use(totals.sums, planned, layout, allotment, offcuts, grain),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
-        bill=bill,
-        kerf_mm=kerf_mm,
-        splitting=splitting,
+        bill=bill_of_materials(planned.piece_set, settings.pieces.hardware),
+        kerf_mm=settings.machine.kerf_mm,
+        splitting=splitting_record(
+            planned.split_plan, planned.piece_set.pieces, planned.woven.labels
+        ),
         rim=rim,
     )
 
@@ -267,7 +244,7 @@ def _sheet_account(
     holes = sum(piece.hole_area_mm2 for piece in placed)
     area = sheet.area_mm2
     return SheetAccount(
-        number=number + 1,
+        sheet=number + 1,
         width_mm=sheet.width_mm,
         height_mm=sheet.height_mm,
         area_mm2=area,

@@ -9,16 +9,10 @@ from scipy.ndimage import binary_closing
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, without_loose
-from fabweave.mesh.topology import (
-    face_patches,
-    group_edges,
-    keep_faces,
-    label_links,
-    orient_faces,
-    turn_faces,
-)
+from fabweave.mesh.topology import face_patches, keep_faces, label_links, orient_faces, turn_faces
 from fabweave.mesh.triangulate import surface_area, triangulate
 
 #: A body is taken for debris if its diagonal is less than this share of the largest one's.
@@ -238,12 +232,11 @@ def join_bodies(mesh: PolyMesh) -> KeptBodies:
     made = union.simplify(_TINY * size).to_mesh64()
     points = np.asarray(made.vert_properties, dtype=np.float64)[:, :3]
     faces = np.asarray(made.tri_verts, dtype=np.int64)
-    sizes = np.full(len(faces), 3, dtype=np.int64)
     told = (
         f"{count} bodies were joined into {parts}, of {agree(len(faces), '{n} triangle[|s]')} "
         "(--bodies join); --remesh makes faces of them that are good to weave"
     )
-    return KeptBodies(PolyMesh(points, offsets_of(sizes), faces.ravel()), (told,))
+    return KeptBodies(PolyMesh.from_triangles(points, faces), (told,))
 
 
 def _engine() -> ModuleType:
@@ -335,7 +328,9 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     axes = [np.arange(count, dtype=np.float64) - _BEYOND for count in counts]
     z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # x runs fastest, as the cubes are marched
     lattice = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    inside = _closed((_winding(triangles, lattice) > _INSIDE).reshape(z.shape))
+    inside = (_winding(triangles, lattice) > _INSIDE).reshape(z.shape)
+    # Cracks and holes are closed that are a step or two wide.
+    inside |= binary_closing(inside, np.ones((3, 3, 3), dtype=bool))
     # What is between two faces that nothing closes may go on and on, but not beyond the mesh.
     inside = np.pad(inside[(slice(_BEYOND, -_BEYOND),) * 3], _BEYOND)
     if not inside.any():
@@ -408,12 +403,6 @@ def _winding(triangles: PolyMesh, places: FloatArray) -> FloatArray:
     return np.asarray(found, dtype=np.float64).reshape(-1)
 
 
-def _closed(inside: BoolArray) -> BoolArray:
-    """Return the inside with cracks and holes closed that are a step or two wide."""
-    closed: BoolArray = binary_closing(inside, np.ones((3, 3, 3), dtype=bool))
-    return closed | inside
-
-
 def _beside(inside: BoolArray) -> BoolArray:
     """Return which points of a lattice have a neighbour on the other side."""
     found = np.zeros_like(inside)
@@ -431,9 +420,8 @@ def _border(height: FloatArray, lattice: FloatArray, counts: IntArray) -> PolyMe
     from igl import marching_cubes  # noqa: PLC0415 -- as above
 
     points, faces, *_ = marching_cubes(height, lattice, *counts.tolist(), 0.0)
-    sizes = np.full(len(faces), 3, dtype=np.int64)
     corners = np.asarray(faces, dtype=np.int64)
-    return PolyMesh(np.asarray(points, dtype=np.float64), offsets_of(sizes), corners.ravel())
+    return PolyMesh.from_triangles(np.asarray(points, dtype=np.float64), corners)
 
 
 def _wrapped_solid(mesh: PolyMesh) -> tuple[PolyMesh, int]:

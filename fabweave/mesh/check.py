@@ -1,18 +1,17 @@
 """Check a polygon mesh of any content, by array operations only."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import (
-    EdgeGroups,
     boundary_loops,
-    group_edges,
     keep_faces,
     label_links,
     orient_faces,
@@ -24,6 +23,8 @@ from fabweave.mesh.weld import same_position_groups
 
 #: How many places a message names.
 _NAMED = 5
+#: A face is flat as a line where its area is below this share of its squared edge lengths.
+_FLAT = 1e-10
 
 
 def faces_text(mesh: PolyMesh) -> str:
@@ -38,46 +39,6 @@ def faces_text(mesh: PolyMesh) -> str:
     sizes = set(mesh.face_sizes.tolist())
     sort = {(3,): "triangles", (4,): "quads"}.get(tuple(sizes), "faces")
     return f"{mesh.n_faces:,} {sort}"
-
-
-@dataclass(frozen=True)
-class Problem:
-    """One kind of problem of a mesh.
-
-    Parameters
-    ----------
-    code : str
-        A fixed name for programs, such as ``non-manifold-edge``.
-    message : str
-        What is wrong, in a maker's words, with the count.
-    count : int
-        How many times.
-    kind : str
-        What `where` names: ``vertex``, ``edge`` or ``face``.
-    where : tuple of tuples of int
-        The first few places: a vertex, the two ends of an edge, or a face, counted from 0.
-    remedy : str
-        What to do about it.
-    fatal : bool
-        Whether the mesh cannot be woven with it. Preparing a mesh cures what is not fatal, or
-        leaves it as it does no harm.
-    """
-
-    code: str
-    message: str
-    count: int
-    kind: str
-    where: tuple[tuple[int, ...], ...]
-    remedy: str
-    fatal: bool
-
-    def __str__(self) -> str:
-        """Return one line: what, how many, where, and what to do."""
-        places = ", ".join("–".join(map(str, place)) for place in self.where[:_NAMED])
-        if self.count > len(self.where[:_NAMED]):
-            places += ", …"
-        at = f" ({self.kind} {places})" if self.where else ""
-        return f"{self.message}{at}: {self.remedy}"
 
 
 @dataclass(frozen=True)
@@ -110,8 +71,9 @@ class MeshReport:
     component_genus : tuple of (int or None)
         Genus of each component, in the order of its first vertex; None where a component is no
         orientable surface.
-    problems : tuple of Problem
-        What is wrong, worst first.
+    findings : tuple of Finding
+        What is wrong, worst first. Preparing a mesh cures what is not refused, or leaves it as it
+        does no harm.
     """
 
     n_vertices: int
@@ -126,7 +88,7 @@ class MeshReport:
     n_boundary_loops: int
     euler: int
     component_genus: tuple[int | None, ...]
-    problems: tuple[Problem, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def closed(self) -> bool:
@@ -146,14 +108,14 @@ class MeshReport:
         return sum(known) if complete else None
 
     @property
-    def codes(self) -> frozenset[str]:
-        """The codes of all problems."""
-        return frozenset(problem.code for problem in self.problems)
+    def rules(self) -> frozenset[str]:
+        """The rules that do not hold."""
+        return frozenset(finding.rule for finding in self.findings)
 
     @property
-    def fatal(self) -> tuple[Problem, ...]:
-        """The problems with which the mesh cannot be woven."""
-        return tuple(problem for problem in self.problems if problem.fatal)
+    def fatal(self) -> tuple[Finding, ...]:
+        """What the mesh cannot be woven with."""
+        return tuple(finding for finding in self.findings if finding.level == "not makeable")
 
 
 def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
@@ -170,7 +132,7 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
         bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
     bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
     notes = [f"mesh: {mesh_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
-    notes += [str(problem) for problem in report.problems]
+    notes += map(str, report.findings)
     if len(pairs):
         some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
         notes.append(
@@ -195,195 +157,134 @@ def mesh_counts(report: MeshReport) -> str:
     )
 
 
-#: How many places a problem lists.
-_LISTED = 20
-#: A face is flat as a line where its area is below this share of its squared edge lengths.
-_FLAT = 1e-10
+@dataclass(frozen=True)
+class _Rule:
+    """What is wrong where a rule does not hold, at vertices, edges or faces, and what to do."""
 
-_Kind = Literal["vertex", "edge", "face"]
+    name: str
+    kind: str
+    text: str
+    cure: str
+    level: Level = "with care"
 
-
-def problem(
-    code: str,
-    message: str,
-    kind: _Kind,
-    places: IntArray,
-    remedy: str,
-    *,
-    fatal: bool,
-) -> Iterator[Problem]:
-    """Yield a problem if it occurs; the message agrees with the count, as ``agree`` does it."""
-    number = len(places)
-    if number:
-        rows = np.reshape(places[:_LISTED], (len(places[:_LISTED]), -1)).tolist()
-        where = tuple(tuple(row) for row in rows)
-        yield Problem(code, agree(number, message), number, kind, where, remedy, fatal)
-
-
-def face_problems(
-    small: BoolArray, out_of_range: BoolArray, repeating: BoolArray, n_vertices: int
-) -> Iterator[Problem]:
-    """Yield the problems of faces that are not polygons."""
-    yield from problem(
-        "small-face",
-        "{n} [face has|faces have] fewer than three corners",
-        "face",
-        np.flatnonzero(small),
-        "delete loose edges and points in the modelling program",
-        fatal=True,
-    )
-    yield from problem(
-        "index-range",
-        "{n} [face names|faces name] a vertex that does not exist "
-        f"(there are {n_vertices}, counted from 0)",
-        "face",
-        np.flatnonzero(out_of_range),
-        "the file is damaged; export it again",
-        fatal=True,
-    )
-    yield from problem(
-        "repeated-vertex",
-        "{n} [face uses|faces use] the same vertex twice",
-        "face",
-        np.flatnonzero(repeating),
-        "clean up degenerate faces in the modelling program (Blender: Mesh > Clean Up > "
-        "Degenerate Dissolve)",
-        fatal=True,
-    )
-
-
-def vertex_problems(mesh: PolyMesh, used: BoolArray) -> Iterator[Problem]:
-    """Yield the problems of vertices, whatever the faces do."""
-    finite = np.isfinite(mesh.vertices).all(axis=1)
-    yield from problem(
-        "not-finite",
-        "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers",
-        "vertex",
-        np.flatnonzero(~finite & used),
-        "the file is damaged; export it again",
-        fatal=True,
-    )
-    yield from problem(
-        "unreferenced-vertex",
-        "{n} [vertex belongs|vertices belong] to no face",
-        "vertex",
-        np.flatnonzero(~used),
-        "nothing to do: vertices that no face uses are left out",
-        fatal=False,
-    )
-
-
-def surface_problems(edges: EdgeGroups, fans: IntArray, one_sided: BoolArray) -> Iterator[Problem]:
-    """Yield the problems that keep faces from forming an oriented surface."""
-    yield from problem(
-        "non-manifold-edge",
-        "{n} [edge has|edges have] more than two faces",
-        "edge",
-        edges.ends(np.flatnonzero(edges.sizes > 2)),
-        "a ribbon cannot tell which way to go there; delete inner walls, fins and duplicate faces "
-        "(Blender: Select > All by Trait > Non Manifold shows them)",
-        fatal=True,
-    )
-    yield from problem(
-        "non-manifold-vertex",
-        "{n} [vertex joins|vertices join] bodies that touch only at that point",
-        "vertex",
-        np.flatnonzero(fans > 1),
-        "nothing to do: each body gets a vertex of its own there",
-        fatal=False,
-    )
-    yield from problem(
-        "non-orientable",
-        "{n} [face belongs|faces belong] to a one-sided surface, like a Möbius strip",
-        "face",
-        np.flatnonzero(one_sided),
-        "a one-sided surface has no outside to weave; cut it open, or give it a thickness so that "
-        "it has two sides",
-        fatal=True,
-    )
-    if not one_sided.any():
-        yield from problem(
-            "inconsistent-orientation",
-            "{n} [edge lies|edges lie] between two faces, one of which is inside out",
-            "edge",
-            edges.ends(edges.same_way),
-            "nothing to do: the faces in the minority are turned over to agree with the others",
-            fatal=False,
+    def finding(self, places: IntArray, n_vertices: int) -> Finding:
+        """Return the finding at places: rows of one vertex or face, or of two ends of an edge."""
+        rows = places.reshape(len(places), -1)[:_NAMED].tolist()
+        where = f"{self.kind} {', '.join('–'.join(map(str, row)) for row in rows)}"
+        more = ", …" if len(places) > _NAMED else ""
+        text = agree(len(places), self.text).replace("{vertices}", str(n_vertices))
+        return Finding(
+            rule=self.name, level=self.level, text=text, cure=self.cure, where=where + more
         )
 
 
-def duplicate_problems(mesh: PolyMesh, kept: IntArray) -> Iterator[Problem]:
-    """Yield the faces with exactly the vertices of another; ``kept`` names the faces."""
-    members = sorted_faces(mesh)[1]
-    duplicates = [np.zeros(0, dtype=np.int64)]
-    for size in np.unique(mesh.face_sizes).tolist():
-        faces = np.flatnonzero(mesh.face_sizes == size)
-        rows = members[mesh.offsets[faces, None] + np.arange(size)]
-        order = np.lexsort(rows.T)
-        alike = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
-        duplicates.append(faces[order[1:][alike]])
-    yield from problem(
-        "duplicate-face",
-        "{n} [face has|faces have] exactly the same vertices as another face",
+#: What is looked for, worst first.
+_RULES = (
+    _Rule(
+        "small-face",
         "face",
-        kept[np.sort(np.concatenate(duplicates))],
+        "{n} [face has|faces have] fewer than three corners",
+        "delete loose edges and points in the modelling program",
+        "not makeable",
+    ),
+    _Rule(
+        "index-range",
+        "face",
+        "{n} [face names|faces name] a vertex that does not exist "
+        "(there are {vertices}, counted from 0)",
+        "the file is damaged; export it again",
+        "not makeable",
+    ),
+    _Rule(
+        "repeated-vertex",
+        "face",
+        "{n} [face uses|faces use] the same vertex twice",
+        "clean up degenerate faces in the modelling program (Blender: Mesh > Clean Up > "
+        "Degenerate Dissolve)",
+        "not makeable",
+    ),
+    _Rule(
+        "not-finite",
+        "vertex",
+        "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers",
+        "the file is damaged; export it again",
+        "not makeable",
+    ),
+    _Rule(
+        "non-manifold-edge",
+        "edge",
+        "{n} [edge has|edges have] more than two faces",
+        "a ribbon cannot tell which way to go there; delete inner walls, fins and duplicate faces "
+        "(Blender: Select > All by Trait > Non Manifold shows them)",
+        "not makeable",
+    ),
+    _Rule(
+        "non-orientable",
+        "face",
+        "{n} [face belongs|faces belong] to a one-sided surface, like a Möbius strip",
+        "a one-sided surface has no outside to weave; cut it open, or give it a thickness so that "
+        "it has two sides",
+        "not makeable",
+    ),
+    _Rule(
+        "duplicate-face",
+        "face",
+        "{n} [face has|faces have] exactly the same vertices as another face",
         "delete the duplicate faces; where they are the front and the back of a sheet, give it a "
         "thickness or keep only one of them",
-        fatal=True,
-    )
-
-
-def shape_problems(mesh: PolyMesh, kept: IntArray, edges: EdgeGroups) -> Iterator[Problem]:
-    """Yield the faces without area, the edges without length and the seams that lie open."""
-    with np.errstate(all="ignore"):
-        x, y, z = (np.ascontiguousarray(column) for column in mesh.vertices.T)
-        base = np.repeat(mesh.indices[mesh.offsets[:-1]], mesh.face_sizes)
-        steps = [axis[edges.head] - axis[edges.tail] for axis in (x, y, z)]
-        length2 = steps[0] ** 2 + steps[1] ** 2 + steps[2] ** 2
-        flat = np.zeros(mesh.n_faces, dtype=bool)
-        if mesh.n_faces:
-            # From the first corner of each face, so that far from the origin no digits are lost.
-            arms = [axis[edges.tail] - axis[base] for axis in (x, y, z)]
-            area2 = np.zeros(mesh.n_faces)
-            for one, two in ((0, 1), (1, 2), (2, 0)):
-                part = arms[one] * steps[two] - arms[two] * steps[one]
-                area2 += np.add.reduceat(part, mesh.offsets[:-1]) ** 2
-            flat = np.sqrt(area2) <= _FLAT * np.add.reduceat(length2, mesh.offsets[:-1])
-        short = length2[edges.first] == 0
-    yield from problem(
-        "zero-area-face",
-        "{n} [face has|faces have] no area",
-        "face",
-        kept[np.flatnonzero(flat)],
-        "a ribbon across them would have no width; dissolve them in the modelling program",
-        fatal=False,
-    )
-    yield from problem(
-        "zero-length-edge",
-        "{n} [edge has|edges have] no length",
-        "edge",
-        edges.ends(np.flatnonzero(short)),
-        "merge vertices by distance in the modelling program",
-        fatal=False,
-    )
-    yield from _seam_problems(mesh.vertices, edges)
-
-
-def _seam_problems(vertices: FloatArray, edges: EdgeGroups) -> Iterator[Problem]:
-    half = edges.first[edges.sizes == 1]
-    rim = np.unique(np.concatenate([edges.tail[half], edges.head[half]]))
-    rim = rim[np.isfinite(vertices[rim]).all(axis=1)]
-    group = same_position_groups(vertices[rim])
-    crowd = np.bincount(group, minlength=1)
-    yield from problem(
-        "open-seam",
-        "{n} boundary [vertex is|vertices are] at the same place as another vertex",
+        "not makeable",
+    ),
+    _Rule(
+        "euler",
         "vertex",
-        rim[crowd[group] > 1] if len(rim) else rim,
+        "{n} [component contradicts|components contradict] Euler's formula",
+        "this is a bug in fabweave; please report it and send the mesh",
+        "not makeable",
+    ),
+    _Rule(
+        "unreferenced-vertex",
+        "vertex",
+        "{n} [vertex belongs|vertices belong] to no face",
+        "nothing to do: vertices that no face uses are left out",
+    ),
+    _Rule(
+        "non-manifold-vertex",
+        "vertex",
+        "{n} [vertex joins|vertices join] bodies that touch only at that point",
+        "nothing to do: each body gets a vertex of its own there",
+    ),
+    _Rule(
+        "inconsistent-orientation",
+        "edge",
+        "{n} [edge lies|edges lie] between two faces, one of which is inside out",
+        "nothing to do: the faces in the minority are turned over to agree with the others",
+    ),
+    _Rule(
+        "zero-area-face",
+        "face",
+        "{n} [face has|faces have] no area",
+        "a ribbon across them would have no width; dissolve them in the modelling program",
+    ),
+    _Rule(
+        "zero-length-edge",
+        "edge",
+        "{n} [edge has|edges have] no length",
+        "merge vertices by distance in the modelling program",
+    ),
+    _Rule(
+        "open-seam",
+        "vertex",
+        "{n} boundary [vertex is|vertices are] at the same place as another vertex",
         "the surface is cut open there, and no ribbon will cross; merge the vertices (--weld) "
         "if it should be closed",
-        fatal=False,
-    )
+    ),
+    _Rule(
+        "lone-face",
+        "vertex",
+        "{n} [face has|faces have] no neighbour",
+        "no ribbon can reach it from another face; delete it if it is a leftover",
+    ),
+)
 
 
 def check_mesh(mesh: PolyMesh) -> MeshReport:
@@ -399,13 +300,13 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     Returns
     -------
     MeshReport
-        Counts, properties, genus of each component, and the problems, worst first.
+        Counts, properties, genus of each component, and what is wrong, worst first.
 
     Notes
     -----
     The genus of a component with b boundary loops is (2 − χ − b) / 2, by Euler's formula. Where
     that is not a whole number of 0 or more although every other test passed, the check itself is
-    wrong, and says so with the code ``euler``.
+    wrong, and says so by the rule ``euler``.
 
     Examples
     --------
@@ -413,7 +314,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     ...     [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]],
     ...     [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
     >>> report = check_mesh(tetrahedron)
-    >>> report.n_edges, report.genus, report.closed, report.problems
+    >>> report.n_edges, report.genus, report.closed, report.findings
     (6, 0, True, ())
     """
     small, out_of_range, repeating = sound_faces(mesh)
@@ -422,7 +323,8 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     kept = np.flatnonzero(sound)
     edges = group_edges(surface)
     fans = vertex_fans(edges, mesh.n_vertices)
-    used = _used_vertices(mesh)
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[mesh.indices[(mesh.indices >= 0) & (mesh.indices < mesh.n_vertices)]] = True
     oriented = len(edges.same_way) == 0
     one_sided = np.zeros(surface.n_faces, dtype=bool)
     if not oriented:
@@ -432,34 +334,33 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     genus, contradictions = component_genus(
         components.euler, components.loops, components.is_surface
     )
-
-    problems: list[Problem] = []
-    problems += face_problems(small, out_of_range, repeating, mesh.n_vertices)
-    problems += vertex_problems(mesh, used)
-    problems += surface_problems(edges, fans, _among(one_sided, kept, mesh.n_faces))
-    problems += duplicate_problems(surface, kept)
-    problems += shape_problems(surface, kept, edges)
-    problems += problem(
-        "lone-face",
-        "{n} [face has|faces have] no neighbour",
-        "vertex",
-        components.first_vertex[components.faces == 1],
-        "no ribbon can reach it from another face; delete it if it is a leftover",
-        fatal=False,
-    )
-    problems += problem(
-        "euler",
-        "{n} [component contradicts|components contradict] Euler's formula",
-        "vertex",
-        components.first_vertex[contradictions],
-        "this is a bug in fabweave; please report it and send the mesh",
-        fatal=True,
-    )
-    problems.sort(key=lambda item: not item.fatal)
+    inside_out = edges.same_way[:0] if one_sided.any() else edges.same_way
+    flat, short = _without_extent(surface, edges)
+    places: Mapping[str, IntArray] = {
+        "small-face": np.flatnonzero(small),
+        "index-range": np.flatnonzero(out_of_range),
+        "repeated-vertex": np.flatnonzero(repeating),
+        "not-finite": np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1) & used),
+        "non-manifold-edge": edges.ends(np.flatnonzero(edges.sizes > 2)),
+        "non-orientable": kept[one_sided],
+        "duplicate-face": kept[_duplicates(surface)],
+        "euler": components.first_vertex[contradictions],
+        "unreferenced-vertex": np.flatnonzero(~used),
+        "non-manifold-vertex": np.flatnonzero(fans > 1),
+        "inconsistent-orientation": edges.ends(inside_out),
+        "zero-area-face": kept[flat],
+        "zero-length-edge": edges.ends(np.flatnonzero(short)),
+        "open-seam": _on_seams(surface, edges),
+        "lone-face": components.first_vertex[components.faces == 1],
+    }
+    n_edges = len(edges.sizes)
+    if not sound.all():  # those of all polygons, which may pass a vertex twice
+        every = group_edges(keep_faces(mesh, ~(small | out_of_range)))
+        n_edges = int(np.count_nonzero(every.tail[every.first] != every.head[every.first]))
     sizes, numbers = np.unique(mesh.face_sizes, return_counts=True)
     return MeshReport(
         n_vertices=mesh.n_vertices,
-        n_edges=_count_edges(mesh, edges, small | out_of_range),
+        n_edges=n_edges,
         n_faces=mesh.n_faces,
         face_sizes=tuple(zip(sizes.tolist(), numbers.tolist(), strict=True)),
         n_components=components.number,
@@ -470,30 +371,53 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
         n_boundary_loops=n_loops,
         euler=int(components.euler.sum()),
         component_genus=genus,
-        problems=tuple(problems),
+        findings=tuple(
+            rule.finding(places[rule.name], mesh.n_vertices)
+            for rule in _RULES
+            if len(places[rule.name])
+        ),
     )
 
 
-def _used_vertices(mesh: PolyMesh) -> BoolArray:
-    """Return which vertices are used by faces, (V,)."""
-    used = np.zeros(mesh.n_vertices, dtype=bool)
-    used[mesh.indices[(mesh.indices >= 0) & (mesh.indices < mesh.n_vertices)]] = True
-    return used
+def _duplicates(mesh: PolyMesh) -> IntArray:
+    """Return the faces with exactly the vertices of another."""
+    members = sorted_faces(mesh)[1]
+    duplicates = [np.zeros(0, dtype=np.int64)]
+    for size in np.unique(mesh.face_sizes).tolist():
+        faces = np.flatnonzero(mesh.face_sizes == size)
+        rows = members[mesh.offsets[faces, None] + np.arange(size)]
+        order = np.lexsort(rows.T)
+        alike = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
+        duplicates.append(faces[order[1:][alike]])
+    return np.sort(np.concatenate(duplicates))
 
 
-def _count_edges(mesh: PolyMesh, edges: EdgeGroups, no_polygon: BoolArray) -> int:
-    """Count the edges of all polygons, those that pass a vertex twice included."""
-    if mesh.n_corners == len(edges.tail):
-        return len(edges.sizes)
-    every = group_edges(keep_faces(mesh, ~no_polygon))
-    return int(np.count_nonzero(every.tail[every.first] != every.head[every.first]))
+def _without_extent(mesh: PolyMesh, edges: EdgeGroups) -> tuple[BoolArray, BoolArray]:
+    """Return which faces have no area, (F,), and which edges no length, (E,)."""
+    with np.errstate(all="ignore"):
+        x, y, z = (np.ascontiguousarray(column) for column in mesh.vertices.T)
+        base = np.repeat(mesh.indices[mesh.offsets[:-1]], mesh.face_sizes)
+        steps = [axis[edges.head] - axis[edges.tail] for axis in (x, y, z)]
+        length2 = steps[0] ** 2 + steps[1] ** 2 + steps[2] ** 2
+        flat = np.zeros(mesh.n_faces, dtype=bool)
+        if mesh.n_faces:
+            # From the first corner of each face, so that far from the origin no digits are lost.
+            arms = [axis[edges.tail] - axis[base] for axis in (x, y, z)]
+            area2 = np.zeros(mesh.n_faces)
+            for one, two in ((0, 1), (1, 2), (2, 0)):
+                part = arms[one] * steps[two] - arms[two] * steps[one]
+                area2 += np.add.reduceat(part, mesh.offsets[:-1]) ** 2
+            flat = np.sqrt(area2) <= _FLAT * np.add.reduceat(length2, mesh.offsets[:-1])
+        return flat, length2[edges.first] == 0
 
 
-def _among(chosen: BoolArray, kept: IntArray, count: int) -> BoolArray:
-    """Spread flags of the kept faces over all faces."""
-    spread = np.zeros(count, dtype=bool)
-    spread[kept] = chosen
-    return spread
+def _on_seams(mesh: PolyMesh, edges: EdgeGroups) -> IntArray:
+    """Return the vertices on the boundary that have another at the same place."""
+    half = edges.first[edges.sizes == 1]
+    rim = np.unique(np.concatenate([edges.tail[half], edges.head[half]]))
+    rim = rim[np.isfinite(mesh.vertices[rim]).all(axis=1)]
+    group = same_position_groups(mesh.vertices[rim])
+    return rim[np.bincount(group, minlength=1)[group] > 1]
 
 
 class _Components:

@@ -1,5 +1,7 @@
 """Build half-edge arrays over a polygon mesh, by sorting."""
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 
@@ -80,6 +82,82 @@ def pair_corners(tail: IntArray, head: IntArray, n_vertices: int) -> tuple[IntAr
     return order, starts.astype(np.int64)
 
 
+@frozen_value
+class EdgeGroups:
+    """The half-edges of a mesh, grouped by edge; an edge may have any number of faces.
+
+    Parameters
+    ----------
+    tail, head, face, next : (H,) int arrays
+        Ends, face and following half-edge of each half-edge.
+    order : (H,) int array
+        Half-edges grouped by edge.
+    starts : (E + 1,) int array
+        Bounds of the groups.
+    """
+
+    tail: IntArray
+    head: IntArray
+    face: IntArray
+    next: IntArray
+    order: IntArray
+    starts: IntArray
+
+    @cached_property
+    def sizes(self) -> IntArray:
+        """Number of faces along each edge, (E,)."""
+        return np.diff(self.starts)
+
+    @cached_property
+    def first(self) -> IntArray:
+        """First half-edge of each edge, (E,)."""
+        return self.order[self.starts[:-1]]
+
+    @cached_property
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """The two half-edges of every edge that has exactly two, two (N,) arrays."""
+        at = self.starts[:-1][self.sizes == 2]
+        return self.order[at], self.order[at + 1]
+
+    @cached_property
+    def same_way(self) -> IntArray:
+        """Edges whose two faces run along them the same way, (N,)."""
+        first, second = self.pairs
+        wrong: IntArray = np.flatnonzero(self.sizes == 2)[self.tail[first] == self.tail[second]]
+        return wrong
+
+    def ends(self, edges: IntArray) -> IntArray:
+        """Return the end vertices of some edges, smaller number first, (N, 2)."""
+        half = self.first[edges]
+        return np.sort(np.column_stack([self.tail[half], self.head[half]]), axis=1)
+
+
+def group_edges(mesh: PolyMesh) -> EdgeGroups:
+    """Group the half-edges of a mesh by edge.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Faces that name vertices that exist.
+
+    Returns
+    -------
+    EdgeGroups
+        The groups.
+
+    Examples
+    --------
+    >>> fin = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
+    >>> sorted(group_edges(fin).sizes.tolist())
+    [1, 1, 1, 1, 1, 1, 3]
+    """
+    following = next_corner(mesh)
+    tail = mesh.indices
+    head = tail[following]
+    order, starts = pair_corners(tail, head, mesh.n_vertices)
+    return EdgeGroups(tail, head, face_of_corner(mesh), following, order, starts)
+
+
 def build_halfedges(mesh: PolyMesh) -> Halfedges:
     """Build the half-edge arrays of an edge-manifold, consistently oriented mesh.
 
@@ -106,29 +184,21 @@ def build_halfedges(mesh: PolyMesh) -> Halfedges:
     >>> build_halfedges(tetrahedron).n_edges
     6
     """
-    following = next_corner(mesh)
-    tail = mesh.indices
-    head = tail[following]
-    order, starts = pair_corners(tail, head, mesh.n_vertices)
-    sizes = np.diff(starts)
-    first = order[starts[:-1]]
-    paired = sizes == 2
-    second = order[starts[:-1][paired] + 1]
-    crowded = int(np.count_nonzero(sizes > 2))
+    groups = group_edges(mesh)
+    crowded = int(np.count_nonzero(groups.sizes > 2))
     if crowded:
         raise InputError(
             f"{crowded} edges have more than two faces; run the mesh check, which names them, "
             "and separate or remove the extra faces"
         )
-    same_way = int(np.count_nonzero(tail[first[paired]] == tail[second]))
-    if same_way:
+    if len(groups.same_way):
         raise InputError(
-            f"{same_way} edges have two faces that run along them in the same direction; "
-            "orient the mesh first"
+            f"{len(groups.same_way)} edges have two faces that run along them in the same "
+            "direction; orient the mesh first"
         )
+    first, second = groups.pairs
     twin = np.full(mesh.n_corners, -1, dtype=np.int64)
-    twin[first[paired]] = second
-    twin[second] = first[paired]
+    twin[first], twin[second] = second, first
     # Edge numbers follow the first half-edge of each edge, so they do not depend on how the
     # vertices are numbered.
     leading = np.flatnonzero((twin < 0) | (np.arange(mesh.n_corners) < twin))
@@ -137,9 +207,9 @@ def build_halfedges(mesh: PolyMesh) -> Halfedges:
     inner = leading[twin[leading] >= 0]
     edge[twin[inner]] = edge[inner]
     return Halfedges(
-        tail=tail,
-        face=face_of_corner(mesh),
-        next=following,
+        tail=groups.tail,
+        face=groups.face,
+        next=groups.next,
         prev=previous_corner(mesh),
         twin=twin,
         edge=edge,

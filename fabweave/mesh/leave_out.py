@@ -14,8 +14,10 @@ from fabweave.core.files import read_text
 from fabweave.core.messages import agree, shown
 from fabweave.core.units import parse_length
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import (
     PolyMesh,
+    face_areas,
     face_centres,
     face_of_corner,
     next_corner,
@@ -23,7 +25,7 @@ from fabweave.mesh.polymesh import (
     used_vertices,
     without_loose,
 )
-from fabweave.mesh.topology import EdgeGroups, group_edges, keep_faces, label_links
+from fabweave.mesh.topology import keep_faces, label_links
 
 #: Where an opening may be.
 Side: TypeAlias = Literal["top", "bottom"]
@@ -242,7 +244,7 @@ def _heights(triangles: FloatArray, place: FloatArray) -> FloatArray:
 
 def _unsound(mesh: PolyMesh, start: FloatArray, moved: FloatArray) -> np.ndarray:
     """Return the vertices that make a face unsound, (V,)."""
-    before, now = _areas(mesh, start), _areas(mesh, moved)
+    before, now = (face_areas(mesh.with_vertices(points)) for points in (start, moved))
     long_before, long_now = np.linalg.norm(before, axis=1), np.linalg.norm(now, axis=1)
     along = np.einsum("fd,fd->f", before, now)
     bad_face = (along < _LEAST_COSINE * long_before * long_now) | (
@@ -261,14 +263,6 @@ def _unsound(mesh: PolyMesh, start: FloatArray, moved: FloatArray) -> np.ndarray
     found[mesh.indices[ahead[bad & ~own]]] = True
     found[mesh.indices[back[bad & ~own]]] = True
     return found & changed
-
-
-def _areas(mesh: PolyMesh, points: FloatArray) -> FloatArray:
-    """Return the vector areas of faces, twice, (F, 3)."""
-    here = points[mesh.indices]
-    there = here[next_corner(mesh)]
-    origin = points[mesh.indices[mesh.offsets[:-1]]][face_of_corner(mesh)]
-    return np.add.reduceat(np.cross(here - origin, there - origin), mesh.offsets[:-1], axis=0)
 
 
 def _turns(

@@ -1,12 +1,12 @@
 """Measure how like its model a surface is: distances both ways, and what was lost where."""
 
 import numpy as np
-from scipy import sparse
 from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.topology import label_links
 from fabweave.mesh.triangulate import area_samples, plain_triangles
 
 #: Points spread over each surface, beside its vertices.
@@ -224,10 +224,7 @@ def _clusters(places: FloatArray, apart: float) -> IntArray:
     corner = np.floor((places - places.min(axis=0)) / apart).astype(np.int64)
     cells, cell = np.unique(corner, axis=0, return_inverse=True)
     pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # neighbours by corner, too
-    ones = np.ones(len(pairs), dtype=np.int8)
-    graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
-    labels = sparse.csgraph.connected_components(graph, directed=False)[1]
-    return np.asarray(labels, dtype=np.int64)[cell.reshape(-1)]
+    return label_links(pairs[:, 0], pairs[:, 1], len(cells))[1][cell.reshape(-1)]
 
 
 def _where(place: FloatArray, lower: FloatArray, upper: FloatArray) -> str:

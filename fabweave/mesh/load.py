@@ -21,6 +21,7 @@ from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.direction import (
     AXES,
     CURVATURE,
@@ -30,14 +31,15 @@ from fabweave.mesh.remesh.direction import (
     read_directions,
 )
 from fabweave.mesh.remesh.fit import model_of
-from fabweave.mesh.remesh.remesh import remesh
+from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, parse_remesh
+from fabweave.mesh.remesh.triangles import remesh_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide.primal import mid_edge
 from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
-from fabweave.mesh.symmetrise import symmetrise
+from fabweave.mesh.symmetry import symmetrise
 from fabweave.mesh.upright import (
     Up,
     guess_up,
@@ -210,12 +212,10 @@ def load_mesh(
         basis = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     along = _wished(settings.along, up, factor)
-    mesh, remeshed, like, loss, changes = _changed(
-        mesh, settings, along, progress, remeshed, course=course, seed=seed, wish=wish
+    mesh, remeshed, like, loss = _changed(
+        mesh, settings, along, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
-    notes += changes
-    mesh, n_old_vertices, openings, changes = _opened(mesh, settings.leave_out, triaxial=triaxial)
-    notes += changes
+    mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
@@ -317,26 +317,25 @@ def _changed(
     mesh: PolyMesh,
     settings: MeshSettings,
     along: Along | None,
+    notes: list[str],
     progress: Progress,
     remeshed: Remeshed | None,
     *,
     course: str,
     seed: int,
     wish: Wish | None,
-) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, list[str]]:
-    """Remesh, refine, fair and symmetrise as the settings ask, and tell what was done."""
-    notes: list[str] = []
+) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None]:
+    """Remesh, refine, fair and symmetrise as the settings ask, and note what was done."""
     done = []
     given, model, growth = mesh, None, 1.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
-        remeshed = remeshed or remesh(
-            mesh,
-            wanted,
-            seed=seed,
-            along=along,
-            progress=progress,
-        )
+        if remeshed is None and wanted.kind == "triangles" and wanted.count is not None:
+            remeshed = remesh_triangles(mesh, wanted.count, progress=progress)
+        elif remeshed is None and wanted.kind == "coarse":
+            remeshed = remesh_coarse(mesh, wanted.count, progress=progress)
+        elif remeshed is None:
+            remeshed = remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             model = given
@@ -374,18 +373,16 @@ def _changed(
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
         notes.append(like.note)
-    mesh, changes = _prepared(mesh, done)
-    return mesh, remeshed, like, loss, [*notes, *changes]
+    return _prepared(mesh, done, notes), remeshed, like, loss
 
 
 def _opened(
-    mesh: PolyMesh, left_out: str | None, *, triaxial: bool
-) -> tuple[PolyMesh, int, tuple[Opening, ...], list[str]]:
-    """Leave out faces, and subdivide for triaxial twill, and tell what was done.
+    mesh: PolyMesh, left_out: str | None, notes: list[str], *, triaxial: bool
+) -> tuple[PolyMesh, int, tuple[Opening, ...]]:
+    """Leave out faces, and subdivide for triaxial twill, and note what was done.
 
     The second is how many vertices there were before a subdivision.
     """
-    notes: list[str] = []
     done = []
     openings: tuple[Opening, ...] = ()
     if left_out is not None:
@@ -397,13 +394,12 @@ def _opened(
         n_old_vertices = mesh.n_vertices
         mesh = mid_edge(mesh)
         done.append("subdivided through the middles of its edges for triaxial twill")
-    mesh, changes = _prepared(mesh, done)
-    return mesh, n_old_vertices, openings, [*notes, *changes]
+    return _prepared(mesh, done, notes), n_old_vertices, openings
 
 
-def _prepared(mesh: PolyMesh, done: list[str]) -> tuple[PolyMesh, list[str]]:
-    """Make a mesh ready to weave after what was done to it, and tell what that was."""
-    if not done:
-        return mesh, []
-    mesh, report, repairs = prepare_mesh(mesh)
-    return mesh, [*repairs, f"the mesh was {', '.join(done)}: {mesh_counts(report)}"]
+def _prepared(mesh: PolyMesh, done: list[str], notes: list[str]) -> PolyMesh:
+    """Make a mesh ready to weave after what was done to it, and note what that was."""
+    if done:
+        mesh, report, repairs = prepare_mesh(mesh)
+        notes += [*repairs, f"the mesh was {', '.join(done)}: {mesh_counts(report)}"]
+    return mesh

@@ -1,6 +1,7 @@
 """Gather what lies around each vertex: its edges and faces, and its neighbours on the boundary."""
 
 import numpy as np
+from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.core.errors import InputError
@@ -118,6 +119,20 @@ def sum_at(groups: IntArray, values: FloatArray, count: int) -> FloatArray:
     """
     columns = [np.bincount(groups, weights=column, minlength=count) for column in values.T]
     return np.stack(columns, axis=1)
+
+
+def mean_at(groups: IntArray, values: FloatArray) -> FloatArray:
+    """Return the mean of the rows of each group, none of which is empty."""
+    shares = np.bincount(groups)
+    return sum_at(groups, values, len(shares)) / shares[:, None]
+
+
+def sparse_rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array:
+    """Return a sparse map whose rows hold values, the same or their own, at columns (N, K)."""
+    count, size = columns.shape
+    entries = np.broadcast_to(values, columns.shape).reshape(-1)
+    starts = np.arange(0, count * size + 1, size)
+    return sparse.csr_array((entries, columns.reshape(-1), starts), shape=(count, width))
 
 
 def valences(halfedges: Halfedges, rim: Rim) -> IntArray:

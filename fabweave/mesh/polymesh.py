@@ -149,9 +149,14 @@ def face_centres(mesh: PolyMesh) -> FloatArray:
     return np.add.reduceat(positions, mesh.offsets[:-1], axis=0) / mesh.face_sizes[:, None]
 
 
-def face_normals(mesh: PolyMesh) -> FloatArray:
-    """Return the unit normal of each face, by its vector area, (F, 3)."""
+def face_areas(mesh: PolyMesh) -> FloatArray:
+    """Return twice the vector area of each face, (F, 3)."""
     centre = face_centres(mesh)[face_of_corner(mesh)]
     here = mesh.vertices[mesh.indices] - centre
     spans = np.cross(here, here[next_corner(mesh)])
-    return unit(np.add.reduceat(spans, mesh.offsets[:-1], axis=0))
+    return np.add.reduceat(spans, mesh.offsets[:-1], axis=0)
+
+
+def face_normals(mesh: PolyMesh) -> FloatArray:
+    """Return the unit normal of each face, by its vector area, (F, 3)."""
+    return unit(face_areas(mesh))

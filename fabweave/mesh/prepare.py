@@ -6,15 +6,9 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import MeshReport, check_mesh
-from fabweave.mesh.polymesh import PolyMesh, used_vertices, without_loose
-from fabweave.mesh.topology import (
-    EdgeGroups,
-    face_patches,
-    group_edges,
-    orient_faces,
-    split_fans,
-    turn_faces,
-)
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
+from fabweave.mesh.polymesh import PolyMesh, next_corner, used_vertices, without_loose
+from fabweave.mesh.topology import face_patches, orient_faces, split_fans, turn_faces
 
 
 def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]:
@@ -59,7 +53,7 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
     if report.fatal:
         raise InputError(
             "the mesh cannot be woven:\n"
-            + "\n".join(f"  - {problem}" for problem in report.fatal)
+            + "\n".join(f"  - {finding}" for finding in report.fatal)
             + "\n(vertices and faces are counted from 0)"
         )
     notes = []
@@ -134,13 +128,11 @@ def _patch_volumes(mesh: PolyMesh, patch: IntArray, number: int) -> tuple[FloatA
     size = mesh.face_sizes
     some_vertex = np.zeros((number, 3))
     some_vertex[patch] = mesh.vertices[mesh.indices[start]]  # any point of the component will do
-    following = np.arange(1, mesh.n_corners + 1)
-    following[mesh.offsets[1:] - 1] = start
     centre = np.repeat(some_vertex[patch], size, axis=0)
     with np.errstate(over="ignore", invalid="ignore"):
         base = np.repeat(mesh.vertices[mesh.indices[start]], size, axis=0) - centre
         here = mesh.vertices[mesh.indices] - centre
-        there = here[following]
+        there = here[next_corner(mesh)]
         terms = np.einsum("ij,ij->i", base, np.cross(here, there))
         corner_patch = np.repeat(patch, size)
         volume = np.bincount(corner_patch, weights=terms, minlength=number)

@@ -1,90 +1,12 @@
 """Find the edges, components, fans, orientations and boundary loops of any polygon mesh."""
 
-from functools import cached_property
-
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
-from fabweave.mesh.halfedge import pair_corners
-from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner
-
-
-@frozen_value
-class EdgeGroups:
-    """The half-edges of a mesh, grouped by edge; an edge may have any number of faces.
-
-    Parameters
-    ----------
-    tail, head, face, next : (H,) int arrays
-        Ends, face and following half-edge of each half-edge.
-    order : (H,) int array
-        Half-edges grouped by edge.
-    starts : (E + 1,) int array
-        Bounds of the groups.
-    """
-
-    tail: IntArray
-    head: IntArray
-    face: IntArray
-    next: IntArray
-    order: IntArray
-    starts: IntArray
-
-    @cached_property
-    def sizes(self) -> IntArray:
-        """Number of faces along each edge, (E,)."""
-        return np.diff(self.starts)
-
-    @cached_property
-    def first(self) -> IntArray:
-        """First half-edge of each edge, (E,)."""
-        return self.order[self.starts[:-1]]
-
-    @cached_property
-    def pairs(self) -> tuple[IntArray, IntArray]:
-        """The two half-edges of every edge that has exactly two, two (N,) arrays."""
-        at = self.starts[:-1][self.sizes == 2]
-        return self.order[at], self.order[at + 1]
-
-    @cached_property
-    def same_way(self) -> IntArray:
-        """Edges whose two faces run along them the same way, (N,)."""
-        first, second = self.pairs
-        wrong: IntArray = np.flatnonzero(self.sizes == 2)[self.tail[first] == self.tail[second]]
-        return wrong
-
-    def ends(self, edges: IntArray) -> IntArray:
-        """Return the end vertices of some edges, smaller number first, (N, 2)."""
-        half = self.first[edges]
-        return np.sort(np.column_stack([self.tail[half], self.head[half]]), axis=1)
-
-
-def group_edges(mesh: PolyMesh) -> EdgeGroups:
-    """Group the half-edges of a mesh by edge.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        Faces that name vertices that exist.
-
-    Returns
-    -------
-    EdgeGroups
-        The groups.
-
-    Examples
-    --------
-    >>> fin = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [1, 0, 3], [0, 1, 4]])
-    >>> sorted(group_edges(fin).sizes.tolist())
-    [1, 1, 1, 1, 1, 1, 3]
-    """
-    following = next_corner(mesh)
-    tail = mesh.indices
-    head = tail[following]
-    order, starts = pair_corners(tail, head, mesh.n_vertices)
-    return EdgeGroups(tail, head, face_of_corner(mesh), following, order, starts)
+from fabweave.mesh.halfedge import EdgeGroups
+from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
 
 def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
@@ -117,6 +39,96 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
     return int(number), labels.astype(np.int64)
 
 
+@frozen_value
+class ParityClasses:
+    """Nodes that depend on one another, each equal or opposite to its class.
+
+    Parameters
+    ----------
+    classes : (N,) int array
+        The class of each node, numbered in the order of the first node of each.
+    opposite : (N,) bool array
+        Whether a node is opposite to the first node of its class; without meaning in a class
+        that contradicts itself.
+    torn : (N,) bool array
+        Whether its class contradicts itself.
+    odd_ring : tuple of int
+        Nodes in order round a ring of equations that contradict one another; empty if there is
+        none.
+    """
+
+    classes: IntArray
+    opposite: BoolArray
+    torn: BoolArray
+    odd_ring: tuple[int, ...]
+
+    @property
+    def n_classes(self) -> int:
+        """Number of classes."""
+        return int(self.classes.max(initial=-1)) + 1
+
+
+def solve_parity(count: int, first: IntArray, second: IntArray, differ: BoolArray) -> ParityClasses:
+    """Solve a system of equations, each saying that two nodes are equal or opposite.
+
+    Two copies of every node, one for each value, are linked as the equations say. A class that
+    agrees falls into two components, one that contradicts itself into one.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes, N.
+    first, second : (M,) int arrays
+        The nodes of each equation.
+    differ : (M,) bool array
+        Whether they are opposite.
+
+    Returns
+    -------
+    ParityClasses
+        The solution, but for one free choice a class, or a contradiction.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> solution = solve_parity(4, np.array([0, 1]), np.array([1, 3]), np.array([True, True]))
+    >>> solution.classes.tolist(), solution.opposite.tolist()
+    ([0, 0, 1, 0], [False, True, False, False])
+    >>> ring = np.array([1, 2, 3])
+    >>> sorted(solve_parity(4, np.r_[0, ring], np.r_[1, 2, 3, 1], np.ones(4, dtype=bool)).odd_ring)
+    [1, 2, 3]
+    """
+    across = second + count * differ
+    rows = np.concatenate((first, first + count))
+    columns = np.concatenate((across, (across + count) % (2 * count)))
+    component = label_links(rows, columns, 2 * count)[1]
+    # Of the two components of a class the smaller number stands for it: that of its first node.
+    low = np.minimum(component[:count], component[count:])
+    _, first_node, classes = np.unique(low, return_index=True, return_inverse=True)
+    opposite = component[:count] != component[first_node[classes]]
+    torn = component[:count] == component[count:]
+    ring = _ring(rows, columns, int(np.argmax(torn)), count) if torn.any() else ()
+    return ParityClasses(classes.reshape(-1), opposite, torn, ring)
+
+
+def _ring(first: IntArray, second: IntArray, start: int, count: int) -> tuple[int, ...]:
+    """Return a ring of equations that leads some node near another to its own opposite."""
+    double = csr_array((np.ones(len(first)), (first, second)), shape=(2 * count, 2 * count))
+    _, before = breadth_first_order(double, start, directed=False, return_predecessors=True)
+    way = [start + count]
+    while way[-1] != start:
+        way.append(int(before[way[-1]]))
+    # The way may go to a ring, round it and back again: keep the ring.
+    seen: dict[int, int] = {}
+    bounds = (0, len(way) - 1)
+    for at, node in enumerate(way):
+        since = seen.get(node % count)
+        if since is not None and at - since < bounds[1] - bounds[0]:
+            bounds = (since, at)
+        seen[node % count] = at
+    return tuple(node % count for node in way[bounds[1] : bounds[0] : -1])
+
+
 def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
     """Count the fans at each vertex: groups of faces that hang together by edges there.
 
@@ -136,14 +148,12 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
     >>> vertex_fans(group_edges(bow_tie), 5).tolist()
     [2, 1, 1, 1, 1]
     """
-    number, label = _label_fans(edges)
-    vertex = np.empty(number, dtype=np.int64)
-    vertex[label] = edges.tail
-    return np.bincount(vertex, minlength=n_vertices)
+    return np.bincount(_label_fans(edges)[0], minlength=n_vertices)
 
 
 def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
@@ -166,16 +176,15 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> bow_tie = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 3, 4]])
     >>> apart, vertices = split_fans(bow_tie, group_edges(bow_tie))
     >>> apart.faces(), vertices.tolist(), apart.n_vertices
     ([[0, 1, 2], [5, 3, 4]], [0], 6)
     """
-    number, label = _label_fans(edges)
-    vertex = np.empty(number, dtype=np.int64)
-    vertex[label] = edges.tail
+    vertex, label = _label_fans(edges)
     # Fans are numbered in the order of their first corners.
-    first = np.zeros(number, dtype=bool)
+    first = np.zeros(len(vertex), dtype=bool)
     first[np.unique(vertex, return_index=True)[1]] = True
     own = vertex.copy()
     own[~first] = mesh.n_vertices + np.arange(np.count_nonzero(~first))
@@ -183,8 +192,8 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     return PolyMesh(vertices, mesh.offsets, own[label]), np.unique(vertex[~first])
 
 
-def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
-    """Count the fans of all vertices, and return the one of each corner, in order of corners."""
+def _label_fans(edges: EdgeGroups) -> tuple[IntArray, IntArray]:
+    """Return the vertex of each fan, and the fan of each corner, in order of corners."""
     # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
     inside = np.ones(len(edges.order), dtype=bool)
     inside[edges.starts[:-1]] = False
@@ -194,7 +203,10 @@ def _label_fans(edges: EdgeGroups) -> tuple[int, IntArray]:
     one_head, two_head = edges.next[one], edges.next[two]
     links_from = np.concatenate([one, one_head])
     links_to = np.concatenate([np.where(same, two, two_head), np.where(same, two_head, two)])
-    return label_links(links_from, links_to, len(edges.order))
+    number, label = label_links(links_from, links_to, len(edges.order))
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[label] = edges.tail
+    return vertex, label
 
 
 def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
@@ -209,6 +221,7 @@ def boundary_loops(edges: EdgeGroups) -> tuple[int, IntArray]:
 
     Examples
     --------
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> square = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
     >>> boundary_loops(group_edges(square))[0]
     1
@@ -279,7 +292,7 @@ def face_patches(edges: EdgeGroups, n_faces: int) -> IntArray:
 
     Examples
     --------
-    >>> from fabweave.mesh.topology import group_edges
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 6, [[0, 1, 2], [3, 4, 5], [1, 0, 3]])
     >>> face_patches(group_edges(mesh), 3).tolist()
     [0, 1, 0]
@@ -312,23 +325,17 @@ def orient_faces(edges: EdgeGroups, n_faces: int) -> tuple[BoolArray, BoolArray]
 
     Examples
     --------
-    >>> from fabweave.mesh.topology import group_edges
+    >>> from fabweave.mesh.halfedge import group_edges
     >>> flipped = PolyMesh.from_faces([[0, 0, 0]] * 5, [[0, 1, 2], [0, 1, 3], [1, 4, 3]])
     >>> [values.tolist() for values in orient_faces(group_edges(flipped), 3)]
     [[True, False, False], [False, False, False]]
     """
     first, second = edges.pairs
     one, two = edges.face[first], edges.face[second]
-    patch = face_patches(edges, n_faces)
-    across = np.where(edges.tail[first] == edges.tail[second], n_faces, 0)
-    links_from = np.concatenate([one, one + n_faces])
-    links_to = np.concatenate([two + across, two + n_faces - across])
-    label = label_links(links_from, links_to, 2 * n_faces)[1]
-    one_sided = label[:n_faces] == label[n_faces:]
-    # Labels grow with the first node, so the first face of each patch is never turned here.
-    turned = label[:n_faces] > label[n_faces:]
+    sides = solve_parity(n_faces, one, two, edges.tail[first] == edges.tail[second])
+    patch, turned = sides.classes, sides.opposite
     minority_stays = 2 * np.bincount(patch, weights=turned) > np.bincount(patch)
-    return (turned ^ minority_stays[patch]) & ~one_sided, one_sided
+    return (turned ^ minority_stays[patch]) & ~sides.torn, sides.torn
 
 
 def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:

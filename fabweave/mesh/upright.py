@@ -110,9 +110,7 @@ def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
     >>> turn_upright(mesh, "y").vertices[0].tolist(), turn_upright(mesh, "x").vertices[0].tolist()
     ([1.0, -3.0, 2.0], [2.0, 3.0, 1.0])
     """
-    if up == "z":
-        return mesh
-    return PolyMesh(turned_upright(mesh.vertices, up), mesh.offsets, mesh.indices)
+    return mesh if up == "z" else mesh.with_vertices(turned_upright(mesh.vertices, up))
 
 
 def turned_upright(points: FloatArray, up: Up) -> FloatArray:

@@ -1,14 +1,13 @@
 """Join vertices that are at the same place."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, previous_corner
-from fabweave.mesh.topology import group_edges, orient_faces
+from fabweave.mesh.topology import label_links, orient_faces
 
 #: Vertices closer than this share of the bounding box's diagonal are one vertex.
 WELD_TOLERANCE = 1e-8
@@ -85,12 +84,7 @@ def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> I
     pairs = finite[KDTree(points).query_pairs(reach, output_type="ndarray")]
     if not len(pairs):
         return group
-    links = coo_array(
-        (np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])),
-        shape=(len(leader), len(leader)),
-    )
-    merged: IntArray = connected_components(links, directed=False)[1][label].astype(np.int64)
-    return merged
+    return label_links(pairs[:, 0], pairs[:, 1], len(leader))[1][label]
 
 
 def same_position_groups(vertices: FloatArray) -> IntArray:
@@ -116,13 +110,9 @@ def same_position_groups(vertices: FloatArray) -> IntArray:
 
 def _first_of_each(group: IntArray) -> tuple[IntArray, IntArray]:
     """Return the first member of each group in order, and each member's place in that list."""
-    count = int(group.max()) + 1 if len(group) else 0
-    first = np.full(count, len(group), dtype=np.int64)
-    np.minimum.at(first, group, np.arange(len(group)))
+    _, first, number = np.unique(group, return_index=True, return_inverse=True)
     leader = np.sort(first)
-    place = np.empty(count, dtype=np.int64)
-    place[np.argsort(first, kind="stable")] = np.arange(count)
-    return leader, place[group]
+    return leader, np.searchsorted(leader, first)[number]
 
 
 #: Boundaries are welded if more than this share of their vertices have another at the same place.

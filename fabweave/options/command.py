@@ -85,7 +85,7 @@ def _words(
     told, expected = settings_table(settings), settings_table(usual)
     if material is not None:
         # A material is usual only where it need not be named; one of the user's own is not.
-        expected |= {"material": material, "materials": None}
+        expected |= {"material": material, "library": None}
     words: list[str] = []
     embedded = False
     for option in OPTIONS[1:]:
@@ -105,7 +105,7 @@ def _words(
 def usual_settings(settings: Settings) -> Settings:
     """Return what settings would be if nothing but the mesh and the material were asked for."""
     return Settings.of(
-        settings.mesh.source, material=settings.stock.material, materials=settings.stock.materials
+        settings.mesh.source, material=settings.stock.material, library=settings.stock.library
     )
 
 

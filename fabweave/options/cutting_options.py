@@ -23,27 +23,26 @@ CUTTING_OPTIONS = (
         "max_length",
         PIECES,
         length(MOST_MM, automatic="auto", metavar="LENGTH|auto"),
-        "No piece is longer along its middle; or auto: threads are cut to several lengths for a "
-        "trial, and the one that serves best (--prefer) is taken.",
+        "No piece is longer along its middle. auto cuts threads to several lengths for a trial, "
+        "and takes the best by --prefer.",
         otherwise="auto",
     ),
     Option(
         "prefer",
         PIECES,
         choice("fabweave.piece.split.preferences.PREFERENCES"),
-        "What --max-length auto saves: work (hours of cutting and joining), waste (whole sheets, "
-        "then joints), or balanced, the sum of sheets, fasteners and hours in money, by the rates "
-        "that fabweave guide stock tells.",
+        "What --max-length auto saves: work (hours of cutting and joining) or waste (whole "
+        "sheets, then joints). balanced sums up sheets, fasteners and hours in money, by the "
+        "rates in fabweave guide pieces.",
         default="balanced",
     ),
     Option(
         "kinds",
         PIECES,
         choice("fabweave.piece.split.preferences.KIND_PRICES"),
-        "How many different pieces there may be on an object that looks the same from several "
-        "sides, or in many places: fewest (threads that repeat one another are cut alike, into as "
-        "few kinds as can be), auto (the same, but no kind is saved that costs more than four "
-        "joints), or any (each thread is cut as is best for it alone).",
+        "How many different pieces an object has that looks the same from several sides. fewest "
+        "cuts threads that repeat one another alike. auto does the same, but saves no kind that "
+        "costs more than four joints. any cuts each thread as is best for it alone.",
         default="auto",
     ),
     Option(
@@ -55,10 +54,10 @@ CUTTING_OPTIONS = (
             "fabweave.piece.congruence.parse_spares",
             form=lambda told: str(load("fabweave.piece.congruence.usual_spares")(told)),
         ),
-        "Cut some pieces of each kind once more, in case one breaks: a share of its pieces such as "
-        "5%, rounded up, so that there is one of each kind at least; or 2 of each. They lie on the "
-        "sheets with the others, and bear the id of the first of their kind with S1, S2 ... (K3 as "
-        "all of kind 3, with --labels kinds).",
+        "Cut some pieces of each kind once more, in case one breaks: a share such as 5%, "
+        "rounded up to one at least, or 2 of each. They lie on the sheets with the others. They "
+        "bear the id of the first of their kind and S1, S2 ... (with --labels kinds, K3 as the "
+        "others of kind 3).",
         otherwise="none",
         making=True,
     ),
@@ -71,9 +70,9 @@ CUTTING_OPTIONS = (
             "fabweave.stock.hardware.parse_fastener",
             form=lambda told: "".join(told.lower().split()),
         ),
-        "What holds crossings: a fastener such as screw-m3, or M3 (fabweave guide joints lists "
-        "them), whose hole is cut and whose head keeps off the edges; a hole such as 3.3mm, for "
-        "any that fits; both as in screw-m3,3.4mm; or none, without any holes.",
+        "What holds crossings. screw-m3, or M3, cuts the hole for it and keeps its head off the "
+        "edges; fabweave guide fasteners lists all. A hole such as 3.3mm takes anything that fits, "
+        "screw-m3,3.4mm says both, and none cuts no holes.",
         otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
         making=True,
     ),
@@ -81,8 +80,8 @@ CUTTING_OPTIONS = (
         "holes",
         PIECES,
         choice(("fastened", "alike", "all")),
-        "Which crossings have holes: fastened, those that take a fastener; alike, those at the "
-        "same places of pieces that repeat, too, so that there are fewer kinds; or all, to lay "
+        "Which crossings have holes. fastened: those that take a fastener. alike: those at the "
+        "same places of repeated pieces, too, for fewer kinds. all: every crossing, to lay "
         "pieces by.",
         otherwise="alike with --labels kinds, --kinds fewest or --profile service, else fastened",
         making=True,
@@ -96,10 +95,11 @@ CUTTING_OPTIONS = (
             "fabweave.piece.joint.fastening.parse_fastening",
             form=lambda told: told.strip().lower(),
         ),
-        "Which crossings take a fastener: joints; loose, the joints and more crossings the looser "
-        "the weave is; all; rim, the joints and the crossings next to the boundary; every:2, the "
-        "joints and one crossing of two; or none, and joints are glued.",
-        otherwise="loose, or all with --joint rivet,slots (fabweave guide joints)",
+        "Which crossings take a fastener. joints: only these. loose: joints, and the more "
+        "crossings the looser the weave is. rim: joints, and crossings next to the boundary. "
+        "every:2: joints, and one crossing of two. all: every crossing. none: no crossing, so "
+        "glue the joints.",
+        otherwise="loose, or all with --joint rivet,slots (fabweave guide fasteners)",
         making=True,
         brief="Fasteners at: joints, loose, rim, all, every:2, none.",
     ),
@@ -112,9 +112,9 @@ CUTTING_OPTIONS = (
             "fabweave.piece.joint.fastening.parse_hanging",
             form=lambda told: "".join(told.lower().split()),
         ),
-        "Crossings that carry something, and take a hole and a fastener for it: top (a cord or a "
-        "hook at the topmost), bottom:3 (three feet around the middle), or numbers of crossings, "
-        "with commas. The map marks them, and notes name them.",
+        "Crossings that carry something, and take a hole and a fastener for it. top is a cord "
+        "or a hook at the topmost, and bottom:3 three feet around the middle. Numbers of "
+        "crossings, with commas, do as well. The map marks them, and notes name them.",
         making=True,
     ),
     Option(
@@ -126,12 +126,12 @@ CUTTING_OPTIONS = (
             "fabweave.piece.joint.kinds.parse_joint",
             form=lambda told: "".join(told.lower().split()),
         ),
-        "How pieces of one thread are joined: rivet (a lap with a fastener under the strand "
-        "above), rivet:2 to rivet:4 (so many), glue (a lap with marks to lay it by), dovetail (a "
-        "tongue in a socket, flush), slot (a tab through a slot), or none (end to end, taped). A "
-        "comma, then lap=30mm says how far pieces lap (at most to the crossings beside), and "
-        "slots cuts slots in place of holes in the strand that lies under, where it has no joint: "
-        "they take up small errors.",
+        "How pieces of one thread are joined. rivet is a lap with a fastener under the strand "
+        "above, and rivet:2 to rivet:4 take more. glue is a lap with marks. dovetail is a "
+        "tongue in a socket, flush. slot is a tab through a slot. none is end to end, taped. "
+        "lap=30mm after a comma sets how far pieces lap, at most to the crossings beside. slots "
+        "after a comma cuts slots for holes in the strand below, where it has no joint; they "
+        "take up small errors.",
         default="rivet",
         brief="rivet, rivet:2, glue, dovetail, slot or none.",
     ),
@@ -139,9 +139,9 @@ CUTTING_OPTIONS = (
         "sheet",
         STOCK,
         sheets(),
-        "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them; repeat it for several sizes. "
-        "For one bunch only: weft=600x400mm. mat-12x12 and mat-12x24 are what knife plotters cut "
-        "of a mat.",
+        "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them. Repeat it for several "
+        "sizes. weft=600x400mm is for one bunch only. mat-12x12 and mat-12x24 are what knife "
+        "plotters cut of a mat.",
         default=(),
         otherwise="the material's",
         holder="sheets",
@@ -151,10 +151,12 @@ CUTTING_OPTIONS = (
         "stock",
         STOCK,
         stock_list(),
-        "A list of the stock (stock.toml): sheets with quantity, price, grain, material and "
-        "defects, and offcuts with their outlines. Offcuts are used first, the smallest first; "
-        "then the sheets that cost least for their area; sheets without a price, and those of "
-        "--sheet, come last. The last sheet is exchanged for the cheapest that takes its pieces.",
+        "A list of your stock (stock.toml): sheets with quantity, price, grain, material and "
+        "defects, and offcuts with their outlines. It may also set options of this section, "
+        "such as margin and gap. fabweave takes offcuts first, the smallest first. Then it "
+        "takes the sheets that cost least for their area; sheets without a price, and those of "
+        "--sheet, come last. It exchanges the last sheet for the cheapest that takes its "
+        "pieces.",
         holder="sheets",
         brief="List of sheets and offcuts (stock.toml).",
     ),
@@ -182,18 +184,19 @@ CUTTING_OPTIONS = (
             "fabweave.stock.rotations.parse_rotations",
             form=lambda told: "".join(told.lower().replace("°", "deg").split()),
         ),
-        "At which angles pieces stand on a sheet: free; 90 or 180 (multiples of that, from the "
-        "grain on); grain:5deg (their length along the grain, up to 5 degrees off) or across:10deg "
-        "(across it: so plywood bends better). auto is free, or across:10deg where bends ask for "
-        "that. Grain runs along a sheet's width unless the list of stock says otherwise.",
+        "At which angles pieces stand on a sheet. free allows any; 90 or 180 allow multiples of "
+        "that, from the grain on. grain:5deg lays their length along the grain, up to 5 degrees "
+        "off, and across:10deg across it, where plywood bends better. auto is free, or "
+        "across:10deg where bends need that. Grain runs along the width of a sheet unless the "
+        "list of stock says otherwise.",
         default="auto",
     ),
     Option(
         "effort",
         SEARCH,
         choice(("quick", "normal", "best")),
-        "How long to search: for layouts that save material, and for the best twill where none is "
-        "exact.",
+        "How long to search for layouts that save material, and for the best twill where none "
+        "is exact.",
         default="normal",
         brief="Search for dense sheets: quick, normal, best.",
     ),
@@ -201,7 +204,7 @@ CUTTING_OPTIONS = (
         "seed",
         SEARCH,
         whole(0, MOST_WHOLE),
-        "Of all random choices: same seed, same settings, same files.",
+        "Start of all random choices: same seed, same settings, same files.",
         default=0,
         brief="Same seed, same settings, same files.",
     ),
@@ -209,8 +212,8 @@ CUTTING_OPTIONS = (
         "layout",
         SEARCH,
         layout(),
-        "Take the layout that the crossing_map.json of a finished job records, not a new one; the "
-        "pieces must be the same.",
+        "Take the layout in the crossing_map.json of a finished job, not a new one. The pieces "
+        "must be the same.",
         making=True,
     ),
     Option(
@@ -218,10 +221,10 @@ CUTTING_OPTIONS = (
         PIECES,
         choice("fabweave.weave.strand_colours.STRATEGIES"),
         "Colours in model.glb, pictures, viewer and manual. material: its own, in a light and a "
-        "dark tone where it crosses itself; a name such as card:white sets it. Sheets know no "
-        "tones. safe: one a bunch, told apart by the colour-blind, or changing at joints where a "
-        "thread crosses itself. direction: warp and weft, or three. piece: each another. bunch: a "
-        "hue each. hue-circle and hue-range: one for each thread.",
+        "dark tone where it crosses itself; card:white sets it. Sheets have no tones. safe: one "
+        "for each bunch, which the colour-blind tell apart, or changing at joints where a "
+        "thread crosses itself. direction: warp and weft, or three. piece: a colour each. "
+        "bunch: a hue each. hue-circle and hue-range: one for each thread.",
         default="material",
         brief="Colours of pictures, viewer and manual.",
     ),

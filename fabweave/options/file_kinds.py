@@ -98,6 +98,20 @@ def sheets() -> Kind:
     return Kind("WxH[:N]", expected, _accept_sheets, read, write, repeatable=True)
 
 
+def bed() -> Kind:
+    """Return the kind of one sheet's size, which holds for any number of sheets."""
+
+    def accept(value: Any) -> Any:
+        found = _accept_sheets(value)
+        fits = found is not None and len(found) == 1 and found[0].plain
+        return found[0] if fits and not found[0].bunch and found[0].quantity is None else None
+
+    def write(value: Any) -> str | None:
+        return None if value is None else str(load("fabweave.stock.sheet_size.format_stock")(value))
+
+    return Kind("WxH", "a size such as '600x400mm'", accept, sheets().read, write)
+
+
 def stock_list() -> Kind:
     """Return the kind of files that list stock, or of the tables that job.toml keeps of one."""
 

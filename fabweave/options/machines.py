@@ -14,7 +14,6 @@ from fabweave.core.messages import closest_first, shown
 from fabweave.options.option import MACHINE, Option
 from fabweave.options.table import OPTIONS
 from fabweave.options.user_files import user_folder
-from fabweave.sheet.presets import preset_names
 
 #: Programs that read an SVG in pixels of 1/96 inch.
 _IN_PIXELS = ("glowforge",)
@@ -33,6 +32,8 @@ def shipped_profiles() -> dict[str, dict[str, Any]]:
     >>> shipped_profiles()["trotec"]
     {'preset': 'trotec'}
     """
+    from fabweave.sheet.presets import preset_names  # noqa: PLC0415 - not needed for help
+
     return {
         name: {"preset": name} | ({"svg_units": "px96"} if name in _IN_PIXELS else {})
         for name in preset_names()
@@ -70,9 +71,15 @@ def machine_profile(name: str) -> dict[str, Any]:
             f"there is no machine profile {shown(name)}; there are {known}. fabweave machine new "
             "writes one of your own"
         )
-    table = ours[name] if path is None else read_toml(path, "the machine profile")
-    check_profile(table, str(path or name))
-    return dict(table)
+    if path is None:
+        return ours[name]
+    table = read_toml(path, "the machine profile")
+    for key, value in table.items():
+        # Files that it names lie beside it.
+        if isinstance(value, str) and value.lower().endswith(".toml"):
+            table[key] = str(path.parent / value)
+    check_profile(table, str(path))
+    return table
 
 
 def check_profile(table: Mapping[str, Any], where: str) -> None:
@@ -81,7 +88,7 @@ def check_profile(table: Mapping[str, Any], where: str) -> None:
     strange = [key for key in table if key not in options]
     if strange:
         raise InputError(
-            f"{where}: {shown(strange[0])} is no option of a machine, as {', '.join(options)} are"
+            f"{where}: {shown(strange[0])} is no option of a machine, but {', '.join(options)} are"
         )
     for name, value in table.items():
         try:
@@ -103,8 +110,14 @@ def write_profile(name: str, table: Mapping[str, Any], *, replace: bool = False)
         raise InputError(f"{shown(name)} is no name for a profile: use letters, digits, - and _")
     path = user_folder() / "machines" / f"{name}.toml"
     if path.exists() and not replace:
-        raise InputError(f"{path} is there already: choose another name, or add --force")
-    check_profile(table, name)
+        raise InputError(f"{path} exists: choose another name, or add --force")
+    kept = {
+        key: str(Path(value).absolute())
+        if isinstance(value, str) and value.lower().endswith(".toml")
+        else value
+        for key, value in table.items()
+    }
+    check_profile(kept, name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_files({path: tomli_w.dumps(dict(table)).encode()})
+    write_files({path: tomli_w.dumps(kept).encode()})
     return path

@@ -46,7 +46,8 @@ class Option:
     otherwise : str
         What that is, for people, where it is not the text of the default.
     brief : str
-        What it is in a line, where it stands in the first help: what makers change from job to job.
+        What it is in a line: of what makers change from job to job, and of what differs most from
+        machine to machine, which `fabweave machine new` asks.
     holder : str
         The field of its group, where it is not called as the option, with ``_mm`` for lengths.
     making : bool
@@ -90,6 +91,11 @@ class Option:
         if self.kind.denied:
             names += f" / {self.denial}"
         return names if self.kind.flag else f"{names} {self.metavar}".lstrip()
+
+    @property
+    def first(self) -> bool:
+        """Whether it stands in the first help: a machine's options stand in its profile."""
+        return bool(self.brief) and self.section != MACHINE
 
     @property
     def field(self) -> str:

@@ -21,7 +21,7 @@ def options_page() -> str:
 
     Examples
     --------
-    >>> "### `--paper [a4|letter]`" in options_page().partition("## Machine")[2]
+    >>> "### `--manual-paper [a4|letter]`" in options_page().partition("## Machine")[2]
     True
     """
     parts = [_HEAD]

@@ -14,7 +14,7 @@ from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
 from fabweave.options.kinds import load
-from fabweave.options.option import GROUPS
+from fabweave.options.option import GROUPS, STOCK
 from fabweave.options.table import OPTIONS, option_named, option_of_field
 from fabweave.options.user_files import user_entries
 
@@ -162,21 +162,21 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     mesh, weave = settings.mesh, settings.weave
     if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
-        yield "rim: a ring needs a round opening; say --leave-out top:80mm, too"
+        yield "rim: a ring needs a round opening; add --leave-out top:80mm"
     quads = parse_remesh(mesh.remesh).kind == "quads" if mesh.remesh else False
     if mesh.along and not quads:
-        yield "along: only new quads can be laid so; say --remesh quads:300, too"
+        yield "along: only new quads can follow a direction; add --remesh quads:300"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
-        yield "a pattern and twists were both given; give one of them"
+        yield "a pattern and twists exclude each other; give one of them"
     if weave.twill_symmetry > 1 and weave.twill_method == "voting":
         yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     try:
         for _, name in parse_materials(settings.stock.material):
-            sort_of_material(name, settings.stock.materials)
+            sort_of_material(name, settings.stock.library)
     except InputError as error:
         yield f"material: {error}"
     try:
-        target_named(settings.machine.target, settings.machine.targets)
+        target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
 
@@ -217,6 +217,26 @@ def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
     return {} if named is None else machine_profile(str(named))
 
 
+def _of_stock(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that the named list of stock sets beside its sheets."""
+    named = given.get("stock")
+    if not isinstance(named, str | os.PathLike):
+        return {}
+    table = {
+        name: value
+        for name, value in read_toml(Path(named), "the stock").items()
+        if not isinstance(value, list | dict)
+    }
+    known = [option.name for option in OPTIONS if option.section == STOCK]
+    for name in table:
+        if name not in known:
+            raise InputError(
+                f"stock: {named} sets {name!r}, which is no option of the stock; these are: "
+                f"{', '.join(closest_first(name, known))}"
+            )
+    return table
+
+
 def settings_from_job(path: Path, **options: Any) -> Settings:
     """Return the settings of a finished job, but for the options that are given.
 
@@ -233,10 +253,9 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         If the file cannot be read or is no job's, or an option does not take its value.
     """
     kept = read_job_options(path)
-    _fold(kept)
     for name, (usual, instead) in _GONE.items():
         if kept.pop(name, usual) != usual:
-            raise InputError(f"{path} sets {name}, which is no option any more: {instead}")
+            raise InputError(f"{path} sets {name}, an option of older versions: {instead}")
     unknown = sorted(set(kept) - {option.name for option in OPTIONS})
     if unknown:
         known = ", ".join(sorted(option.name for option in OPTIONS))
@@ -257,7 +276,10 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
 
 
 def _fold(kept: dict[str, Any]) -> None:
-    """Say options of an older job.toml as they are said now: two were folded into one."""
+    """Give options of an older job.toml the names and the form that they have now."""
+    for old, new in (("materials", "library"), ("targets", "rules"), ("paper", "manual_paper")):
+        if old in kept:
+            kept[new] = kept.pop(old)
     if "open" in kept:
         kept["width"] = f"open:{kept.pop('open'):g}"
     fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
@@ -277,7 +299,7 @@ def _found(name: str, folder: Path) -> str:
 
 def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> Settings:
     """Make settings of options that are given, and of those that a profile and a job.toml keep."""
-    kept = {**kept, **_of_machine(given)}
+    kept = {**kept, **_of_machine(given), **_of_stock(given)}
     given = {name: value for name, value in given.items() if name != "machine"}
     for name in given:
         if all(name != option.name for option in OPTIONS):
@@ -295,7 +317,7 @@ def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> 
         plain = values.get(option.field, ()) if option.field == "sheets" else ()
         values[option.field] = (*value, *plain) if plain else value
     if "source" not in values:
-        raise InputError("no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
+        raise InputError("there is no mesh: name a file, or a shape such as shape:torus?m=24&n=12")
     return Settings.of(**(values | _user_library(values, given, kept, where)))
 
 
@@ -318,7 +340,7 @@ def _user_library(
     from fabweave.stock.supplies import materials_in_use, parse_materials  # noqa: PLC0415
 
     known: dict[str, tuple[Any, ...]] = {}
-    for name, naming in (("materials", "material"), ("targets", "target")):
+    for name, naming in (("library", "material"), ("rules", "target")):
         option = option_named(name)
         from_job = naming in kept and given.get(naming) is None
         known[name] = () if from_job else user_entries(name)
@@ -328,8 +350,8 @@ def _user_library(
     material = values.get("material", option_named("material").default)
     target = values.get("target", option_named("target").default)
     return {
-        "materials": materials_in_use(parse_materials(material), known["materials"]),
-        "targets": targets_in_use(target, known["targets"]),
+        "library": materials_in_use(parse_materials(material), known["library"]),
+        "rules": targets_in_use(target, known["rules"]),
     }
 
 
@@ -363,5 +385,8 @@ def read_job_options(path: Path) -> dict[str, Any]:
     """
     job = read_toml(path, "the settings").get("job")
     if not isinstance(job, dict):
-        raise InputError(f"{path} has no table [job] with settings; a finished job's job.toml has")
+        raise InputError(
+            f"{path} has no table [job] with settings; use the job.toml of a finished job"
+        )
+    _fold(job)
     return job

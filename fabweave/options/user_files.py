@@ -27,8 +27,8 @@ def user_folder() -> Path:
 
 
 def user_file(name: str) -> Path:
-    """Return the user's own ``materials.toml`` or ``targets.toml``, which need not be there."""
-    return user_folder() / f"{name}.toml"
+    """Return the file in the configuration folder that an option stands for, there or not."""
+    return user_folder() / {"library": "materials.toml", "rules": "targets.toml"}[name]
 
 
 def user_entries(name: str, files: Sequence[Any] = ()) -> tuple[Any, ...]:
@@ -36,7 +36,7 @@ def user_entries(name: str, files: Sequence[Any] = ()) -> tuple[Any, ...]:
 
     Parameters
     ----------
-    name : {"materials", "targets"}
+    name : {"library", "rules"}
     files : sequence
         Further files, or what else the option of that name takes.
 

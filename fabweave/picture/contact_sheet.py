@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.errors import InputError
@@ -79,6 +80,14 @@ def contact_sheet(
     return sheet
 
 
+def titled(picture: Image.Image, text: str) -> Image.Image:
+    """Write a text into the foot of a picture, and return the picture."""
+    size = max(picture.width // 24, 11)
+    place, font = (picture.width / 2, picture.height - _high(size)), ImageFont.load_default(size)
+    ImageDraw.Draw(picture).text(place, text, fill=_INK, font=font, anchor="mm")
+    return picture
+
+
 def stacked(*pictures: Image.Image) -> Image.Image:
     """Put pictures below one another, each in the middle."""
     wide, high = max(p.width for p in pictures), sum(p.height for p in pictures)
@@ -91,14 +100,8 @@ def stacked(*pictures: Image.Image) -> Image.Image:
 
 
 def side_by_side(*pictures: Image.Image) -> Image.Image:
-    """Put pictures beside one another, from the top."""
-    wide, high = sum(p.width for p in pictures), max(p.height for p in pictures)
-    whole = Image.new("RGB", (wide, high), (255, 255, 255))
-    left = 0
-    for picture in pictures:
-        whole.paste(picture, (left, 0))
-        left += picture.width
-    return whole
+    """Put pictures of one height beside one another."""
+    return Image.fromarray(np.hstack([np.asarray(picture) for picture in pictures]))
 
 
 def _high(points: int) -> int:

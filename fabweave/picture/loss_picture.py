@@ -1,7 +1,6 @@
 """Show in colour how far a model is from the surface that stands in for it."""
 
 import textwrap
-from collections.abc import Sequence
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -10,7 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.mesh.likeness import Likeness, LossMap
 from fabweave.picture.camera import View, choose_view
-from fabweave.picture.contact_sheet import side_by_side, stacked
+from fabweave.picture.contact_sheet import side_by_side, stacked, titled
 from fabweave.picture.object_picture import SIDE_PX, opposite_view, png_bytes
 from fabweave.picture.render import render_scene
 
@@ -43,30 +42,27 @@ def loss_colours(loss: LossMap) -> Colours:
 
 def _ramp(share: FloatArray) -> Colours:
     """Return colours of numbers from 0 to 1."""
-    light = light_of(_RAMP)
-    at = np.clip(share, 0.0, 1.0) * (len(light) - 1)
-    before = np.minimum(at.astype(np.int64), len(light) - 2)
-    part = (at - before)[:, None]
-    return bytes_of((1.0 - part) * light[before] + part * light[before + 1])
+    light, at = light_of(_RAMP), np.linspace(0.0, 1.0, len(_RAMP))
+    return bytes_of(np.stack([np.interp(share, at, part) for part in light.T], axis=-1))
 
 
-def loss_tiles(
-    loss: LossMap, views: Sequence[View], sizes_px: Sequence[tuple[int, int]]
-) -> Image.Image:
-    """Make a picture of a model from some sides, one beside the other, coloured by what is lost.
+def loss_tiles(loss: LossMap, front: View, size_px: tuple[int, int]) -> Image.Image:
+    """Make a picture of a model from the front and from behind, coloured by what is lost.
 
     Parameters
     ----------
     loss : LossMap
-    views : sequence of View
-    sizes_px : sequence of (int, int)
-        Width and height of each; all are as high as the first.
+    front : View
+    size_px : (int, int)
+        Width and height of each half.
     """
     colours = loss_colours(loss)
     return side_by_side(
         *(
-            render_scene(loss.points, loss.triangles, colours, size_px=size_px, view=view)
-            for view, size_px in zip(views, sizes_px, strict=True)
+            titled(
+                render_scene(loss.points, loss.triangles, colours, size_px=size_px, view=view), text
+            )
+            for view, text in ((front, "from the front"), (opposite_view(front), "from behind"))
         )
     )
 
@@ -120,9 +116,7 @@ def loss_picture(loss: LossMap, text: str = "") -> Image.Image:
     Image
         RGB; the same for the same input.
     """
-    front = choose_view(loss.points, loss.triangles)
-    views = (front, opposite_view(front))
-    tiles = loss_tiles(loss, views, (SIDE_PX, SIDE_PX))
+    tiles = loss_tiles(loss, choose_view(loss.points, loss.triangles), SIDE_PX)
     return stacked(tiles, loss_legend(loss, tiles.width, text))
 
 

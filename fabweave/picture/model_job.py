@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from PIL import Image
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
@@ -24,7 +23,7 @@ from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.plan.colours import woven_colours
 from fabweave.ribbon.lay import WovenObject, keep_clear
 from fabweave.stock.supplies import Supplies
-from fabweave.weave.weave_mesh import weave_mesh
+from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
@@ -115,13 +114,7 @@ def write_model(
     if yarn is None:
         woven = keep_clear(woven, completed.ribbons, supplies)
     colours = woven_colours(woven, settings.pieces.colours, supplies)
-    facts: dict[str, Any] = {
-        "file": str(path),
-        "kind": "ribbons" if yarn is None else "yarns",
-        "threads": woven.weave.threads.n_threads,
-        "crossings": woven.weave.threads.n_crossings,
-        "notes": [*woven.source.notes, *woven.result.notes],
-    }
+    facts = _facts(path, "ribbons" if yarn is None else "yarns", woven)
     bodies: tuple[Body, ...]
     if yarn is not None:
         bodies, facts["radius_mm"] = _spun(woven, colours, yarn, progress)
@@ -161,9 +154,14 @@ def _shown_on_mesh(
         for view in views or (None,)
     ]
     write_files({path: png_bytes(side_by_side(*tiles))})
+    return _facts(path, show, woven)
+
+
+def _facts(path: Path, kind: str, woven: WovenMesh) -> dict[str, Any]:
+    """Return what is told of a file that shows a woven mesh."""
     return {
         "file": str(path),
-        "kind": show,
+        "kind": kind,
         "threads": woven.weave.threads.n_threads,
         "crossings": woven.weave.threads.n_crossings,
         "notes": [*woven.source.notes, *woven.result.notes],
@@ -217,14 +215,10 @@ def _picture(
     views: Sequence[View],
 ) -> bytes:
     """Return a picture from each of the views, side by side, as PNG."""
-    tiles = []
-    for view in views or (None,):
-        tiles.append(
-            weave_picture(woven.ribbons, colours, view=view, samples=_SAMPLES)
-            if bodies is None
-            else bodies_picture(bodies, view=view)
-        )
-    sheet = Image.new("RGB", (sum(tile.width for tile in tiles), tiles[0].height))
-    for left, tile in zip(np.cumsum([0, *(tile.width for tile in tiles)]), tiles, strict=False):
-        sheet.paste(tile, (int(left), 0))
-    return png_bytes(sheet)
+    tiles = (
+        weave_picture(woven.ribbons, colours, view=view, samples=_SAMPLES)
+        if bodies is None
+        else bodies_picture(bodies, view=view)
+        for view in views or (None,)
+    )
+    return png_bytes(side_by_side(*tiles))

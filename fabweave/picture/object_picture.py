@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from PIL import Image
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
@@ -16,15 +16,21 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.camera import View, choose_view
-from fabweave.picture.contact_sheet import contact_sheet, side_by_side
-from fabweave.picture.render import Marks, object_frame, render_scene
-from fabweave.picture.shading import smooth_normals
+from fabweave.picture.contact_sheet import contact_sheet, side_by_side, titled
+from fabweave.picture.render import (
+    Marks,
+    middle_edge_px,
+    object_frame,
+    render_scene,
+    smooth_normals,
+)
 from fabweave.picture.surfaces import (
     face_normals,
     polygon_triangles,
     ribbon_triangles,
     rung_colours,
 )
+from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.ribbon.project import Ribbons
 
 _STONE = (205, 214, 224)
@@ -79,7 +85,9 @@ def mesh_picture(
         view=view,
         normals=normals,
         edges=sides,
-        line_px=_line_width(vertices, triangles, sides, view, size_px, 0.09),
+        line_px=float(
+            np.clip(0.09 * middle_edge_px(vertices, triangles, sides, view, size_px), 0.3, 1.3)
+        ),
         marks=marks,
         samples=samples,
     )
@@ -200,24 +208,6 @@ def render_shapes(shapes: Sequence[Shape] = SHAPES) -> Image.Image:
     return contact_sheet(tiles, captions, columns=4)
 
 
-def _line_width(
-    vertices: FloatArray,
-    triangles: IntArray,
-    sides: BoolArray,
-    view: View,
-    size_px: tuple[int, int],
-    share: float,
-) -> float:
-    """Return a width in pixels for the edges of a mesh: a share of their length in the picture."""
-    if len(triangles) == 0:
-        return 1.0
-    frame = object_frame(vertices, triangles, view, size_px)
-    row, side = np.nonzero(sides)
-    ends = vertices[triangles[row, side]] - vertices[triangles[row, (side + 1) % 3]]
-    length = float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
-    return float(np.clip(share * length, 0.3, 1.3))
-
-
 def bodies_picture(
     bodies: Sequence[Body],
     view: View | None = None,
@@ -268,6 +258,10 @@ def bodies_picture(
     )
 
 
+#: Pictures by which outlines are compared; outlines that differ by less of their area are the same.
+_OUTLINE_PX, _OTHER_SHARE = (90, 90), 0.06
+#: From so high what is inside a ring or a vase is seen.
+_ABOVE_DEG = 75.0
 #: Both views are equally large, and of one scale.
 SIDE_PX = (720, 720)
 
@@ -283,44 +277,55 @@ def opposite_view(view: View) -> View:
     return replace(view, azimuth_deg=view.azimuth_deg % 360.0 - 180.0)
 
 
+def second_view(vertices: FloatArray, triangles: IntArray, first: View) -> tuple[View, str]:
+    """Return another view that shows something else, and from where it is.
+
+    From behind, unless there the object has the outline that it has from the first: of a ring or a
+    vase that would be the same picture again, and what is inside shows from above.
+    """
+    behind = opposite_view(first)
+    covered = [
+        nearest_triangles(
+            object_frame(vertices, triangles, view, _OUTLINE_PX).pixels(vertices),
+            triangles,
+            width=_OUTLINE_PX[0],
+            height=_OUTLINE_PX[1],
+        )[0]
+        >= 0
+        for view in (first, behind)
+    ]
+    if np.mean(covered[0] != covered[1]) > _OTHER_SHARE * np.mean(covered[0]):
+        return behind, "from behind"
+    return replace(first, elevation_deg=_ABOVE_DEG), "from above"
+
+
 def object_portrait(ribbons: Ribbons, colours: Colours) -> Image.Image:
-    """Make a picture of a woven object from the front, and beside it from behind.
+    """Make a picture of a woven object from the front and from another side; both say so.
 
     Parameters
     ----------
     ribbons : Ribbons
-        The ribbons in space.
     colours : (P, 2, 3) or (T, 3) uint8 array
         The colours of all passes, or of the threads.
-
-    Returns
-    -------
-    Image
-        RGB; the same for the same input.
-
-    Raises
-    ------
-    InputError
-        If there is no ribbon, or the colours are not as many as passes or threads.
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     if len(triangles) == 0:
         raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
     front = choose_view(vertices, triangles)
-    views = (front, opposite_view(front))
-    scale = min(
-        object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm for view in views
+    views = ((front, "from the front"), second_view(vertices, triangles, front))
+    width_mm = SIDE_PX[0] / min(
+        object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm
+        for view, _ in views
     )
-    width_mm = SIDE_PX[0] / scale
     return side_by_side(
         *(
-            weave_picture(
-                ribbons,
-                colours,
-                size_px=SIDE_PX,
-                view=replace(view, width_mm=width_mm),
+            titled(
+                weave_picture(
+                    ribbons, colours, size_px=SIDE_PX, view=replace(view, width_mm=width_mm)
+                ),
+                where,
             )
-            for view in views
+            for view, where in views
         )
     )
 

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_of_corner, next_corner
@@ -123,6 +123,4 @@ def face_normals(mesh: PolyMesh) -> FloatArray:
     """Return the mean unit normal of each face, (F, 3)."""
     here = mesh.vertices[mesh.indices]
     area = np.cross(here, here[next_corner(mesh)])
-    normal = np.add.reduceat(area, mesh.offsets[:-1], axis=0)
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.asarray(normal / np.where(size > 0.0, size, 1.0), dtype=np.float64)
+    return unit(np.add.reduceat(area, mesh.offsets[:-1], axis=0))

@@ -12,7 +12,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet
-from fabweave.picture.render import Marks, object_frame, render_scene
+from fabweave.picture.render import Marks, middle_edge_px, render_scene
 from fabweave.picture.surfaces import face_normals, polygon_triangles
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
@@ -90,7 +90,7 @@ def weave_on_mesh(
     vertices, triangles, sides, face = polygon_triangles(drawn)
     view = choose_view(vertices, triangles) if view is None else view
     lines = _colours_of_sides(ends, colours, triangles)
-    pixels = _middle_edge(mesh, halfedges, vertices, triangles, view, size_px)
+    pixels = middle_edge_px(vertices, triangles, sides, view, size_px)
     if what == "faults":
         size = float(np.clip(_MARK_SHARE * pixels, _SMALLEST_PX, _LARGEST_PX))
         marks = Marks(*broken_places(mesh, halfedges, weave), size)
@@ -203,8 +203,8 @@ def _cut_along_diagonals(
         far = int(halfedges.next[halfedges.next[here]])
         tail, head = halfedges.tail, halfedges.head
         faces += [
-            [int(v) for v in (tail[here], middle[here], middle[far], head[far])],
-            [int(v) for v in (middle[here], head[here], tail[far], middle[far])],
+            [tail[here], middle[here], middle[far], head[far]],
+            [middle[here], head[here], tail[far], middle[far]],
         ]
         owner += [face, face]
     comes = seams.across[seams.across >= 0]
@@ -215,15 +215,9 @@ def _cut_along_diagonals(
         np.column_stack((middle, halfedges.head)),
         np.column_stack((middle[comes], middle[goes])),
     ))  # fmt: skip
-    of_edges = edge_colours[halfedges.edge]
-    colours = np.concatenate(
-        (
-            of_edges,
-            of_edges,
-            of_edges,
-            np.tile(np.array(_DIAGONAL, dtype=np.uint8), (len(comes), 1)),
-        )
-    )
+    # Edges are drawn whole, and in the halves of quads that are cut.
+    diagonals = np.full((len(comes), 3), _DIAGONAL, dtype=np.uint8)
+    colours = np.concatenate((np.tile(edge_colours[halfedges.edge], (3, 1)), diagonals))
     cut = PolyMesh.from_faces(np.concatenate((mesh.vertices, middles)), faces)
     return cut, np.array(owner, dtype=np.int64), ends, colours
 
@@ -274,20 +268,6 @@ def _colours_of_sides(ends: IntArray, colours: Colours, triangles: IntArray) -> 
     wanted = np.minimum(triangles, after) * count + np.maximum(triangles, after)
     place = np.minimum(np.searchsorted(key[order], wanted), len(order) - 1)
     return np.asarray(colours[order[place]])
-
-
-def _middle_edge(
-    mesh: PolyMesh,
-    halfedges: Halfedges,
-    vertices: FloatArray,
-    triangles: IntArray,
-    view: View,
-    size_px: tuple[int, int],
-) -> float:
-    """Return the length of the middle edge in the picture, in pixels."""
-    frame = object_frame(vertices, triangles, view, size_px)
-    ends = mesh.vertices[halfedges.tail] - mesh.vertices[halfedges.head]
-    return float(np.median(np.linalg.norm(ends, axis=1))) * frame.pixels_per_mm
 
 
 def _caption(what: ViewOf, weave: Weave, halfedges: Halfedges, seams: Seams | None) -> str:

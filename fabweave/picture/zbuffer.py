@@ -124,41 +124,6 @@ def nearest_triangles(
     return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
 
 
-def all_fragments(
-    points: FloatArray, triangles: IntArray, *, width: int, height: int
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return what each triangle covers, seen or hidden: the layers behind one another.
-
-    Parameters
-    ----------
-    points, triangles, width, height
-        As for ``nearest_triangles``.
-
-    Returns
-    -------
-    triangle : (N,) int array
-        A triangle, once for each pixel whose centre it covers; in ascending order.
-    pixel : (N,) int array
-        The pixel, counted along rows from the top.
-    nearness : (N,) float array
-        How near the triangle is there.
-
-    Examples
-    --------
-    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
-    >>> found = all_fragments(square, np.array([[0, 1, 2], [0, 1, 3]]), width=2, height=2)
-    >>> found[0].tolist(), found[1].tolist()
-    ([0, 0, 0, 1], [0, 1, 3, 0])
-    """
-    corners = points[triangles]
-    depth = planes_through(corners, corners[:, :, 2])
-    triangle, row, start, end = _row_spans(corners, width, height)
-    counts = end - start
-    column = np.arange(counts.sum()) + np.repeat(start - offsets_of(counts)[:-1], counts)
-    triangle, row = np.repeat(triangle, counts), np.repeat(row, counts)
-    return triangle, row * width + column, depth.at(triangle, column + 0.5, row + 0.5)
-
-
 def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:
     """Yield ranges of rows of triangles that have about ``_BATCH`` pixels each."""
     number = offsets_of(counts)[:-1] // _BATCH

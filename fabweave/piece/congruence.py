@@ -70,20 +70,23 @@ def compare_pieces(
     same_mm : float
         By how much pieces of one kind may differ.
     """
-    first_of: list[int] = []
-    buckets: dict[tuple[int, ...], list[int]] = {}
     kinds, turned = np.zeros(len(pieces), dtype=np.int64), np.zeros(len(pieces), dtype=np.bool_)
     off = np.zeros(len(pieces))
+    known = np.array([_invariants(piece) for piece in pieces]).reshape(-1, 6)
+    known = np.column_stack((np.zeros(len(pieces)) if stuff is None else stuff, known))
+    # What is counted is the same in all of one kind; lengths differ by less than the last two.
+    apart_by = np.array([0.0] * 5 + [4.0 * same_mm] * 2)
+    first_of: list[int] = []
+    leaders = np.empty_like(known)
     for index, piece in enumerate(pieces):
-        key = np.append(0 if stuff is None else stuff[index], _invariants(piece, same_mm))
-        near = (one for cell in _cells(key) for one in buckets.get(cell, ()))
-        for kind, backwards in product(near, (False, True)):
+        near = np.all(np.abs(leaders[: len(first_of)] - known[index]) <= apart_by, axis=1)
+        for kind, backwards in product(np.flatnonzero(near).tolist(), (False, True)):
             apart = apart_mm(piece, pieces[first_of[kind]], backwards=backwards)
             if apart <= same_mm:
                 kinds[index], turned[index], off[index] = kind + 1, backwards, apart
                 break
         else:
-            buckets.setdefault(tuple(np.floor(key).astype(int).tolist()), []).append(len(first_of))
+            leaders[len(first_of)] = known[index]
             first_of.append(index)
             kinds[index] = len(first_of)
     return Kinds(kinds, turned, off)
@@ -135,25 +138,13 @@ def alike_crossings(
     return np.asarray(np.unique(label[:n_crossings], return_inverse=True)[1])
 
 
-def _invariants(piece: Piece, same_mm: float) -> npt.NDArray[np.float64]:
-    """Return numbers that no motion changes; those of one kind differ by less than one."""
+def _invariants(piece: Piece) -> tuple[float, ...]:
+    """Return four counts and two lengths that no motion changes."""
     points = piece.points
-    span = float(np.hypot(*(points[-1] - points[0])))
     ring = shapely.LinearRing(piece.outline)
     reach = float(shapely.Point(points.mean(axis=0)).hausdorff_distance(ring))
-    counts = (len(points), int(piece.over.sum()), len(piece.more_holes), len(piece.slots))
-    return np.array([*counts, span / (4 * same_mm), reach / (4 * same_mm)])
-
-
-def _cells(key: npt.NDArray[np.float64]) -> list[tuple[int, ...]]:
-    """Return the cells in which something of the same kind may have been put."""
-    counts = tuple(key[:-2].astype(int).tolist())
-    low, high = np.floor(key[-2:] - 0.5).astype(int), np.floor(key[-2:] + 0.5).astype(int)
-    return [
-        (*counts, int(a), int(b))
-        for a in dict.fromkeys((low[0], high[0]))
-        for b in dict.fromkeys((low[1], high[1]))
-    ]
+    counts = len(points), int(piece.over.sum()), len(piece.more_holes), len(piece.slots)
+    return *counts, float(np.hypot(*(points[-1] - points[0]))), reach
 
 
 def motion_onto(piece: Piece, other: Piece, *, backwards: bool) -> tuple[complex, complex]:

@@ -9,7 +9,7 @@ from fabweave.core.arrays import BoolArray
 from fabweave.mesh.leave_out import Opening
 from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.grain import grain_findings, tight_along
+from fabweave.piece.grain import ACROSS_DEG, tight_along
 from fabweave.piece.joined_strands import JoinedObject
 from fabweave.piece.joint.fastening import (
     beside_edges,
@@ -26,6 +26,7 @@ from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.rules.finding import FAR, Finding
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
@@ -50,7 +51,11 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
     beside = [beside_opening(woven, opening) for opening in openings]
     for crossings in beside:
         fastened |= crossings
-    hanging = hung(woven, asked.hang)
+    hanging = np.zeros_like(fastened)
+    if asked.hang is not None:
+        # As the map tells where they are: of two that are as high, both choose the same.
+        places = woven.ribbons.centre.round(DECIMALS)
+        hanging = hanging_crossings(parse_hanging(asked.hang), places)
     fastened |= hanging
     bend_t = min(
         min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
@@ -75,15 +80,6 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
     )
     rings = _rings(openings, beside, piece_set, woven, brief)
     return replace(piece_set, rings=rings, hanging=hanging)
-
-
-def hung(woven: WovenObject, hang: str | None) -> BoolArray:
-    """Return the crossings that carry something, (X,)."""
-    if hang is None:
-        return np.zeros(woven.weave.threads.n_crossings, dtype=np.bool_)
-    # As the map tells where they are: of two that are as high, both choose the same.
-    places = woven.ribbons.centre.round(DECIMALS)
-    return hanging_crossings(parse_hanging(hang), places)
 
 
 def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:
@@ -134,15 +130,41 @@ def _rings(
 def with_grain(
     check: RibbonCheck, joined: JoinedObject, pieces: Sequence[Piece], rotations: str
 ) -> RibbonCheck:
-    """Return a check that also says which tight bends may lie off the line across the grain."""
-    woven = joined.woven
-    found = grain_findings(
-        pieces,
-        joined.plan.runs,
-        woven.weave.threads,
-        tight_along(woven.ribbons, check.limits),
-        parse_rotations(rotations),
-        woven.labels,
-        woven.ribbons.centre,
+    """Return a check that also says which tight bends may lie off the line across the grain.
+
+    Where a piece turns, its strip does not run as its length does: from station to station the
+    line between them counts. What the rotations allow is added.
+    """
+    woven, threads, turns = joined.woven, joined.woven.weave.threads, parse_rotations(rotations)
+    tight = tight_along(woven.ribbons, check.limits)
+    if not turns.across or not tight.any():
+        return check
+    passes, off = [], []
+    for piece, first in zip(pieces, joined.plan.runs.first.tolist(), strict=True):
+        step = np.abs(np.diff(piece.points, axis=0))
+        around = (first + np.arange(len(step))) % threads.lengths[piece.thread]
+        passes.append(threads.offsets[piece.thread] + around)
+        off.append(np.degrees(np.arctan2(step[:, 1], step[:, 0])) + turns.tolerance_deg)
+    at, degrees = np.concatenate(passes), np.concatenate(off)
+    at, degrees = at[tight[at]], degrees[tight[at]]
+    if degrees.max(initial=0.0) <= ACROSS_DEG:
+        return check
+    worst = int(np.argmax(degrees))
+    thread, crossing = int(threads.thread_of_pass[at[worst]]), int(threads.crossing[at[worst]])
+    x, y, z = (round(float(value), 3) for value in woven.ribbons.centre[crossing])
+    found = Finding(
+        rule="grain",
+        severity="warn",
+        value=float(degrees[worst]),
+        limit=ACROSS_DEG,
+        unit="degrees",
+        thread=woven.labels[thread],
+        station=int(at[worst] - threads.offsets[thread]),
+        crossing=crossing,
+        other=None,
+        position=(x, y, z),
+        count=int(np.count_nonzero(degrees > ACROSS_DEG)),
+        of=len(at),
+        far=int(np.count_nonzero(degrees > ACROSS_DEG / FAR)),
     )
-    return replace(check, findings=(*check.findings, *found))
+    return replace(check, findings=(*check.findings, found))

@@ -6,7 +6,14 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    frozen_value,
+    offsets_of,
+    places_in_groups,
+)
 from fabweave.piece.piece import Piece
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave, strand_passes
@@ -52,7 +59,7 @@ def run_rungs(
     """
     counts = last - first + 1
     offsets = offsets_of(counts)
-    within = np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
+    within = places_in_groups(counts)
     sizes = np.diff(ribbons.offsets)[thread]
     local = (np.repeat(first, counts) + within) % np.repeat(sizes, counts)
     return offsets, np.repeat(ribbons.offsets[:-1][thread], counts) + local
@@ -314,26 +321,14 @@ def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> 
     thread = threads.thread_of_pass[first]
     panel_offsets = offsets_of(np.array([len(piece.crossings) for piece in pieces], dtype=np.int64))
     stations = np.diff(panel_offsets)
-    place = _counted(first - threads.offsets[thread], stations)
+    place = np.repeat(first - threads.offsets[thread], stations) + places_in_groups(stations)
     entry = local_entry(ribbons, np.repeat(thread, stations), place)
     size = np.diff(ribbons.offsets)[thread]
     start, last = entry[panel_offsets[:-1]], entry[panel_offsets[1:] - 1] + 1
     start = np.where([piece.start_joint is None for piece in pieces], 0, start)
     last = np.where([piece.end_joint is None for piece in pieces], size - 1, last)
-    counts = last - start + 1
-    local = _counted(start, counts) % np.repeat(size, counts)
-    return Stretches(
-        np.repeat(ribbons.offsets[thread], counts) + local,
-        offsets_of(counts),
-        entry - np.repeat(start, stations),
-        panel_offsets,
-    )
-
-
-def _counted(first: IntArray, counts: IntArray) -> IntArray:
-    """Count up from each of some numbers, so many times."""
-    offsets = offsets_of(counts)
-    return np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)
+    offsets, rung = run_rungs(ribbons, thread, start, last)
+    return Stretches(rung, offsets, entry - np.repeat(start, stations), panel_offsets)
 
 
 @frozen_value
@@ -351,6 +346,16 @@ class Runs:
     thread: IntArray
     first: IntArray
     last: IntArray
+
+    @classmethod
+    def of(cls, rows: Sequence[tuple[int, int, int]]) -> "Runs":
+        """Return the runs of some rows: thread, first and last pass."""
+        return cls(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+
+    @property
+    def rows(self) -> list[tuple[int, int, int]]:
+        """Thread, first and last pass of each run."""
+        return list(zip(self.thread.tolist(), self.first.tolist(), self.last.tolist(), strict=True))
 
     def joint_passes(self, threads: Threads) -> IntArray:
         """Return the pass at which each joint lies, (J,), in the order of runs that end there."""

@@ -36,7 +36,8 @@ from fabweave.ribbon.lay import (
     require_wide,
     resized,
 )
-from fabweave.ribbon.project import Ribbons, require_no_loop
+from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.project import require_no_loop
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.ribbon_limits import by_thread, thread_limits
@@ -246,7 +247,8 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
     # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
     # with narrower panels, not narrower.
     entry, factor = woven.ribbons.entry, narrowed.factor.copy()
-    width = np.minimum(*(_width_mm(woven.ribbons, entry + side) for side in (0, 1)))
+    widths = ribbon_widths(woven.ribbons)
+    width = np.minimum(widths[entry], widths[entry + 1])
     limits = thread_limits(brief.supplies, woven.bunches, brief.ribbons.clearance_mm)
     floor = factor * by_thread(limits.width_mm, threads.thread_of_pass) / np.maximum(width, 1e-9)
     thickness = brief.supplies.thickness_mm(woven.bunches)
@@ -265,10 +267,6 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
     return factor
 
 
-def _width_mm(ribbons: Ribbons, rung: IntArray) -> FloatArray:
-    return np.linalg.norm(ribbons.left[rung] - ribbons.right[rung], axis=1)
-
-
 def _too_large(
     woven: WovenObject, runs: Runs, outlines: Sequence[FloatArray], placed: BoolArray
 ) -> str:
@@ -278,9 +276,7 @@ def _too_large(
         f"{woven.labels[thread]} from its crossing {first} to its crossing "
         f"{last % woven.weave.threads.lengths[thread]} ({shape.length_mm:.1f} × "
         f"{shape.width_mm:.1f} mm)"
-        for thread, first, last, shape in zip(
-            runs.thread, runs.first, runs.last, shapes, strict=True
-        )
+        for (thread, first, last), shape in zip(runs.rows, shapes, strict=True)
     ]
     return (
         agree(len(pieces), "{n} piece[ fits|s fit] on no sheet with [its|their] laps, and ")
@@ -294,7 +290,7 @@ def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
     """Say which stretches of threads would cross themselves however they are cut."""
     threads = woven.weave.threads
     places = []
-    for thread, first, last in zip(kinks.thread, kinks.first, kinks.last, strict=True):
+    for thread, first, last in kinks.rows:
         ends = np.array([first, last]) % threads.lengths[thread]
         centre = woven.ribbons.centre[threads.crossing[threads.offsets[thread] + ends]].mean(axis=0)
         place = ", ".join(f"{value:.0f}" for value in centre)

@@ -18,7 +18,7 @@ from fabweave.piece.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_she
 from fabweave.stock.material import Material
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
-from fabweave.stock.supplies import Supplies
+from fabweave.stock.supplies import Supplies, Supply
 
 #: Arcs of rings are nested as chords that are off by this at most, millimetres.
 FLAT_MM = 0.01
@@ -99,27 +99,27 @@ def outlines_with_place(
     supply_of_piece = supplies.of(bunches)[threads]
     for index, supply in enumerate(supplies.each):
         group = np.flatnonzero(supply_of_piece == index)
-        placed[group] = fits_stock(
-            [outlines[piece] for piece in group.tolist()],
-            supplies.as_nested(supply.sheets),
-            margin_mm=supplies.margin_mm,
-            gap_mm=supply.gap_mm,
-            effort=effort,
-            rotations=parse_rotations(supplies.rotations),
+        placed[group] = _fit(
+            [outlines[piece] for piece in group.tolist()], supply, supplies, effort
         )
     return placed
 
 
 def rings_fit(ring: RimRing, supplies: Supplies, effort: str) -> bool:
     """Return whether each piece of a ring fits on a sheet of the first material, alone."""
-    supply = supplies.each[0]
-    return bool(
-        fits_stock(
-            [piece.path.flattened(FLAT_MM) for piece in ring.pieces],
-            supplies.as_nested(supply.sheets),
-            margin_mm=supplies.margin_mm,
-            gap_mm=supply.gap_mm,
-            effort=effort,
-            rotations=parse_rotations(supplies.rotations),
-        ).all()
+    outlines = [piece.path.flattened(FLAT_MM) for piece in ring.pieces]
+    return bool(_fit(outlines, supplies.each[0], supplies, effort).all())
+
+
+def _fit(
+    outlines: Sequence[FloatArray], supply: Supply, supplies: Supplies, effort: str
+) -> BoolArray:
+    """Return which outlines fit on a sheet of a supply, each alone, (N,)."""
+    return fits_stock(
+        outlines,
+        supplies.as_nested(supply.sheets),
+        margin_mm=supplies.margin_mm,
+        gap_mm=supply.gap_mm,
+        effort=effort,
+        rotations=parse_rotations(supplies.rotations),
     )

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
 from fabweave.piece.congruence import (
     DECIMALS,
     FIT_MM,
@@ -26,7 +26,7 @@ from fabweave.piece.outline import Frame, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
 from fabweave.piece.rim_ring import RimRing
 from fabweave.ribbon.project import Ribbons
-from fabweave.weave.pattern import Weave
+from fabweave.weave.pattern import Weave, strand_passes
 
 #: Less of a panel than this is no cover, square millimetres.
 _LEAST_MM2 = 0.01
@@ -57,8 +57,7 @@ def covered_parts(
     under = np.flatnonzero(~weave.over[stations.passes])
     if not len(under):
         return tuple(parts)
-    above = np.zeros(weave.threads.n_crossings, dtype=np.int64)
-    above[weave.threads.crossing[weave.over]] = np.flatnonzero(weave.over)
+    above = strand_passes(weave)[:, 1]
     own = _panels(ribbons, stations.passes[under])
     other = _panels(ribbons, above[stations.crossing[under]])
     panel = stations.panel[under]
@@ -284,7 +283,7 @@ def _pieces(
     """Lay all pieces to rest, with their names, joints and holes."""
     marked = np.array([kind.marked for kind in _joint_kinds(plan, drilled)], dtype=np.bool_)
     guides = guide_lines(cut, plan, marked)
-    numbers = _number_in_thread(runs)
+    numbers = 1 + places_in_groups(np.bincount(runs.thread))
     stations, pieces = cut.stations, []
     for index, number in enumerate(numbers.tolist()):
         thread, path, outline = int(runs.thread[index]), cut.paths[index], cut.outlines[index]
@@ -335,14 +334,6 @@ def _slots(
         path = slot_path(float(drilled.hole_mm[at]), stations.point[at], stations.way[at])
         slots.append(Slot(int(at - rows.start), Path(frame.apply(path.points), path.bulges)))
     return tuple(slots)
-
-
-def _number_in_thread(runs: Runs) -> IntArray:
-    """Return each piece's number along its thread, from 1."""
-    fresh = np.ones(len(runs.thread), dtype=bool)
-    fresh[1:] = runs.thread[1:] != runs.thread[:-1]
-    starts = np.flatnonzero(fresh)
-    return np.arange(len(fresh)) - np.repeat(starts, np.diff(np.append(starts, len(fresh)))) + 1
 
 
 def _join(

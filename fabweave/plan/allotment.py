@@ -1,22 +1,14 @@
 """Say which supply every thread and every sheet of a job is of."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from fabweave.core.arrays import IntArray, frozen_value
 from fabweave.nest.layout import Layout
+from fabweave.piece.piece import Piece
 from fabweave.stock.material import Material
 from fabweave.stock.supplies import Supplies, Supply
-
-
-class _Threaded(Protocol):
-    """What belongs to a thread, such as a piece."""
-
-    @property
-    def thread(self) -> int:
-        """Its number."""
 
 
 @frozen_value
@@ -40,7 +32,7 @@ class Allotment:
         """Return what a thread is cut from."""
         return self.supplies.each[int(self.threads[thread])]
 
-    def of_pieces(self, pieces: Sequence[_Threaded]) -> list[int]:
+    def of_pieces(self, pieces: Sequence[Piece]) -> list[int]:
         """Return the supply of each piece, as an index of ``supplies.each``."""
         return self.threads[[piece.thread for piece in pieces]].tolist()
 
@@ -59,7 +51,7 @@ class Allotment:
 
 
 def allot(
-    supplies: Supplies, bunches: IntArray, layout: Layout, pieces: Sequence[_Threaded]
+    supplies: Supplies, bunches: IntArray, layout: Layout, pieces: Sequence[Piece]
 ) -> Allotment:
     """Say which supply every thread and every sheet is of; a sheet is of that of its pieces.
 

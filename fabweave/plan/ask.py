@@ -63,7 +63,8 @@ def _supplies_of(settings: Settings) -> Supplies:
         by_bunch(stock.thickness_mm),
         by_bunch(stock.gap_mm),
         stock.sheets,
-        stock.materials,
+        stock.library,
+        settings.machine.bed,
     )
 
 

@@ -10,7 +10,7 @@ from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.options.settings import read_job_options
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight.preflight_job import supplies_of
+from fabweave.plan.preflight.preflight_job import finished_job, supplies_of
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.sheet.write.dxf import dxf_bytes
@@ -84,7 +84,7 @@ class _JobFigures(NamedTuple):
 def _read_job(directory: Path) -> _JobFigures:
     """Return what a finished job says."""
     options = read_job_options(directory / "job.toml")
-    try:
+    with finished_job(directory, "a coupon can be made for"):
         crossing_map = read_crossing_map(directory / "crossing_map.json")
         threads = read_ribbon_report(directory / "ribbons.json").threads
         holes = [
@@ -103,13 +103,6 @@ def _read_job(directory: Path) -> _JobFigures:
             median(widths) if widths else None,
             min(bends, default=None),
         )
-    except (LookupError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(
-            f"{directory} is not a finished job that a coupon can be made for "
-            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
-        ) from error
 
 
 #: The files of a coupon.

@@ -15,7 +15,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
-from fabweave.core.records import from_json, key, optional, read_json, record, to_json
+from fabweave.core.records import from_json, optional, read_json, record, to_json
 from fabweave.weave.twill.conditions import Broken
 from fabweave.weave.weave_pattern import WeaveResult
 
@@ -130,11 +130,11 @@ class CodeRecord:
 class SheetRecord:
     """A sheet as it lies on the bed.
 
-    ``number`` counts from 1; ``mirrored`` says that the sheet is drawn from its back. ``stock`` is
+    ``sheet`` counts from 1; ``mirrored`` says that the sheet is drawn from its back. ``stock`` is
     its name in the list of stock, empty if it is in none; ``grain_deg`` the direction of its grain.
     """
 
-    number: int = key("sheet")
+    sheet: int
     name: str
     width_mm: float
     height_mm: float
@@ -183,7 +183,7 @@ class CrossingRecord:
 
     id: int
     edge: tuple[int, int]
-    position_mm: tuple[float, float, float] = key("position")
+    position: tuple[float, float, float]
     over: StrandRecord
     under: StrandRecord
     fastened: bool | None = optional()
@@ -206,30 +206,35 @@ class StationRecord:
     crossing: int
     over: bool
     partner: str
-    x_mm: float = key("x")
-    y_mm: float = key("y")
+    x: float
+    y: float
     hole_mm: float | None
     joint: int | None
 
 
 @record
-class HoleRecord:
-    """A round hole."""
+class CutoutRecord:
+    """What is cut out of a piece: a round hole at a place, or a slot with its path."""
 
     station: int
-    kind: Literal["hole"] = "hole"
-    x_mm: float = key("x")
-    y_mm: float = key("y")
-    diameter_mm: float
+    kind: Literal["hole", "slot"]
+    x: float | None = optional(default=None)
+    y: float | None = optional(default=None)
+    diameter_mm: float | None = optional(default=None)
+    path: tuple[Corner, ...] | None = optional(default=None)
 
+    def __post_init__(self) -> None:
+        """Require what its kind needs."""
+        needs = {"hole": (self.x, self.y, self.diameter_mm), "slot": (self.path,)}[self.kind]
+        if None in needs:
+            raise ValueError("a hole needs x, y and diameter_mm, and a slot needs path")
 
-@record
-class SlotRecord:
-    """A cut-out that is not a circle."""
-
-    station: int
-    kind: Literal["slot"] = "slot"
-    path: tuple[Corner, ...]
+    @property
+    def hole(self) -> tuple[float, float, float] | None:
+        """The centre of a round hole and its diameter."""
+        if self.x is None or self.y is None or self.diameter_mm is None:
+            return None
+        return self.x, self.y, self.diameter_mm
 
 
 @record
@@ -244,8 +249,8 @@ class LabelRecord:
     text: str
     station: int | None
     height_mm: float
-    x_mm: float = key("x")
-    y_mm: float = key("y")
+    x: float
+    y: float
     rotation_deg: float
     box_mm: tuple[float, float]
     hidden: bool | None = optional()
@@ -281,7 +286,7 @@ class PieceRecord:
     path: tuple[Corner, ...]
     outline: tuple[Point, ...]
     stations: tuple[StationRecord, ...]
-    cutouts: tuple[HoleRecord | SlotRecord, ...]
+    cutouts: tuple[CutoutRecord, ...]
     labels: tuple[LabelRecord, ...]
     dropped: tuple[DroppedRecord, ...]
 
@@ -346,7 +351,7 @@ class StepRecord:
     holds, which wait for it.
     """
 
-    number: int = key("step")
+    step: int
     pieces: tuple[str, ...]
     crossings: tuple[int, ...]
     over: tuple[int, ...]
@@ -372,8 +377,8 @@ class CrossingMap:
     one, steps in their order.
     """
 
-    schema: Literal["fabweave.crossing-map/1"] = "fabweave.crossing-map/1"
-    units: Literal["mm"] = "mm"
+    schema: Literal["fabweave.crossing-map/1"]
+    units: Literal["mm"]
     weave: WeaveRecord
     layout: LayoutRecord
     cut: CutRecord
@@ -409,7 +414,7 @@ class CrossingMap:
         return to_json(self)
 
     @classmethod
-    def from_json(cls, document: object) -> "CrossingMap":
+    def from_json(cls, text: str | bytes) -> "CrossingMap":
         """Read a map from what ``crossing_map.json`` holds.
 
         Raises
@@ -418,7 +423,7 @@ class CrossingMap:
             If something is missing or of the wrong type, or a reference leads nowhere; the message
             says what and where.
         """
-        crossing_map = from_json(cls, document)
+        crossing_map = from_json(cls, text)
         _check_references(crossing_map)
         return crossing_map
 
@@ -446,7 +451,7 @@ def read_crossing_map(path: Path) -> CrossingMap:
 
 def _check_references(crossing_map: CrossingMap) -> None:
     """Raise InputError if the map names what it does not list, or its sheets are in disorder."""
-    numbers = [sheet.number for sheet in crossing_map.sheets]
+    numbers = [sheet.sheet for sheet in crossing_map.sheets]
     if numbers != list(range(1, len(numbers) + 1)):
         raise InputError(f"its sheets are numbered {few_of(numbers)}, not from 1 upwards in order")
     threads, crossings = crossing_map.threads, crossing_map.crossings

@@ -58,13 +58,13 @@ def piece_stations(crossing_map: CrossingMap) -> dict[str, list[StationRow]]:
     """
     crossings = {crossing.id: crossing for crossing in crossing_map.crossings}
     joints = {joint.id: joint for joint in crossing_map.joints}
-    step_of = {key: step.number for step in crossing_map.steps for key in step.crossings}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.crossings}
     tables = {}
     for piece in crossing_map.pieces:
         rows: list[StationRow] = []
         along, last = 0.0, None
         for number, station in enumerate(piece.stations):
-            here = station.x_mm, station.y_mm
+            here = station.x, station.y
             along += math.dist(last or here, here)
             last = here
             crossing = crossings[station.crossing]
@@ -111,7 +111,7 @@ def crossing_table(crossing_map: CrossingMap) -> str:
                 under.station,
                 upper.joint if lower.joint is None else lower.joint,
                 lower.hole_mm,
-                *crossing.position_mm,
+                *crossing.position,
             )
         )
     return _csv(_CROSSING_COLUMNS, rows)

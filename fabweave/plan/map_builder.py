@@ -7,7 +7,6 @@ import numpy as np
 
 from fabweave.core.arc_path import Path
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.mesh.halfedge import Halfedges
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
 from fabweave.piece.congruence import DECIMALS, spare_pieces
@@ -20,9 +19,9 @@ from fabweave.plan.crossing_map import (
     Corner,
     CrossingMap,
     CrossingRecord,
+    CutoutRecord,
     CutRecord,
     DroppedRecord,
-    HoleRecord,
     JointRecord,
     LabelRecord,
     LayoutRecord,
@@ -31,7 +30,6 @@ from fabweave.plan.crossing_map import (
     RestRecord,
     RotationRecord,
     SheetRecord,
-    SlotRecord,
     SpareRecord,
     StationRecord,
     StrandRecord,
@@ -39,27 +37,21 @@ from fabweave.plan.crossing_map import (
     weave_record,
 )
 from fabweave.plan.order.planning import Order
+from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.steps import build_steps, last_tenth
-from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import Label
 from fabweave.sheet.qr_code import code_of
 from fabweave.weave.pattern import Weave
-from fabweave.weave.weave_pattern import WeaveResult
 
 #: Bulges are shares, and are told more finely.
 _BULGE_DECIMALS = 9
 
 
 def build_crossing_map(
-    halfedges: Halfedges,
-    weave_result: WeaveResult,
-    bunches: IntArray,
-    labels: Sequence[str],
-    ribbons: Ribbons,
-    piece_set: PieceSet,
-    spared: IntArray,
+    planned: PlannedJob,
     marks: Sequence[Marks],
     layout: Layout,
     drawings: Sequence[SheetDrawing],
@@ -67,24 +59,13 @@ def build_crossing_map(
     allotment: Allotment,
     *,
     offcuts: Sequence[Offcut],
-    mirrored: bool,
     cut: CutRecord,
 ) -> CrossingMap:
     """Build the crossing map of a job; every reference in it is to an id in the same map.
 
     Parameters
     ----------
-    halfedges : Halfedges
-        Of the woven mesh.
-    weave_result : WeaveResult
-    bunches : (T,) int array
-        The bunch of each thread.
-    labels : sequence of str
-        The name of each thread.
-    ribbons : Ribbons
-    piece_set : PieceSet
-    spared : (S,) int array
-        Which piece each spare is a copy of.
+    planned : PlannedJob
     marks : sequence of Marks
         Those of each piece, then of each spare.
     layout : Layout
@@ -96,8 +77,6 @@ def build_crossing_map(
     allotment : Allotment
     offcuts : sequence of Offcut
         What is kept of sheets, as it is drawn.
-    mirrored : bool
-        Whether sheets are drawn mirrored, so that their insides are engraved.
     cut : CutRecord
         What the files for the cutter are like.
 
@@ -106,13 +85,15 @@ def build_crossing_map(
     ValueError
         If placements are not in the order of the pieces.
     """
-    weave = weave_result.weave
+    woven, piece_set, weave = planned.woven, planned.piece_set, planned.weave
     owners = find_owners(piece_set.pieces, weave.threads.n_crossings)
     steps = build_steps(piece_set, order)
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(
-        weave=weave_record(weave_result),
+        schema="fabweave.crossing-map/1",
+        units="mm",
+        weave=weave_record(woven.result),
         layout=LayoutRecord(
             margin_mm=layout.margin_mm,
             gap_mm=layout.gap_mm,
@@ -125,11 +106,11 @@ def build_crossing_map(
             recorded=layout.recorded,
         ),
         cut=cut,
-        sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=mirrored),
-        threads=_threads(weave, bunches, labels, piece_set),
-        crossings=_crossings(halfedges, weave, ribbons, piece_set, owners),
+        sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=planned.mirrored),
+        threads=_threads(weave, woven.bunches, woven.labels, piece_set),
+        crossings=_crossings(woven, piece_set, owners),
         pieces=_pieces(piece_set, marks, layout, owners),
-        spares=_spares(piece_set.pieces, spared, marks, layout),
+        spares=_spares(piece_set.pieces, planned.spared, marks, layout),
         joints=_joints(piece_set),
         assembly=AssemblyRecord(
             effort=round(order.total, 2),
@@ -161,7 +142,7 @@ def _sheets(
         code = code_of(drawing)
         records.append(
             SheetRecord(
-                number=index + 1,
+                sheet=index + 1,
                 name=drawing.name,
                 width_mm=sheet.width_mm,
                 height_mm=sheet.height_mm,
@@ -207,12 +188,12 @@ def _threads(
 
 
 def _crossings(
-    halfedges: Halfedges, weave: Weave, ribbons: Ribbons, piece_set: PieceSet, owners: Owners
+    woven: WovenObject, piece_set: PieceSet, owners: Owners
 ) -> tuple[CrossingRecord, ...]:
     """Return the crossings with their edge, position and both strands."""
-    first = weave.threads.crossing_halfedge
-    edges = np.column_stack((halfedges.tail[first], halfedges.head[first])).tolist()
-    positions = _points(ribbons.centre)
+    first = woven.weave.threads.crossing_halfedge
+    edges = np.column_stack((woven.halfedges.tail[first], woven.halfedges.head[first])).tolist()
+    positions = _points(woven.ribbons.centre)
 
     def strand(crossing: int, side: int) -> StrandRecord:
         piece = piece_set.pieces[int(owners.piece[crossing, side])]
@@ -224,7 +205,7 @@ def _crossings(
         CrossingRecord(
             id=crossing,
             edge=tuple(edge),
-            position_mm=position,
+            position=position,
             over=strand(crossing, 1),
             under=strand(crossing, 0),
             fastened=bool(piece_set.fastened[crossing]),
@@ -313,8 +294,8 @@ def _stations(piece: Piece, partners: Sequence[str]) -> tuple[StationRecord, ...
             crossing=crossing,
             over=over[k],
             partner=partners[k],
-            x_mm=points[k][0],
-            y_mm=points[k][1],
+            x=points[k][0],
+            y=points[k][1],
             hole_mm=None if np.isnan(holes[k]) else holes[k],
             joint=_joint_at(piece, k),
         )
@@ -329,13 +310,16 @@ def _joint_at(piece: Piece, station: int) -> int | None:
     return piece.start_joint if station == 0 else None
 
 
-def _cutouts(piece: Piece) -> tuple[HoleRecord | SlotRecord, ...]:
+def _cutouts(piece: Piece) -> tuple[CutoutRecord, ...]:
     """Return everything that is cut out of a piece, in the order in which it is drawn."""
     holes = (
-        HoleRecord(station=int(station), x_mm=x, y_mm=y, diameter_mm=diameter)
+        CutoutRecord(station=int(station), kind="hole", x=x, y=y, diameter_mm=diameter)
         for station, x, y, diameter in _points(piece.holes)
     )
-    slots = (SlotRecord(station=slot.station, path=_corners(slot.path)) for slot in piece.slots)
+    slots = (
+        CutoutRecord(station=slot.station, kind="slot", path=_corners(slot.path))
+        for slot in piece.slots
+    )
     return (*holes, *slots)
 
 
@@ -348,8 +332,8 @@ def _label(label: Label) -> LabelRecord:
         text=label.text,
         station=label.station,
         height_mm=label.height_mm,
-        x_mm=x,
-        y_mm=y,
+        x=x,
+        y=y,
         rotation_deg=round(label.rotation_deg, DECIMALS),
         box_mm=(round(length, DECIMALS), round(height, DECIMALS)),
         hidden=label.hidden or None,

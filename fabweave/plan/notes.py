@@ -7,19 +7,33 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.nest.layout import Layout
+from fabweave.piece.grain import grain_notes
 from fabweave.piece.joint.fastening import TIGHT_COVER
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
-from fabweave.plan.bom import bill_of_materials, bom_notes
+from fabweave.piece.split.length_curve import splitting_reason
+from fabweave.plan.bill_of_materials import bill_of_materials, bom_notes
+from fabweave.plan.extent import extent_notes
+from fabweave.plan.order.planning import Order
+from fabweave.plan.planned_job import PlannedJob
+from fabweave.plan.ribbon_report import ribbon_notes
+from fabweave.plan.steps import build_steps, order_note
+from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
-from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends
+from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.kerf import kerf_notes
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
+from fabweave.sheet.qr_code import code_notes
+from fabweave.sheet.rim_sheets import rim_notes
+from fabweave.stock.rotations import parse_rotations
 from fabweave.weave.pattern import Weave
 
+#: What is moved by less than this is as it was.
+_TOLD_MM = 1e-3
 #: What labels tell, in the order of ``KINDS``.
 _KIND_NAMES = (
     "piece ids",
@@ -31,32 +45,55 @@ _KIND_NAMES = (
 )
 
 
-def all_notes(
-    mesh: PolyMesh,
-    weave: Weave,
-    ribbons: Ribbons,
-    piece_set: PieceSet,
+def job_notes(
+    planned: PlannedJob,
+    layout: Layout,
     marks: Sequence[Marks],
-    rules: Sequence[HoleRule],
-    *,
+    order: Order,
+    drawings: Sequence[SheetDrawing],
+    kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
-    hardware: str | None = None,
-) -> list[str]:
-    """Return every note, the weave first, then ribbons, holes and letters.
-
-    ``seen_mm`` is how much of the engraving is seen on the woven object, if it was to be hidden;
-    ``hardware`` the sort of fastener that was asked for.
-    """
-    size = float(np.ptp(mesh.vertices, axis=0).max())
-    notes = _weave_notes(weave)
-    notes.append(_width_note(measure_bends(ribbons).width_mm))
-    notes += _hole_notes(piece_set, rules, size)
-    notes += joint_notes(piece_set, size, fastened=bool(rules))
-    notes += bom_notes(bill_of_materials(piece_set, hardware))
-    notes += _label_notes(marks)
-    if seen_mm is not None:
-        notes.append(_seen_note(marks, seen_mm))
-    return notes
+) -> tuple[str, ...]:
+    """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
+    settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
+    steps = build_steps(pieces, order)
+    plan = planned.split_plan
+    reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
+    return (
+        *woven.source.notes,
+        *woven.result.notes,
+        *fastening_notes(planned.fasten, settings.pieces.fasten, pieces),
+        *_weave_notes(woven.weave),
+        _width_note(measure_bends(woven.ribbons).width_mm),
+        *_hole_notes(pieces, planned.rules, woven.size_mm),
+        *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
+        *bom_notes(bill_of_materials(pieces, settings.pieces.hardware)),
+        *_label_notes(marks),
+        *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
+        *rim_notes(pieces.rings),
+        *hanging_notes(pieces, woven.weave, woven.labels),
+        f"pieces: {reason}",
+        *_fit_notes(pieces),
+        *_spare_notes(planned),
+        *width_notes(woven, settings.ribbons, planned.supplies),
+        *ribbon_notes(planned.check, planned.supplies.materials),
+        *grain_notes(
+            woven.ribbons,
+            planned.check.limits,
+            planned.supplies.materials,
+            parse_rotations(settings.stock.rotations),
+        ),
+        order_note(order, steps),
+        *layout.notes,
+        *(code_notes(drawings) if settings.machine.qr != "none" else ()),
+        *kerf_notes(
+            kerfed,
+            settings.machine.kerf_mm,
+            settings.machine.micro_joints,
+            service=settings.machine.profile == "service",
+        ),
+        *extent_notes(woven.weave.threads.n_crossings, len(steps)),
+    )
 
 
 def _seen_note(marks: Sequence[Marks], seen_mm: float) -> str:
@@ -271,3 +308,33 @@ def _label_notes(marks: Sequence[Marks]) -> list[str]:
         if troubles:
             notes.append(f"of {total} {name}, {' and '.join(troubles)}")
     return [f"letters: {'; '.join(notes)} (crossing_map.json lists them)"] if notes else []
+
+
+def _fit_notes(pieces: PieceSet) -> tuple[str, ...]:
+    """Say how far pieces were moved to be equal to others, if it was more than rounding."""
+    fitted = pieces.fitted_mm[pieces.fitted_mm > _TOLD_MM]
+    if not len(fitted):
+        return ()
+    note = agree(
+        len(fitted), "kinds: {n} [piece was|pieces were] made equal to others, from which "
+    )
+    return (
+        note + agree(len(fitted), "[it differs|they differ]") + f" by up to {fitted.max():.3f} mm: "
+        "less than the play of fasteners in their holes",
+    )
+
+
+def _spare_notes(planned: PlannedJob) -> tuple[str, ...]:
+    """Say how many spares there are, and how they are told from the pieces."""
+    spares, kinds = len(planned.spared), planned.piece_set.kinds.count
+    if not spares:
+        return ()
+    some = planned.to_cut[-spares].id
+    note = agree(spares, "spares: {n} [piece is|pieces are] cut besides, ")
+    note += (
+        f"for {agree(kinds, '{n} kind[|s]')} ({planned.settings.pieces.spares}); {some} is a spare "
+    )
+    note += "of " + some[: some.rindex("S")] + ", and of all pieces of its kind"
+    if 2 * spares > len(planned.kinds) and planned.settings.pieces.kinds != "fewest":
+        note += ". Few pieces repeat: --kinds fewest may ask for fewer spares"
+    return (note,)

@@ -12,8 +12,7 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json, optional, read_json, record
 from fabweave.piece.development import wave_turns
-from fabweave.piece.joint.holes import HoleRule
-from fabweave.piece.pieces import PieceSet
+from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
@@ -22,32 +21,17 @@ from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import Material, forming_advice, min_bend_radius_mm
 from fabweave.stock.ribbon_limits import Limits
-from fabweave.weave.pattern import Weave
 
 
-def hole_findings(
-    piece_set: PieceSet,
-    rules: Sequence[HoleRule],
-    weave: Weave,
-    ribbons: Ribbons,
-    labels: Sequence[str],
-) -> list[Finding]:
+def hole_findings(planned: PlannedJob) -> list[Finding]:
     """Find the crossings that have no room for a hole with its distance to every edge.
-
-    Parameters
-    ----------
-    piece_set : PieceSet
-        With the hole that was chosen.
-    rules : sequence of HoleRule
-        The holes that there were to choose from; none if no holes are wanted.
-    weave, ribbons, labels
-        As they are cut.
 
     Returns
     -------
     list of Finding
         One or none. Its size is that at which all crossings have room.
     """
+    piece_set, rules, woven = planned.piece_set, planned.rules, planned.woven
     if not rules:
         return []
     rule = (piece_set.rules or rules)[-1]
@@ -55,10 +39,10 @@ def hole_findings(
     if not len(narrow):
         return []
     crossing = int(narrow[np.argmin(piece_set.room_mm[narrow])])
-    threads = weave.threads
+    threads, labels = woven.weave.threads, woven.labels
     upper, lower = np.flatnonzero(threads.crossing == crossing)
     thread, other = threads.thread_of_pass[[upper, lower]].tolist()
-    x, y, z = (round(float(value), 3) for value in ribbons.centre[crossing])
+    x, y, z = (round(float(value), 3) for value in woven.ribbons.centre[crossing])
     return [
         Finding(
             rule="hole",
@@ -144,8 +128,8 @@ class RibbonReport:
     ``smallest_size_mm`` is the size of the object from which on all rules hold.
     """
 
-    schema: Literal["fabweave.ribbons/1"] = "fabweave.ribbons/1"
-    units: Literal["mm"] = "mm"
+    schema: Literal["fabweave.ribbons/1"]
+    units: Literal["mm"]
     limits: LimitRecord
     smallest_size_mm: int | None
     findings: tuple[Finding, ...]
@@ -174,6 +158,8 @@ def ribbon_report(
     several = isinstance(limits.thickness_mm, np.ndarray)
     clearance_mm = limits.clearance_mm
     return RibbonReport(
+        schema="fabweave.ribbons/1",
+        units="mm",
         limits=replace(
             LimitRecord() if several else _limit_record(limits), clearance_mm=clearance_mm
         ),

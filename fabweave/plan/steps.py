@@ -51,7 +51,7 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
     steps = [
         StepRecord(
-            number=number,
+            step=number,
             pieces=tuple(piece_set.pieces[placing.piece].id for placing in group),
             crossings=tuple(key for placing in group for key in placing.crossings),
             over=tuple(key for placing in group for key in placing.over),
@@ -77,7 +77,7 @@ def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
     names = [f"{pieces[over].id} with {pieces[under].id}" for under, over in owners.tolist()]
     return [
         StepRecord(
-            number=number,
+            step=number,
             pieces=(),
             crossings=(),
             over=(),

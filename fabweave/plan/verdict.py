@@ -5,14 +5,14 @@ another question, and is answered here.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
-from fabweave.ribbon.rules.finding import Finding, statement
-
-Level: TypeAlias = Literal["makeable", "with care", "not makeable"]
+from fabweave.ribbon.rules.finding import Finding as BrokenRule
+from fabweave.ribbon.rules.finding import statement
 
 #: The schema of ``verdict.json``.
 VERDICT = "fabweave.verdict/1"
@@ -46,21 +46,6 @@ _CARE = {
 
 
 @record
-class Reason:
-    """Something that stands in the way of building, or wants care; and what to do about it."""
-
-    rule: str
-    level: Literal["with care", "not makeable"]
-    text: str
-    advice: str
-
-    @property
-    def told(self) -> str:
-        """The reason in words, and what helps."""
-        return f"{self.text} ({self.advice})" if self.advice else self.text
-
-
-@record
 class Verdict:
     """Whether a thing can be built: ``verdict.json``.
 
@@ -68,18 +53,18 @@ class Verdict:
     ----------
     level : "makeable", "with care" or "not makeable"
         The worst of the reasons.
-    reasons : tuple of Reason
+    reasons : tuple of Finding
         The worst first.
     forced : bool
         Whether it was made although it is not makeable.
     """
 
     level: Level
-    reasons: tuple[Reason, ...]
+    reasons: tuple[Finding, ...]
     forced: bool = False
 
     @property
-    def stops(self) -> tuple[Reason, ...]:
+    def stops(self) -> tuple[Finding, ...]:
         """The reasons for which it cannot be built."""
         return tuple(reason for reason in self.reasons if reason.level == "not makeable")
 
@@ -104,7 +89,7 @@ class NotMakeableError(CannotMakeError):
 
 
 def judge(
-    findings: Sequence[Finding],
+    findings: Sequence[BrokenRule],
     *,
     narrowest_mm: float,
     bodies: int = 1,
@@ -120,7 +105,7 @@ def judge(
 
     Parameters
     ----------
-    findings : sequence of Finding
+    findings : sequence of BrokenRule
         The rules that the ribbons break.
     narrowest_mm : float
         The least width of a ribbon.
@@ -135,76 +120,68 @@ def judge(
 
     Examples
     --------
-    >>> few = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 120)
+    >>> few = BrokenRule("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 120)
     >>> judge([few], narrowest_mm=9.0).level
     'with care'
-    >>> many = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120)
+    >>> many = BrokenRule("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120)
     >>> judge([many], narrowest_mm=9.0).level
     'not makeable'
     >>> judge([], narrowest_mm=9.0).headline
     'makeable'
     """
     reasons = [_reason(finding) for finding in findings]
+
+    def care(rule: str, text: str, cure: str) -> None:
+        reasons.append(Finding(rule=rule, level="with care", text=text, cure=cure))
+
     if narrowest_mm < NARROW_MM and all(reason.rule != "width" for reason in reasons):
-        reasons.append(
-            Reason(
-                rule="narrow",
-                level="with care",
-                text=f"ribbons are as narrow as {narrowest_mm:.1f} mm",
-                advice="handle these with tweezers; their labels may have no room",
-            )
+        care(
+            "narrow",
+            f"ribbons are as narrow as {narrowest_mm:.1f} mm",
+            "handle these with tweezers; their labels may have no room",
         )
     if bodies > 1:
-        reasons.append(
-            Reason(
-                rule="bodies",
-                level="with care",
-                text=f"there are {bodies} bodies that no thread joins",
-                advice="each is an object of its own; --bodies largest keeps one",
-            )
+        care(
+            "bodies",
+            f"there are {bodies} bodies that no thread joins",
+            "each is an object of its own; --bodies largest keeps one",
         )
     if left_out >= LEFT_OUT:
-        reasons.append(
-            Reason(
-                rule="left-out",
-                level="with care",
-                text=f"bodies with {left_out:.0%} of the model's surface were left out",
-                advice="look at the picture: this is not the whole model; --bodies join makes one "
-                "surface of bodies that run into one another",
-            )
+        care(
+            "left-out",
+            f"bodies with {left_out:.0%} of the model's surface were left out",
+            "look at the picture: this is not the whole model; --bodies join makes one "
+            "surface of bodies that run into one another",
         )
     if unnamed:
-        reasons.append(
-            Reason(
-                rule="ids",
-                level="with care",
-                text=agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
-                advice="write the id on as you peel the piece, from the picture of its sheet; a "
-                "larger --size, wider ribbons (--width) or --fastener none make room for it",
-            )
+        care(
+            "ids",
+            agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
+            "write the id on as you peel the piece, from the picture of its sheet; a "
+            "larger --size, wider ribbons (--width) or --fastener none make room for it",
         )
     reasons.sort(key=lambda reason: reason.level != "not makeable")
     level: Level = reasons[0].level if reasons else "makeable"
     return Verdict(level=level, reasons=tuple(reasons), forced=forced and level == "not makeable")
 
 
-def excess(findings: Sequence[Finding]) -> float:
+def excess(findings: Sequence[BrokenRule]) -> float:
     """Return by how much the worst finding passes what care makes up for: 1 is just kept.
 
     Parameters
     ----------
-    findings : sequence of Finding
+    findings : sequence of BrokenRule
 
     Examples
     --------
-    >>> found = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 24, 120)
+    >>> found = BrokenRule("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 24, 120)
     >>> excess([found]), excess([])
     (2.0, 0.0)
     """
     return max(map(_excess, findings), default=0.0)
 
 
-def _excess(finding: Finding) -> float:
+def _excess(finding: BrokenRule) -> float:
     """Return the places of a finding over those that care makes up for."""
     few = finding.count / max(1, COAXED.get(finding.rule, 1.0) * finding.of)
     most = {"width": 0.0, "hole": finding.of}.get(finding.rule, max(1, FAR_SHARE * finding.of))
@@ -213,14 +190,15 @@ def _excess(finding: Finding) -> float:
     return float(max(few, near))
 
 
-def _reason(finding: Finding) -> Reason:
+def _reason(finding: BrokenRule) -> Finding:
     """Return what a finding means to whoever builds the object."""
     care = _excess(finding) <= 1.0 and finding.severity != "refuse"
-    return Reason(
+    return Finding(
         rule=finding.rule,
         level="with care" if care else "not makeable",
         text=statement(finding),
-        advice=_CARE[finding.rule] if care else "",
+        cure=_CARE[finding.rule] if care else "",
+        where=f"thread {finding.thread}, crossing {finding.crossing}",
     )
 
 
@@ -237,7 +215,7 @@ def refused(why: str, verdict: Verdict | None = None) -> Verdict:
     text, *lines = why.split("\n")
     if text.endswith(":") and lines:  # a list, of which the first says most
         text = f"{text} {lines[0].strip(' -')}"
-    reason = Reason(rule="refused", level="not makeable", text=text, advice="")
+    reason = Finding(rule="refused", level="not makeable", text=text)
     others = verdict.reasons if verdict is not None else ()
     return Verdict(level="not makeable", reasons=(reason, *others))
 

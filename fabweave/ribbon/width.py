@@ -233,7 +233,7 @@ def parse_width(text: str) -> WidthRule:
 def _even(rest: str, text: str) -> WidthRule:
     """Read what follows ``even``: a share, a width, or both."""
     share, comma, width = rest.partition(",")
-    if not comma and not _RELATIVE.fullmatch(rest.strip()):
+    if not comma and rest.strip() and not _RELATIVE.fullmatch(rest.strip()):
         share, width = f"{_EVEN_ROOM}", rest
     if not _RELATIVE.fullmatch(share.strip()) or ".." in width or (comma and not width.strip()):
         raise InputError(_usage(text))

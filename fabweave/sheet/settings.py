@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from fabweave.sheet.kerf import MicroJoints
     from fabweave.sheet.presets import Preset
     from fabweave.sheet.targets import Target
+    from fabweave.stock.sheet_size import SheetSize
 
 
 @dataclass(frozen=True)
@@ -21,15 +22,16 @@ class MachineSettings:
     svg_units: str
     hairline_mm: float | None
     target: str
-    targets: tuple[Target, ...]
+    rules: tuple[Target, ...]
     strict: bool
-    paper: str
+    manual_paper: str
     kerf_mm: float
     micro_joints: MicroJoints | None
     cut_order: str
     template: str
     qr: str
     calibrate: float
+    bed: SheetSize | None
 
     @property
     def line_mm(self) -> float:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
@@ -22,14 +22,11 @@ from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.model_files import woven_glb
-from fabweave.piece.joint.holes import HoleRule
-from fabweave.piece.split.length_curve import splitting_record
-from fabweave.plan.bom import bill_of_materials
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight.preflight_job import Preflight
-from fabweave.plan.preflight.rules import flaw_lines, preflight
+from fabweave.plan.preflight.rules import finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
 from fabweave.plan.verdict import verdict_json
 from fabweave.sheet.drawing import SheetDrawing
@@ -49,22 +46,14 @@ from fabweave.verify.report import VerifyReport
 
 def job_map(job: Job) -> CrossingMap:
     """Return the crossing map of a job."""
-    woven = job.woven
     return build_crossing_map(
-        woven.halfedges,
-        woven.result,
-        woven.bunches,
-        woven.labels,
-        woven.ribbons,
-        job.piece_set,
-        job.spared,
+        job,
         (*job.marks, *job.spare_marks),
         job.layout,
         job.drawings,
         job.order,
         job.allotment,
         offcuts=job.offcuts,
-        mirrored=job.settings.pieces.label_side == "inside",
         cut=_cut_record(job.settings, job.code),
     )
 
@@ -86,21 +75,15 @@ def _cut_record(settings: Settings, code: str) -> CutRecord:
     )
 
 
-class Written(NamedTuple):
-    """What came of writing a plan: which rules its pieces break, and its accounts."""
-
-    preflight: Preflight
-    report: WasteReport
-
-
 def write_plan(
     job: Job, directory: Path, progress: Progress = no_progress, *, start: Start = at_once
-) -> Written:
+) -> tuple[Preflight, WasteReport]:
     """Write what is cut, the model and the plan into an existing empty folder.
 
     Returns
     -------
-    Written
+    (Preflight, WasteReport)
+        Which rules its pieces break, and its accounts.
 
     Raises
     ------
@@ -127,12 +110,23 @@ def write_plan(
         _write_service(job, directory / "service")
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
     _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
-    report = _waste_report(job)
+    report = waste_report(
+        job,
+        job.layout,
+        job.drawings,
+        job.allotment,
+        notes=job.notes,
+        offcuts=offcuts,
+        costs=job.costs,
+        engrave_seen_mm=job.engrave_seen_mm,
+        grain=job.grain_cost,
+        rim=rim_sheets(job, job.rim_layout, job.rim_drawings),
+    )
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):
         progress("files", number, len(written))
         finish()
-    return Written(check, report)
+    return check, report
 
 
 def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
@@ -165,34 +159,6 @@ def _write_service(job: Job, directory: Path) -> None:
     )
 
 
-def _waste_report(job: Job) -> WasteReport:
-    """Return what becomes of the material."""
-    woven = job.woven
-    return waste_report(
-        job.to_cut,
-        job.layout,
-        job.drawings,
-        job.allotment,
-        notes=job.notes,
-        offcuts=offcut_records(job.offcuts, job.layout, job.allotment),
-        bill=bill_of_materials(job.piece_set, job.settings.pieces.hardware),
-        kerf_mm=job.settings.machine.kerf_mm,
-        splitting=splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
-        costs=job.costs,
-        ribbons=woven.ribbons,
-        engrave_seen_mm=job.engrave_seen_mm,
-        spares=len(job.spared),
-        grain=job.grain_cost,
-        rim=rim_sheets(
-            job.piece_set.rings,
-            job.rim_layout,
-            job.rim_drawings,
-            job.supplies.materials[0],
-            calibration=job.settings.machine.calibrate,
-        ),
-    )
-
-
 def offcut_entries(job: Job) -> list[str]:
     """Return what is worth keeping, as entries of a list of stock."""
     return stock_entries(
@@ -215,17 +181,13 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
         _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
 
 
-def _hole_sizes(rules: Sequence[HoleRule]) -> float | list[float]:
-    """Return the size of holes, 0 for none, or those that there are if there are several."""
-    sizes = [rule.hole_mm for rule in rules]
-    return sizes if len(sizes) > 1 else sum(sizes)
-
-
 def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     """Write the model, the plan and its tables; see ``write_plan``."""
     woven = job.woven
     crossing_map = job_map(job)
     _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
+    sizes = [rule.hole_mm for rule in job.piece_set.rules]
+    like, openings = woven.source.likeness, woven.source.openings
     outcome = {
         "verdict": job.verdict.level,
         "threads": job.weave.threads.n_threads,
@@ -235,11 +197,12 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         "joints": len(job.piece_set.joints),
         "sheets": len(job.drawings),
         "utilisation": report.totals.sums.utilisation,
-        "hole_mm": _hole_sizes(job.piece_set.rules),
+        # None has none: the sum of nothing.
+        "hole_mm": sizes if len(sizes) > 1 else sum(sizes),
         "fasten": job.fasten,
         "costs": costs_text(job.costs),
-        **_likeness(job),
-        **_openings(job),
+        **({"likeness_mm": round(like.greatest_mm, 3)} if like is not None else {}),
+        **({"openings": [opening.record() for opening in openings]} if openings else {}),
         "notes": list(job.notes),
     }
     _write(directory / "job.toml", job_toml(job.settings, outcome))
@@ -256,7 +219,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "stations.csv", station_table(crossing_map))
     _write(
         directory / "pieces.csv",
-        piece_table(job.to_cut, job.kinds, job.origins, job.layout, woven.labels, job.allotment),
+        piece_table(job, job.layout, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))
@@ -266,27 +229,15 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     return check
 
 
-def _likeness(job: Job) -> dict[str, float]:
-    """Return how far the woven mesh is from the model at most, where it was remeshed."""
-    like = job.woven.source.likeness
-    return {} if like is None else {"likeness_mm": round(like.greatest_mm, 3)}
-
-
-def _openings(job: Job) -> dict[str, list[dict[str, str | int | float]]]:
-    """Return what was left out of the mesh, if anything was."""
-    openings = job.woven.source.openings
-    return {"openings": [opening.record() for opening in openings]} if openings else {}
-
-
 def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Preflight:
     """Check the pieces against the rules of those who cut them."""
-    target = target_named(job.settings.machine.target, job.settings.machine.targets)
+    target = target_named(job.settings.machine.target, job.settings.machine.rules)
     supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
     check = Preflight(
         supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
     )
-    broken = flaw_lines(check.flaws) if check.flaws else []
+    broken = finding_lines(check.findings)
     broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]
     if job.settings.machine.strict and broken:
         lines = "\n".join(f"  {line}" for line in broken)
@@ -315,5 +266,4 @@ def json_text(value: Any) -> str:
 
 def _write(path: Path, text: str) -> None:
     """Write text as UTF-8 with plain line ends on every system."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        file.write(text)
+    path.write_text(text, encoding="utf-8", newline="")

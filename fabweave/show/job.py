@@ -21,8 +21,8 @@ from fabweave.picture.loss_picture import likeness_png
 from fabweave.picture.object_picture import portrait_png
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.ask import complete_settings
-from fabweave.plan.bom import bill_of_materials
-from fabweave.plan.job_notes import job_notes
+from fabweave.plan.bill_of_materials import bill_of_materials
+from fabweave.plan.notes import job_notes
 from fabweave.plan.order.planning import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import hole_findings
@@ -223,7 +223,7 @@ def draw_job(
         layout=layout,
         allotment=allotment,
         offcuts=offcuts,
-        holes=tuple(hole_findings(pieces, planned.rules, woven.weave, woven.ribbons, woven.labels)),
+        holes=tuple(hole_findings(planned)),
         marks=marks,
         spare_marks=spare_marks,
         engrave_seen_mm=seen,

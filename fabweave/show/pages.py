@@ -4,13 +4,13 @@ What they look like and say stands in ``templates``; here are the values that th
 """
 
 from base64 import b64encode
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from functools import cache
 from typing import Any, TypeAlias
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from fabweave.core.arrays import frozen_value
 from fabweave.core.messages import agree
 from fabweave.estimate.machine_time import MachineTime
 from fabweave.estimate.money import price_text
@@ -19,13 +19,17 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.bom import shopping_rows
+from fabweave.plan.bill_of_materials import shopping_rows
 from fabweave.plan.crossing_map import CrossingMap
-from fabweave.plan.verdict import QUESTION, VERDICTS, Verdict
+from fabweave.plan.verdict import QUESTION, VERDICTS
+from fabweave.show.files import offcut_entries
+from fabweave.show.job import Job
 from fabweave.stock.machine import CURRENCY, Span
 
 #: Where the page that opens a job stands in its folder.
 INDEX_FILE = "index.html"
+#: The picture of what a remeshed model lost.
+LIKENESS = "likeness.png"
 #: What patterns are called; a fabric has its own name.
 _WEAVES = {
     "plain": "plain weave",
@@ -37,35 +41,10 @@ _WEAVES = {
 #: These are written when the page is there already.
 _LATER = ("verify.json", "contents.json")
 #: What is shown small beside its link.
-_SHOWN = {name: name for name in ("likeness.png", "qr_code.png")} | {"assembly.html": "render.png"}
+_SHOWN = {name: name for name in (LIKENESS, "qr_code.png")} | {"assembly.html": "render.png"}
 _SECONDS_PER_HOUR = 3600.0
 #: A row of a chart: what it says, and from where to where its bar goes, of 1 in all.
 Bar: TypeAlias = tuple[str, float, float]
-
-
-@frozen_value
-class About:
-    """What the page that opens a job says besides its crossing map and its material.
-
-    Parameters
-    ----------
-    title : str
-        Name of the object.
-    verdict : Verdict
-        Whether it can be built.
-    size_mm : tuple of float
-        Its extents along x, y, z.
-    material : str
-        In words, with its thickness.
-    given_mesh : str or None
-        The file with the mesh as it was given, if that is kept in the folder.
-    """
-
-    title: str
-    verdict: Verdict
-    size_mm: tuple[float, ...]
-    material: str
-    given_mesh: str | None = None
 
 
 @cache
@@ -98,33 +77,31 @@ def render(template: str, **values: Any) -> str:
 
 
 def index_page(
-    about: About,
-    crossing_map: CrossingMap,
-    report: WasteReport,
-    cut_names: Sequence[str],
-    files: Collection[str],
+    job: Job, crossing_map: CrossingMap, report: WasteReport, files: Collection[str]
 ) -> str:
     """Return the page that opens a job.
 
     Parameters
     ----------
-    about : About
+    job : Job
     crossing_map : CrossingMap
+        Its plan.
     report : WasteReport
-    cut_names : sequence of str
-        What the sheets with kerf are called, without suffix; none where there are none.
+        What becomes of its material.
     files : collection of str
-        What is in the folder already, as paths from there; the page links to what it knows.
+        What is in its folder already.
     """
     broken = crossing_map.weave.broken
     return render(
         "index.html",
-        title=about.title,
-        about=about,
+        title=job.woven.title,
+        job=job,
+        size_mm=np.ptp(job.woven.mesh.vertices, axis=0),
+        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
         plan=crossing_map,
         report=report,
         costs=report.estimate,
-        cut_names=cut_names,
+        cut_names=[drawing.name for drawing in job.kerfed],
         there={*files, *_LATER},
         shown=_SHOWN,
         weaves=_WEAVES,
@@ -179,47 +156,24 @@ def charts(report: WasteReport) -> list[tuple[str, list[Bar]]]:
     ]
 
 
-def waste_page(
-    report: WasteReport,
-    *,
-    title: str,
-    verdict: Verdict,
-    allotment: Allotment,
-    sheet_names: Sequence[str],
-    entries: Sequence[str],
-    likeness: str | None = None,
-) -> str:
-    """Return the report on the material, which opens from the job's folder.
-
-    Parameters
-    ----------
-    report : WasteReport
-    title : str
-        Name of the job.
-    verdict : Verdict
-        Whether it can be built.
-    allotment : Allotment
-    sheet_names : sequence of str
-    entries : sequence of str
-        Those of the offcuts in a list of stock.
-    likeness : str, optional
-        The file with the picture of what a remeshed model lost.
-    """
-    costs, split = report.estimate, report.splitting
+def waste_page(job: Job, report: WasteReport) -> str:
+    """Return the report on a job's material, which opens from its folder."""
+    costs, split, allotment = report.estimate, report.splitting, job.allotment
+    names = [drawing.name for drawing in job.drawings]
     return render(
         "waste.html",
-        title=title,
-        verdict=verdict,
+        title=job.woven.title,
+        verdict=job.verdict,
         report=report,
         totals=report.totals,
         supplies=allotment.supplies,
-        names=sheet_names,
-        entries=entries,
-        likeness=likeness,
+        names=names,
+        entries=offcut_entries(job),
+        likeness=LIKENESS if job.woven.source.likeness is not None else None,
         materials=_material_rows(report, allotment),
         machine=[
             (name, *_times(sheet.machine), price_text(sheet.price))
-            for name, sheet in zip(sheet_names, costs.sheets, strict=True)
+            for name, sheet in zip(names, costs.sheets, strict=True)
         ],
         hands=[
             (

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.colour_space import Colours
 from fabweave.core.job_folder import file_names
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.assembly_time import step_seconds
@@ -16,27 +17,34 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
+from fabweave.piece.piece import Piece
+from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
-from fabweave.plan.extent import MOST_VIEWED
+from fabweave.plan.extent import MOST_PICTURED, MOST_VIEWED
 from fabweave.plan.verdict import verdict_words
+from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.template import template_pdf
-from fabweave.show.files import offcut_entries
 from fabweave.show.job import Job
-from fabweave.show.manual.cover import Facts
-from fabweave.show.manual.writing import write_manual
-from fabweave.show.pages import INDEX_FILE, About, index_page, waste_page
+from fabweave.show.manual.book import Book
+from fabweave.show.manual.cover import Facts, write_cover
+from fabweave.show.manual.legend import write_legend
+from fabweave.show.manual.painting import build_scene
+from fabweave.show.manual.parts_list import write_parts
+from fabweave.show.manual.sheets import drawn_pieces, write_sheets
+from fabweave.show.manual.step_pictures import WholePicture, step_pictures
+from fabweave.show.manual.steps import write_steps
+from fabweave.show.manual.thread_map import write_map
+from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
 from fabweave.show.viewer.page import space_record, viewer_page
+from fabweave.weave.pattern import Weave
 from fabweave.weave.strand_colours import crossing_colours
 
 _Made = TypeVar("_Made")
-
-#: The picture of what a remeshed model lost.
-LIKENESS = "likeness.png"
 
 
 def show_job(
@@ -73,20 +81,20 @@ def show_job(
         job.drawings,
         (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
         step_seconds(plan, report.estimate.assembly),
-        machine.paper,
+        machine.manual_paper,
         rings,
     )
     missing = [one for finish in shown for one in finish()]
     views, unmade = manual()
     missing += unmade
     papers: list[tuple[str, Callable[[], bytes | str | None]]] = [
-        ("waste.html", lambda: _waste_page(job, report)),
+        ("waste.html", lambda: waste_page(job, report)),
         ("render.png", job.portrait),
         (LIKENESS, job.likeness),
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
-    papers.append((INDEX_FILE, lambda: _index(job, plan, report, directory)))
+    papers.append((INDEX_FILE, lambda: index_page(job, plan, report, file_names(directory))))
     for name, make in papers:
         missing += _write_paper(directory / name, make)
     return tuple(missing)
@@ -105,6 +113,78 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
         costs=cost_rows(costs),
         rim_sheets=len(job.rim_drawings),
     )
+
+
+def manual_pdf(
+    crossing_map: CrossingMap,
+    facts: Facts,
+    drawings: Sequence[SheetDrawing],
+    pictures: Sequence[WholePicture],
+    seconds: Sequence[float],
+    *,
+    paper: str = "a4",
+    rings: Sequence[RimRing] = (),
+) -> bytes:
+    """Return the manual as a PDF.
+
+    Overview, how to read a piece, threads with all that their pieces meet, parts list, a page or
+    more for each sheet, and the steps.
+
+    Parameters
+    ----------
+    crossing_map : CrossingMap
+    facts : Facts
+        What it tells besides.
+    drawings : sequence of SheetDrawing
+        The sheets.
+    pictures : sequence of WholePicture
+        Of all steps; none if they are too many.
+    seconds : sequence of float
+        About how long each step takes.
+    paper : {"a4", "letter"}
+    rings : sequence of RimRing
+        Those of the last steps.
+
+    Returns
+    -------
+    bytes
+        The same for the same input. Its texts are in the fonts that every reader has.
+    """
+    book = Book(paper, facts.title)
+    write_cover(book, crossing_map, facts)
+    write_legend(book, crossing_map, drawn_pieces(*drawings))
+    write_map(book, crossing_map, facts.colours)
+    write_parts(book, crossing_map, drawings)
+    write_sheets(book, crossing_map, drawings)
+    write_steps(book, crossing_map, pictures, seconds, rings)
+    return book.finish()
+
+
+def write_manual(
+    path: Path,
+    crossing_map: CrossingMap,
+    facts: Facts,
+    drawings: Sequence[SheetDrawing],
+    woven: tuple[Ribbons, Weave, Sequence[Piece], Colours],
+    seconds: Sequence[float],
+    paper: str,
+    rings: Sequence[RimRing],
+) -> tuple[View, ...]:
+    """Make the pictures of the steps, unless they are too many, and write the manual.
+
+    Returns
+    -------
+    tuple of View
+        From where each step is seen, for others that show it; nothing of those without a picture.
+    """
+    pictures: Sequence[WholePicture] = ()
+    if len(crossing_map.steps) <= MOST_PICTURED:
+        ribbons, weave, pieces, colours = woven
+        scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
+        pictures = step_pictures(scene, crossing_map)
+    data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper, rings=rings)
+    path.write_bytes(data)
+    return tuple(picture.view for picture in pictures for _ in picture.steps)
 
 
 def job_viewer(
@@ -185,29 +265,3 @@ def _show_sheet(
         folder / f"{drawing.name}.png",
         lambda: png_bytes(drawing, colours=machine.preset, lettered=ids),
     )
-
-
-def _waste_page(job: Job, report: WasteReport) -> str:
-    """Return the page on what becomes of the material."""
-    return waste_page(
-        report,
-        title=job.woven.title,
-        verdict=job.verdict,
-        allotment=job.allotment,
-        sheet_names=[drawing.name for drawing in job.drawings],
-        entries=offcut_entries(job),
-        likeness=LIKENESS if job.woven.source.likeness is not None else None,
-    )
-
-
-def _index(job: Job, crossing_map: CrossingMap, report: WasteReport, directory: Path) -> str:
-    """Return the page that opens the job, once all else is in its folder."""
-    about = About(
-        title=job.woven.title,
-        verdict=job.verdict,
-        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
-        material=job.supplies.description,
-        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
-    )
-    cut_names = [drawing.name for drawing in job.kerfed]
-    return index_page(about, crossing_map, report, cut_names, file_names(directory))

@@ -16,7 +16,7 @@ class StockSettings:
     """What the object is cut from, and how pieces lie on it."""
 
     material: str
-    materials: tuple[Material, ...]
+    library: tuple[Material, ...]
     thickness_mm: float | ByBunch[float] | None
     sheets: tuple[SheetSize, ...]
     margin_mm: float

@@ -296,3 +296,30 @@ def check_stock(sheets: Sequence[SheetSize], margin_mm: float) -> None:
                 "it must be at least 1, or None for enough"
             )
         usable_size(sheet, margin_mm)
+
+
+def on_bed(sheet: SheetSize, bed: SheetSize | None) -> SheetSize:
+    """Return what of a sheet a machine's bed takes, laid with its longer side along the bed's.
+
+    Examples
+    --------
+    >>> format_stock(on_bed(SheetSize(1000.0, 700.0), SheetSize(400.0, 800.0)))
+    '800x400mm'
+    """
+    if bed is None:
+        return sheet
+    most = sorted((bed.width_mm, bed.height_mm), reverse=sheet.width_mm >= sheet.height_mm)
+    return replace(
+        sheet, width_mm=min(sheet.width_mm, most[0]), height_mm=min(sheet.height_mm, most[1])
+    )
+
+
+def check_bed(sheets: Iterable[SheetSize], bed: SheetSize | None) -> None:
+    """Raise InputError unless a machine's bed takes each sheet, either way round."""
+    for sheet in sheets:
+        if on_bed(sheet, bed) != sheet:
+            raise InputError(
+                f"the sheet {format_stock(sheet)} is larger than the bed of the machine: name a "
+                f"sheet such as --sheet {format_stock(on_bed(sheet, bed))}, or set another "
+                "machine.bed"
+            )

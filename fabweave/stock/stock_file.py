@@ -18,10 +18,10 @@ from ezdxf.filemanagement import readfile
 
 from fabweave.core.arc_path import flattened
 from fabweave.core.arrays import FloatArray
-from fabweave.core.entries import parse_toml
+from fabweave.core.entries import Key, in_range, line_key, number_key, parse_toml, read_entry
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_input, read_text, silenced
-from fabweave.core.messages import agree, closest_first, shown
+from fabweave.core.messages import agree, shown
 from fabweave.core.units import format_length, parse_length
 from fabweave.stock.sheet_size import MAX_SIDE_MM, MOST_SHEETS, Ring, SheetSize, parse_stock
 
@@ -146,7 +146,6 @@ def _rings(entity: Any, chord: float) -> list[FloatArray]:
 
 
 _KINDS = ("offcut", "sheet")
-_KEYS = ("name", "size", "outline", "quantity", "price", "grain", "material", "defects")
 _HEAD = re.compile(r"\s*\[\[\s*(offcut|sheet)\s*\]\]")
 _DECIMALS = 4  # of a millimetre, as in drawings
 _CORNERS = 24  # of a polygon around a round defect
@@ -157,6 +156,8 @@ _FORMS = "{x=.., y=.., diameter=..}, {x=.., y=.., width=.., height=..} or {polyg
 def read_stock(path: Path) -> tuple[SheetSize, ...]:
     """Return the sheets of a stock.toml, offcuts first.
 
+    Plain values beside them, such as ``margin = "5mm"``, are options: settings read them.
+
     Raises
     ------
     InputError
@@ -164,6 +165,9 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     """
     text = read_text(path, "the stock")
     document = parse_toml(text, f"cannot read the stock in {path}")
+    plain = [key for key, value in document.items() if not isinstance(value, list | dict)]
+    for key in set(plain) - set(_KINDS):
+        del document[key]
     lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = _HEAD.match(line)
@@ -231,11 +235,55 @@ def stock_of(
     return tuple(sheets)
 
 
+def _grain(value: Any) -> float | None:
+    """Accept the direction of the grain, and return it from 0 up to 180 degrees."""
+    if isinstance(value, str):
+        try:
+            value = float(value.strip().removesuffix("deg").removesuffix("°"))
+        except ValueError:
+            return None
+    angle = in_range(-1e9, 1e9)(value)
+    return None if angle is None else round(angle % 180.0, 6) % 180.0
+
+
+def _count(value: Any) -> int | None:
+    """Accept a number of sheets."""
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return value if whole and 1 <= value <= MOST_SHEETS else None
+
+
+def _tables(value: Any) -> list[Any] | None:
+    """Accept a list of tables."""
+    return value if isinstance(value, list) and all(isinstance(t, dict) for t in value) else None
+
+
+#: What an entry may have; the file says more of an outline, a size and a defect.
+_ENTRY = (
+    line_key("name", 200),
+    Key("size", 'a text such as "600x400mm"', lambda value: _as(str, value)),
+    Key("outline", "a list of points or the name of a DXF file", lambda v: _as(str | list, v)),
+    Key(
+        "quantity",
+        f"a whole number from 1 to {MOST_SHEETS}; leave it out if there is no limit",
+        _count,
+    ),
+    number_key("price", 0.0, 1e9),
+    Key("grain", "its angle to the sheet's width in degrees, such as 90", _grain),
+    line_key("material", 200),
+    Key("defects", f"a list of tables: {_FORMS}", _tables),
+)
+
+
+def _as(kind: Any, value: Any) -> Any:
+    """Accept a value of a kind."""
+    return value if isinstance(value, kind) else None
+
+
 class _Entry:
     """One table of a list, which knows where it comes from."""
 
     def __init__(self, table: dict[str, Any], where: str, folder: Path | None) -> None:
-        self.table, self.where, self.folder = table, where, folder
+        self.table, self.where, self.folder = read_entry(table, where, _ENTRY), where, folder
 
     def refuse(self, what: str) -> InputError:
         """Return an error that says where."""
@@ -243,10 +291,6 @@ class _Entry:
 
     def sheet(self, kind: str, number: int) -> SheetSize:
         """Return the sheet that is described."""
-        for key in self.table:
-            if key not in _KEYS:
-                known = ", ".join(closest_first(str(key), _KEYS))
-                raise self.refuse(f"unknown key {key!r}; the keys are {known}")
         outline, holes = self.outline()
         rings = [*holes, *self.defects()]
         if outline is None:
@@ -259,11 +303,11 @@ class _Entry:
         sheet = SheetSize(
             wide,
             high,
-            self.quantity(1 if kind == "offcut" else None),
-            name=self.text("name") or f"{kind} {number}",
-            price=self.price(),
+            self.table.get("quantity", 1 if kind == "offcut" else None),
+            name=self.table.get("name", f"{kind} {number}"),
+            price=self.table.get("price"),
             material=self.material(),
-            grain_deg=self.grain(),
+            grain_deg=self.table.get("grain"),
             offcut=kind == "offcut",
             outline=() if outline is None else _ring(outline - low),
             defects=tuple(_ring(ring - low) for ring in rings),
@@ -279,24 +323,18 @@ class _Entry:
                 )
         return sheet
 
-    def text(self, key: str) -> str | None:
-        """Return a text that may be missing."""
-        value = self.table.get(key)
-        if value is not None and not (isinstance(value, str) and value.strip()):
-            raise self.refuse(f'{key} is {shown(value, 40)}; write text, such as {key} = "ply"')
-        return value
-
     def material(self) -> str | None:
         """Return the name of a material, and its sort, in the form in which threads name theirs."""
-        name = self.text("material")
+        name = self.table.get("material")
         return None if name is None else ":".join(map(str.strip, name.lower().split(":", 1)))
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
         value = self.table.get("size")
-        if not isinstance(value, str):
-            problem = "there is no size" if value is None else f"size is {shown(value, 40)}"
-            raise self.refuse(problem + '; write size = "600x400mm", or outline = "offcut_01.dxf"')
+        if value is None:
+            raise self.refuse(
+                'there is no size; write size = "600x400mm", or outline = "offcut_01.dxf"'
+            )
         try:
             size = parse_stock(value)
         except InputError as error:
@@ -326,9 +364,6 @@ class _Entry:
         if isinstance(value, str):
             if self.folder is None:
                 raise self.refuse(f"outline {value!r} names a file; write its points instead")
-            # DXF takes long to load, and most jobs read none.
-            from fabweave.stock.stock_file import read_outline  # noqa: PLC0415 -- see above
-
             try:
                 return read_outline(self.folder / value)
             except InputError as error:
@@ -350,59 +385,10 @@ class _Entry:
             raise self.refuse(f"{what} has an impossible coordinate; write millimetres")
         return points
 
-    def quantity(self, fallback: int | None) -> int | None:
-        """Return how many there are."""
-        value = self.table.get("quantity", fallback)
-        if value is None:
-            return None
-        if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MOST_SHEETS:
-            raise self.refuse(
-                f"quantity is {shown(value, 40)}, but must be a whole number from 1 to "
-                f"{MOST_SHEETS}; leave it out if there is no limit"
-            )
-        return value
-
-    def number(self, key: str, value: Any) -> float:
-        """Return a finite number."""
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            try:
-                number = float(value)
-            except OverflowError:
-                number = math.inf
-            if math.isfinite(number):
-                return number
-        raise self.refuse(f"{key} is {shown(value, 40)}, which is not a number")
-
-    def price(self) -> float | None:
-        """Return the price of one sheet."""
-        if "price" not in self.table:
-            return None
-        price = self.number("price", self.table["price"])
-        if price < 0.0:
-            raise self.refuse(f"price is {price:g}; it must be zero or more, without a currency")
-        return price
-
-    def grain(self) -> float | None:
-        """Return the direction of the grain, from 0 up to 180 degrees."""
-        value = self.table.get("grain")
-        if value is None:
-            return None
-        if isinstance(value, str):
-            try:
-                value = float(value.strip().removesuffix("deg").removesuffix("°"))
-            except ValueError:
-                raise self.refuse(
-                    f"grain is {shown(value, 40)}; write its angle to the sheet's width in "
-                    "degrees, such as grain = 90"
-                ) from None
-        return round(self.number("grain", value) % 180.0, 6) % 180.0
-
     def defects(self) -> list[Any]:
         """Return the defects as polygons around them."""
-        value = self.table.get("defects", [])
-        if not isinstance(value, list) or not all(isinstance(table, dict) for table in value):
-            raise self.refuse(f"defects must be a list of tables: {_FORMS}")
-        return [self.defect(number, table) for number, table in enumerate(value, start=1)]
+        tables = enumerate(self.table.get("defects", []), start=1)
+        return [self.defect(number, table) for number, table in tables]
 
     def defect(self, number: int, table: dict[str, Any]) -> Any:
         """Return one defect as a polygon around it."""
@@ -435,9 +421,9 @@ class _Entry:
                 return parse_length(value, what=what, zero_ok=True)
             except InputError as error:
                 raise self.refuse(str(error)) from error
-        length = self.number(what, value)
-        if abs(length) > MAX_SIDE_MM:
-            raise self.refuse(f"{what} is {length:g} mm, which is more than any sheet measures")
+        length: float | None = in_range(-MAX_SIDE_MM, MAX_SIDE_MM)(value)
+        if length is None:
+            raise self.refuse(f"{what} is {shown(value, 40)}, but must be a length within a sheet")
         return length
 
 

@@ -19,7 +19,7 @@ from fabweave.stock.material import (
     with_thickness,
 )
 from fabweave.stock.per_bunch import NAMED, ByBunch, bunch_number, format_by_bunch, split_by_bunch
-from fabweave.stock.sheet_size import SheetSize, format_stock, stock_for
+from fabweave.stock.sheet_size import SheetSize, check_bed, format_stock, on_bed, stock_for
 
 
 @dataclass(frozen=True)
@@ -213,6 +213,7 @@ def plan_supplies(
     gap_mm: ByBunch[float | None],
     sheets: Sequence[SheetSize],
     user_materials: Sequence[Material] = (),
+    bed: SheetSize | None = None,
 ) -> Supplies:
     """Put together what each bunch is cut from.
 
@@ -229,6 +230,8 @@ def plan_supplies(
         Where there is none, the material's default.
     user_materials : sequence of Material
         Beside those of the library.
+    bed : SheetSize, optional
+        The largest sheet that the machine takes, either way round.
 
     Returns
     -------
@@ -237,7 +240,8 @@ def plan_supplies(
     Raises
     ------
     InputError
-        If there is no such material, or some settings name other bunches than the rest.
+        If there is no such material, a sheet is larger than the bed, or some settings name other
+        bunches than the rest.
 
     Examples
     --------
@@ -251,6 +255,7 @@ def plan_supplies(
     'Card, 300 g/m², 0.4 mm'
     """
     named = {name: bunch_number(name) for name in _names(materials, thickness_mm, gap_mm, sheets)}
+    check_bed(sheets, bed)
     groups: dict[tuple[Material, tuple[SheetSize, ...], float], list[str]] = {}
     added = []
     for name in named or {"": 0}:
@@ -261,7 +266,7 @@ def plan_supplies(
             material = with_thickness(material, thick)
         stock = _sheets_of(material, number, sheets)
         if not stock:
-            stock = (SheetSize(*material.sheet_mm),)
+            stock = (on_bed(SheetSize(*material.sheet_mm), bed),)
             added.append(replace(stock[0], bunch=name))
         gap = material.gap_mm if gap is None else gap
         groups.setdefault((material, stock, gap), []).append(name)

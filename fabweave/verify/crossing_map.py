@@ -3,7 +3,7 @@
 import math
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, TypeVar
 
 import msgspec
 import numpy as np
@@ -103,22 +103,6 @@ class Station(msgspec.Struct, frozen=True):
     joint: int | None
 
 
-class Label(msgspec.Struct, frozen=True):
-    """A text engraved on a piece, and the box around (x, y) that it fills."""
-
-    kind: str
-    text: str
-    station: int | None
-    height_mm: float
-    x: float
-    y: float
-    rotation_deg: float
-    #: Along the text, and across it.
-    box_mm: tuple[float, float]
-    #: Whether strands cover it when the object is woven, where that is stated.
-    hidden: bool | None = None
-
-
 class Placement(msgspec.Struct, frozen=True):
     """Where a piece stands on its sheet."""
 
@@ -139,9 +123,6 @@ class Piece(msgspec.Struct, frozen=True):
     joints: tuple[int | None, int | None]
     outline: Polygon
     stations: tuple[Station, ...]
-    labels: tuple[Label, ...]
-    #: What is engraved nowhere for want of room.
-    dropped: tuple[dict[str, Any], ...]
     #: What is cut; without it, the outline is.
     path: Ring = msgspec.field(default_factory=lambda: np.zeros((0, 3)))
     #: Everything that is cut out; None where the map leaves it to stations and joints.
@@ -188,15 +169,12 @@ class Piece(msgspec.Struct, frozen=True):
 
 
 class Spare(msgspec.Struct, frozen=True):
-    """What is cut besides: a copy of a piece, with its own name, place and labels."""
+    """What is cut besides: a copy of a piece, with its own name and place."""
 
     id: str
     of: str
     sheet: int
     placement: Placement
-    labels: tuple[Label, ...]
-    #: What is engraved nowhere for want of room.
-    dropped: tuple[dict[str, Any], ...]
 
 
 class Joint(msgspec.Struct, frozen=True):
@@ -378,8 +356,6 @@ class CrossingMap(msgspec.Struct, frozen=True, dict=True):
                 id=spare.id,
                 sheet=spare.sheet,
                 placement=spare.placement,
-                labels=spare.labels,
-                dropped=spare.dropped,
                 mirror_mm=mirrors.get(spare.sheet),
                 turned=False,
             )
@@ -430,8 +406,29 @@ class CrossingMap(msgspec.Struct, frozen=True, dict=True):
         return holes
 
 
-def read_crossing_map(path: Path) -> CrossingMap:
-    """Read the crossing map.
+class RibbonReport(TypedDict):
+    """What is said of the ribbons, and the rules that do not hold."""
+
+    schema: Literal["fabweave.ribbons/1"]
+    units: Literal["mm"]
+    limits: NotRequired[Any]
+    threads: list[dict[str, Any]]
+    findings: list[dict[str, Any]]
+
+
+class RimRecord(TypedDict):
+    """What is said of the rings around openings."""
+
+    schema: Literal["fabweave.rim/1"]
+    units: Literal["mm"]
+    rings: list[dict[str, Any]]
+
+
+_Kind = TypeVar("_Kind")
+
+
+def read_json(path: Path, kind: type[_Kind]) -> _Kind:
+    """Read a file of one of these kinds.
 
     Raises
     ------
@@ -440,9 +437,14 @@ def read_crossing_map(path: Path) -> CrossingMap:
     """
     data = read_content(path)
     try:
-        return msgspec.json.decode(data, type=CrossingMap, dec_hook=_array)
+        return msgspec.json.decode(data, type=kind, dec_hook=_array)
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as error:
         raise ReadError(str(error)) from error
+
+
+def read_crossing_map(path: Path) -> CrossingMap:
+    """Read the crossing map; errors as for `read_json`."""
+    return read_json(path, CrossingMap)
 
 
 def _array(_: Any, value: Any) -> Floats:

@@ -44,7 +44,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "lines": "no side of a line is shorter than a tenth of a millimetre, none lies on another",
         "cut": "the sheets with kerf and micro-joints stand off the pieces by half the kerf",
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
-        "labels": "labels are legible, off edges and holes, in their places, and say what is true",
+        "labels": "letters are off edges, holes and marks, on the side that is asked for",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "stock": "sheets, angles and prices are those of the stock in the settings",
@@ -383,14 +383,6 @@ def as_number(value: object) -> float:
 def stated_number(record: object, key: str) -> float:
     """Return a number of a record; NaN if it states none."""
     return as_number(record.get(key) if isinstance(record, dict) else None)
-
-
-def cell_number(text: str) -> float | None:
-    """Return the number in a cell of a table: None if it is empty, NaN if it holds no number."""
-    try:
-        return float(text) if text else None
-    except ValueError:
-        return math.nan
 
 
 def _shown(value: object) -> str:

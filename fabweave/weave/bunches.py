@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.mesh.topology import solve_parity
 from fabweave.weave.threads import Threads
 
 #: The vertices next to each vertex, in rising order.
@@ -422,18 +423,8 @@ def _longest_first(colours: IntArray, lengths: IntArray) -> IntArray:
 
 def _two_bunches(graph: sparse.csr_array) -> IntArray | None:
     """Two-colour the graph, or return None: connected components of its double cover."""
-    size = graph.shape[0]
     entries = graph.tocoo()
     apart = entries.row != entries.col
-    rows, columns = entries.row[apart], entries.col[apart]
-    double = sparse.coo_array(
-        (
-            np.ones(2 * len(rows), dtype=np.int8),
-            (np.concatenate((rows, rows + size)), np.concatenate((columns + size, columns))),
-        ),
-        shape=(2 * size, 2 * size),
-    )
-    _, sheet = csgraph.connected_components(double, directed=False)
-    if np.any(sheet[:size] == sheet[size:]):
-        return None
-    return np.asarray(sheet[:size] > sheet[size:]).astype(np.int64)
+    first, second = (ends[apart].astype(np.int64) for ends in (entries.row, entries.col))
+    sides = solve_parity(graph.shape[0], first, second, np.ones(len(first), dtype=bool))
+    return None if sides.odd_ring else sides.opposite.astype(np.int64)

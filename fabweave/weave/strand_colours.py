@@ -500,7 +500,8 @@ def strand_colours(
     if strategy in ("hue-circle", "hue-range") or (
         strategy == "safe" and _told_by_bunch(weave, bunches)
     ):
-        return _of_threads(weave, thread_colours(bunches, strategy))
+        colours = thread_colours(bunches, strategy)
+        return np.asarray(np.repeat(colours[owner, None], 2, axis=1))
     if strategy in ("safe", "direction", "piece"):
         shades = shade_strands(
             weave,
@@ -546,11 +547,6 @@ def _told_by_bunch(weave: Weave, bunches: IntArray) -> bool:
     below, above = bunches[weave.threads.thread_of_pass][strand_passes(weave)].T
     few = int(bunches.max(initial=-1)) < len(SAFE_PALETTE)
     return few and bool(np.all(below != above))
-
-
-def _of_threads(weave: Weave, colours: Colours) -> Colours:
-    """Return the colours of threads for each pass, as it comes and as it leaves."""
-    return np.asarray(np.repeat(colours[weave.threads.thread_of_pass, None], 2, axis=1))
 
 
 def _bunch_hues(count: int) -> Colours:

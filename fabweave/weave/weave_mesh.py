@@ -17,7 +17,8 @@ from fabweave.weave.pattern import Weave
 from fabweave.weave.settings import WeaveSettings
 from fabweave.weave.symmetry import find_weave_symmetry
 from fabweave.weave.threads import Threads, thread_labels, trace_threads
-from fabweave.weave.twill.weaving import Tie, rotation_ties
+from fabweave.weave.twill.conditions import parse_weights
+from fabweave.weave.twill.weaving import Tie, TwillSearch, rotation_ties
 from fabweave.weave.weave_pattern import WeaveResult, read_twists, twisted_weave, weave_pattern
 
 
@@ -111,11 +112,7 @@ def weave_mesh(
             bunches,
             labels,
             n_old_vertices=source.n_old_vertices,
-            twill_method=settings.twill_method,
-            twill_weights=settings.twill_weights,
-            effort=search.effort,
-            seed=search.seed,
-            ties=_ties(source, threads, settings),
+            how=_twill_search(source, threads, settings, search),
             progress=progress,
         )
         if settings.pattern == "twill" and settings.twill_symmetry > 1:
@@ -128,11 +125,15 @@ def weave_mesh(
     return WovenMesh(source, result, labels, bunches)
 
 
-def _ties(source: LoadedMesh, threads: Threads, settings: WeaveSettings) -> tuple[Tie, ...]:
-    """Return which crossings a twill must twist alike to keep as many rotations as asked."""
-    if settings.pattern != "twill" or settings.twill_symmetry == 1:
-        return ()
-    return rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
+def _twill_search(
+    source: LoadedMesh, threads: Threads, settings: WeaveSettings, search: Search
+) -> TwillSearch:
+    """Return how a twill is looked for, and what it must twist alike to keep rotations."""
+    ties: tuple[Tie, ...] = ()
+    if settings.pattern == "twill" and settings.twill_symmetry > 1:
+        ties = rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
+    weights = parse_weights(settings.twill_weights)
+    return TwillSearch(settings.twill_method, weights, search.effort, search.seed, ties)
 
 
 def _with_rotations(result: WeaveResult, source: LoadedMesh) -> WeaveResult:

@@ -14,8 +14,8 @@ from fabweave.mesh.subdivide.primal import mid_edge_twist
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import EQUAL, count_broken, parse_weights, twill_conditions
-from fabweave.weave.twill.weaving import Kept, Tie, Twill, weave_twill
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.weaving import USUAL, Kept, Twill, TwillSearch, weave_twill
 
 #: The first line of a list of twists.
 HEAD = "v0,v1,half_twists"
@@ -99,10 +99,12 @@ def read_twists(content: bytes, halfedges: Halfedges, threads: Threads) -> BoolA
     return twist
 
 
-def twisted_weave(halfedges: Halfedges, threads: Threads, twist: BoolArray) -> Weave:
+def twisted_weave(
+    halfedges: Halfedges, threads: Threads, twist: BoolArray, pattern: str = "twists"
+) -> Weave:
     """Weave a mesh as its edges are twisted; the conditions of a 2/2 twill that it breaks count."""
     broken = count_broken(twill_conditions(halfedges, threads), twist)
-    return Weave(threads, "twists", twist, over_of_passes(threads, twist), broken)
+    return Weave(threads, pattern, twist, over_of_passes(threads, twist), broken)
 
 
 _TRIANGLE = 3
@@ -212,11 +214,7 @@ def weave_pattern(
     labels: Sequence[str],
     *,
     n_old_vertices: int = 0,
-    twill_method: str = "search",
-    twill_weights: str = str(EQUAL),
-    effort: str = "normal",
-    seed: int = 0,
-    ties: Sequence[Tie] = (),
+    how: TwillSearch = USUAL,
     progress: Progress = no_progress,
 ) -> WeaveResult:
     """Weave a mesh in a pattern.
@@ -233,12 +231,10 @@ def weave_pattern(
         Names of the threads.
     n_old_vertices : int
         For triaxial twill: how many vertices the mesh had before `mid_edge`.
-    twill_method, twill_weights : str
-        How to choose a twill where none is exact, and what weighs how much then.
-    effort, seed, progress
-        For the search that a twill may need.
-    ties : sequence of Tie
-        For a twill that is to keep rotations of the mesh.
+    how : TwillSearch
+        How a twill is looked for.
+    progress : callable
+        Told what is being done.
 
     Returns
     -------
@@ -259,21 +255,13 @@ def weave_pattern(
             )
         return WeaveResult(plain_weave(threads), () if basket is None else (basket,))
     if pattern == "twill":
-        twill = weave_twill(
-            halfedges,
-            threads,
-            bunches,
-            labels,
-            method=twill_method,
-            weights=parse_weights(twill_weights),
-            effort=effort,
-            seed=seed,
-            ties=ties,
-            progress=progress,
-        )
+        twill = weave_twill(halfedges, threads, bunches, labels, how, progress=progress)
         return WeaveResult(twill.weave, tuple(twill_notes(twill)), twill)
     if pattern == "triaxial":
-        weave = _triaxial(halfedges, threads, n_old_vertices)
+        # The exact twill of a mid-edge subdivision (section 7 of the paper).
+        twist = mid_edge_twist(halfedges, n_old_vertices)
+        twist = twist[halfedges.edge[threads.crossing_halfedge]]
+        weave = twisted_weave(halfedges, threads, twist, pattern)
         return WeaveResult(
             weave, ("triaxial: exact, no condition is broken",) if weave.exact else ()
         )
@@ -295,14 +283,6 @@ def weave_pattern(
     return WeaveResult(
         result.weave, tuple(notes) if warp else (), warp=result.warp, label=result.label
     )
-
-
-def _triaxial(halfedges: Halfedges, threads: Threads, n_old_vertices: int) -> Weave:
-    """Weave a mid-edge subdivision in its exact twill (section 7 of the paper)."""
-    edges = mid_edge_twist(halfedges, n_old_vertices)
-    twist = edges[halfedges.edge[threads.crossing_halfedge]]
-    broken = count_broken(twill_conditions(halfedges, threads), twist)
-    return Weave(threads, "triaxial", twist, over_of_passes(threads, twist), broken)
 
 
 def twill_notes(twill: Twill) -> list[str]:

@@ -8,16 +8,14 @@ Peers: rectpack on bounding rectangles;
 spyrrow, one sheet after another, in the time of normal effort, or else of the last. The bound
 counts every piece inflated by half the gap, which no layout can beat. A fraction of sheets
 counts the last one up to where it is used; the rest of it is an offcut. Seconds are of the
-processor: other work does not count. The pieces of the jobs are kept in a temporary folder.
+processor: other work does not count.
 """
 
 import argparse
 import importlib.util
 import math
-import pickle
 import resource
 import runpy
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,7 +34,6 @@ from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)
 MESHES = HERE.resolve().parents[3] / "shared" / "meshes" / "quad"
-KEPT = Path(tempfile.gettempdir()) / "fabweave_bench_pieces"
 MARGIN = 10.0
 JOBS = {
     "torus 24x12": Settings.of("shape:torus?m=24&n=12", size_mm=400.0),
@@ -134,27 +131,16 @@ def compare(
     return found
 
 
-def pieces_of(job: str) -> list[FloatArray] | None:
-    """Return the outlines of a job's pieces, made once; None if its mesh is not there."""
-    settings, kept = JOBS[job], KEPT / f"{job}.pickle"
-    if kept.exists():
-        return pickle.loads(kept.read_bytes())  # noqa: S301 -- our own file
-    if not settings.mesh.startswith("shape:") and not Path(settings.mesh.source).exists():
-        return None
-    pieces = [np.asarray(piece.outline) for piece in make_job(settings).made.pieces]
-    KEPT.mkdir(exist_ok=True)
-    kept.write_bytes(pickle.dumps(pieces))
-    return pieces
-
-
 def compare_jobs(names: list[str], efforts: list[str]) -> None:
     """Print a table for each job and size of sheets, and then what does not hold."""
     against_spyrrow: list[float] = []
     for name in names:
-        pieces = pieces_of(name)
-        if pieces is None:
-            print(f"\n{name}: {JOBS[name].mesh} is not there")
+        source = JOBS[name].mesh.source
+        if not source.startswith("shape:") and not Path(source).exists():
+            print(f"\n{name}: {source} is not there")
             continue
+        made = make_job(JOBS[name])
+        pieces = [np.asarray(piece.outline) for piece in made.piece_set.pieces]
         bent = fill_of_rectangles(pieces) < 0.5
         for sheet in SHEETS:
             found = compare(name, pieces, sheet, 2.0, efforts)

@@ -28,11 +28,10 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.threads import trace_threads
-from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.anneal import couple, optimise_twill
 from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.optimise import optimise_twill
 from fabweave.weave.twill.voting import best_vote
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "meshes"

@@ -1,14 +1,13 @@
 """The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
 
 import csv
-import hashlib
 import json
 import tomllib
 
 import numpy as np
 import pytest
 import trimesh
-from jobs import OCTAHEDRON, run
+from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
 from fabweave.job import run_job
@@ -16,15 +15,6 @@ from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.stock.sheet_size import SheetSize
-
-
-def digest(folder):
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
-
 
 slow = pytest.mark.slow
 
@@ -45,7 +35,7 @@ def test_a_finished_job_has_every_file_and_is_proved(tmp_path, capsys):
     assert run("make", *OCTAHEDRON, "--json", "-o", folder) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["proved"], told["threads"], told["crossings"]) == (True, 4, 12)
-    assert set(MADE) <= set(digest(folder))
+    assert set(MADE) <= set(contents_of(folder))
     assert list(tmp_path.iterdir()) == [folder]
 
 
@@ -80,10 +70,10 @@ def test_any_number_of_workers_gives_the_same_bytes(finished, tmp_path):
     settings = Settings.of("shape:octahedron", size_mm=90.0, effort="quick", sheets=sheets)
     for workers in (0, 2):
         run_job(settings, tmp_path / str(workers), workers=workers)
-    alone, beside = digest(tmp_path / "0"), digest(tmp_path / "2")
+    alone, beside = contents_of(tmp_path / "0"), contents_of(tmp_path / "2")
     assert alone == beside
     # Jobs for tests have a small picture, which the manual shows, too; nothing else differs.
-    made = digest(finished(*OCTAHEDRON))
+    made = contents_of(finished(*OCTAHEDRON))
     differing = {name for name in made if made[name] != alone[name]}
     assert differing == {"render.png", "assembly.pdf", "contents.json"}
 

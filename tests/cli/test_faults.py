@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dying import die
+from jobs import contents_of
 from jobs import run as run_here
 
 from fabweave import job as pipeline
@@ -124,13 +125,13 @@ def read_only(monkeypatch, when):
 @pytest.mark.parametrize("when", [0, 1, 2, 5, 10])
 def test_a_volume_that_becomes_read_only_keeps_the_older_job(when, tmp_path, monkeypatch, capsys):
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 0
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    before = contents_of(tmp_path)
     with monkeypatch.context() as patch:
         read_only(patch, when)
         assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 2
     said = capsys.readouterr().err
     assert "Read-only file system" in said
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    assert contents_of(tmp_path) == before
 
 
 @pytest.mark.parametrize(

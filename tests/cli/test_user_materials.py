@@ -79,7 +79,7 @@ def own(tmp_path_factory) -> Path:
 def made(own, tmp_path_factory) -> Path:
     """Return a job of two own materials, one of which stands in for ours, and an own target."""
     folder = tmp_path_factory.mktemp("made") / "job"
-    typed = ("--materials", own / "materials.toml", "--targets", own / "targets.toml")
+    typed = ("--library", own / "materials.toml", "--rules", own / "targets.toml")
     chosen = ("--material", "warp=felt:red,weft=card", "--target", "School", "--gap", "2.5mm")
     assert run("make", *JOB, *typed, *chosen, "-o", folder) == 0
     return folder
@@ -103,17 +103,25 @@ def test_the_job_is_of_the_users_materials(made) -> None:
     assert sheets == {("felt:red", 500.0, 400.0), ("card", 450.0, 350.0)}
     prices = {one["material"]: one["currency"] for one in waste["estimate"]["materials"]}
     assert prices == {"felt:red": "EUR", "card": ""}
-    flaws = json.loads((made / "preflight.json").read_text())["flaws"]
-    assert {flaw["rule"] for flaw in flaws} >= {"hole", "hole-edge", "web", "piece", "sheet", "gap"}
+    broken = json.loads((made / "preflight.json").read_text())["findings"]
+    rules = {finding["rule"] for finding in broken}
+    assert rules >= {
+        "hole",
+        "hole-edge",
+        "web",
+        "piece",
+        "sheet",
+        "gap",
+    }
 
 
 def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
     job = tomllib.loads((made / "job.toml").read_text())["job"]
     own = tomllib.loads(MATERIALS)
-    assert job["materials"] == {"card": own["card"], "felt": own["felt"]}
-    assert job["targets"]["school"]["web_mm"] == 30.0
+    assert job["library"] == {"card": own["card"], "felt": own["felt"]}
+    assert job["rules"]["school"]["web_mm"] == 30.0
     # All of it, so that another default changes nothing.
-    assert job["targets"]["school"]["web_t"] == 1.0
+    assert job["rules"]["school"]["web_t"] == 1.0
     # A code of dots would be too small for all that.
     assert (
         "--config job.toml" in json.loads((made / "crossing_map.json").read_text())["cut"]["code"]
@@ -134,44 +142,44 @@ def test_what_is_proved_needs_no_file_of_the_users(made, tmp_path, capsys) -> No
 
 def test_the_configuration_folder_is_honoured(configured) -> None:
     settings = settings_from_options("shape:cube", material="felt", target="school")
-    assert [one.name for one in (*settings.stock.materials, *settings.machine.targets)] == [
+    assert [one.name for one in (*settings.stock.library, *settings.machine.rules)] == [
         "felt",
         "school",
     ]
-    assert user_file("materials") == configured / "materials.toml"
+    assert user_file("library") == configured / "materials.toml"
     # What is asked for without a word is the user's, too.
-    assert settings_from_options("shape:cube").stock.materials[0].title == "Card from the attic"
-    assert settings_from_options("shape:cube", material="birch-veneer").stock.materials == ()
+    assert settings_from_options("shape:cube").stock.library[0].title == "Card from the attic"
+    assert settings_from_options("shape:cube", material="birch-veneer").stock.library == ()
 
 
 def test_a_named_file_wins_over_the_folder(configured, tmp_path) -> None:
     later = tmp_path / "later.toml"
     later.write_text(MATERIALS.replace("Card from the attic", "Card from the cellar"), "utf-8")
-    settings = settings_from_options("shape:cube", materials=[configured / "materials.toml", later])
-    assert settings.stock.materials[0].title == "Card from the cellar"
+    settings = settings_from_options("shape:cube", library=[configured / "materials.toml", later])
+    assert settings.stock.library[0].title == "Card from the cellar"
 
 
 @pytest.mark.usefixtures("configured")
 def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) -> None:
     job = tmp_path / "job.toml"
     job.write_text('[job]\nmesh = "shape:cube"\nmaterial = "card"\ntarget = "default"\n')
-    assert settings_from_job(job).stock.materials == ()
+    assert settings_from_job(job).stock.library == ()
     # What is asked for anew is looked for there.
-    assert settings_from_job(job, material="felt").stock.materials[0].name == "felt"
-    assert settings_from_job(job, target="school").machine.targets[0].name == "school"
+    assert settings_from_job(job, material="felt").stock.library[0].name == "felt"
+    assert settings_from_job(job, target="school").machine.rules[0].name == "school"
 
 
 def test_no_folder_is_as_good_as_an_empty_one(monkeypatch, tmp_path) -> None:
     for folder in (tmp_path, tmp_path / "none", Path("/dev/null")):
         monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
-        assert settings_from_options("shape:cube").stock.materials == ()
+        assert settings_from_options("shape:cube").stock.library == ()
     monkeypatch.delenv(FOLDER_VARIABLE)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert user_file("targets").name == "targets.toml"
-    assert tmp_path in user_file("targets").parents
-    assert user_file("targets").parent.name == "fabweave"
-    assert settings_from_options("shape:cube").stock.materials == ()
+    assert user_file("rules").name == "targets.toml"
+    assert tmp_path in user_file("rules").parents
+    assert user_file("rules").parent.name == "fabweave"
+    assert settings_from_options("shape:cube").stock.library == ()
 
 
 @pytest.mark.parametrize(

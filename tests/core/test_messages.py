@@ -52,8 +52,8 @@ def test_notes_of_small_jobs_agree_with_their_numbers(mesh, options) -> None:
 
 @given(broken_meshes())
 def test_problems_of_any_mesh_agree_with_their_numbers(mesh) -> None:
-    for problem in check_mesh(mesh).problems:
-        assert not WRONG.search(problem.message), problem.message
+    for finding in check_mesh(mesh).findings:
+        assert not WRONG.search(finding.text), finding.text
 
 
 def test_what_crosses_nothing_is_no_warp() -> None:

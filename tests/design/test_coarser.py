@@ -1,15 +1,17 @@
 """A model that is too fine to be built is made on a coarser mesh, unless its mesh is to be kept."""
 
-import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from jobs import contents_of
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Finding
 from fabweave.design import making
 from fabweave.design.coarser import Attempt, foreseen, is_free
 from fabweave.design.making import make_or_advise
+from fabweave.design.search import Trials
 from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
@@ -17,7 +19,7 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.primal import mid_edge
 from fabweave.options.settings import Settings, read_job_options
 from fabweave.plan.ask import load_asked
-from fabweave.plan.verdict import Reason, Verdict
+from fabweave.plan.verdict import Verdict
 from fabweave.ribbon.width import WidthRule
 
 
@@ -33,14 +35,6 @@ def fine(tmp_path_factory):
     return Settings.of(str(path), size_mm=70.0, effort="quick")
 
 
-def digests(folder):
-    return {
-        path.relative_to(folder): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
-
-
 def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
     made = make_or_advise(fine, tmp_path / "plain")
     assert not made.finished.job.verdict.stops
@@ -53,13 +47,15 @@ def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
     assert "5,120 triangles" in made.chosen
     # Asked for by hand, it comes to the very same files.
     run_job(made.settings, tmp_path / "stated")
-    assert digests(tmp_path / "plain") == digests(tmp_path / "stated")
+    assert contents_of(tmp_path / "plain") == contents_of(tmp_path / "stated")
 
 
 def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
-    monkeypatch.setattr(making, "ways_out", lambda settings, *_, **__: asked.append(settings) or [])
+    monkeypatch.setattr(
+        making, "buildable_designs", lambda trials: asked.append(trials.asked) or []
+    )
     with pytest.raises(CannotMakeError):
         make_or_advise(fine.but(remesh="none"), tmp_path / "job")
     assert asked == [fine.but(remesh="none")]
@@ -92,10 +88,7 @@ def test_what_is_foreseen_comes_true(fine, tmp_path):
     ("options", "free"),
     [
         ({}, True),
-        (
-            {"pattern": "twill", "width": WidthRule(0.9, 8.0, 8.0), "up": "y", "bodies": "largest"},
-            True,
-        ),
+        ({"pattern": "twill", "width": WidthRule(0.9, 8.0, 8.0), "bodies": "largest"}, True),
         ({"leave_out": "top:20mm"}, True),
         ({"leave_out": "12,13"}, False),
         ({"remesh": "none"}, False),
@@ -118,7 +111,7 @@ def test_little_care_comes_first_and_then_likeness():
         """A mesh that is so far from its model everywhere, as a share of its size."""
         mesh = ball.with_vertices(ball.vertices * (1.0 + 2.0 * away))
         loaded = replace(load_asked(Settings.of("shape:sphere?n=8")), likeness=likeness(ball, mesh))
-        reason = Reason(rule="twist", level="with care", text="twist", advice="")
+        reason = Finding(rule="twist", level="with care", text="twist")
         level = verdict if reasons else "makeable"
         return Attempt(
             Settings.of("a.obj"), loaded, Verdict(level=level, reasons=(reason,) * reasons)
@@ -153,7 +146,7 @@ def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
 
     monkeypatch.setattr(making, "explore", explore)
     asked = Settings.of("shape:torus?m=8&n=4", size_mm=120.0, material="birch-ply-3")
-    assert making.ways_out(asked) == []
+    assert making.buildable_designs(Trials(asked)) == []
     assert any(one.stock.material == making.SOFT for one in tried)
     assert any((one.mesh.size_mm or 0.0) > 120.0 for one in tried)
     assert asked not in tried

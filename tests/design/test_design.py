@@ -17,11 +17,11 @@ from fabweave.core.parallel.executors import processes
 from fabweave.core.records import from_json
 from fabweave.design import search
 from fabweave.design.candidate import Candidate
-from fabweave.design.job import check_folder, plan_designs, run_design
+from fabweave.design.job import check_folder, run_design
 from fabweave.design.making import make_or_advise, meet_wishes
 from fabweave.design.page import design_csv, design_json, design_page, objectives, pareto_front
 from fabweave.design.rounds import Search
-from fabweave.design.search import explore
+from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import densities, name_of
 from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import run_job
@@ -37,7 +37,7 @@ DESIGNS = [BALL, BALL.but(refine="catmull-clark:1"), BALL.but(pattern="twill")]
 @pytest.fixture(scope="module")
 def tried(tmp_path_factory):
     folder = tmp_path_factory.mktemp("designs")
-    return folder, explore(BALL, DESIGNS, folder)
+    return folder, explore(Trials(BALL, folder=folder), DESIGNS)
 
 
 @pytest.mark.slow
@@ -55,7 +55,7 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
 @pytest.mark.slow
 def test_a_search_with_processes_finds_the_same(tried):
     told = []
-    assert explore(BALL, DESIGNS, executors=processes(2), told=told.append) == tried[1]
+    assert explore(Trials(BALL, executors=processes(2), told=told.append), DESIGNS) == tried[1]
     assert told == [one.candidate for one in tried[1]]
 
 
@@ -67,14 +67,14 @@ def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
     monkeypatch.setattr(
         search, "try_design", lambda *task, **how: calls.append(task) or real(*task, **how)
     )
-    assert explore(BALL, DESIGNS, folder, told=told.append) == before
+    assert explore(Trials(BALL, folder=folder, told=told.append), DESIGNS) == before
     assert calls == []
     assert told == [one.candidate for one in before]
     # What is cut off, or of other settings, is tried anew.
     (folder / f"{before[1].candidate.key}.json").write_text('{"key": ')
-    assert explore(BALL, DESIGNS, folder) == before
+    assert explore(Trials(BALL, folder=folder), DESIGNS) == before
     assert [task[0] for task in calls] == [DESIGNS[1]]
-    explore(BALL, [BALL.but(size_mm=210.0)], folder)
+    explore(Trials(BALL, folder=folder), [BALL.but(size_mm=210.0)])
     assert len(calls) == 2
 
 
@@ -85,14 +85,14 @@ def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch)
     asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
     plain = asked.but(remesh="triangles:60")
     designs = [plain, plain.but(pattern="triaxial"), plain.but(material="birch-veneer")]
-    apart = [explore(asked, [one])[0] for one in designs]
+    apart = [explore(Trials(asked), [one])[0] for one in designs]
     given_meshes = []
     real = search.try_design
     monkeypatch.setattr(
         search, "try_design", lambda *task: given_meshes.append(task[-1]) or real(*task)
     )
     meshes = {}
-    assert explore(asked, designs, meshes=meshes) == apart
+    assert explore(Trials(asked, meshes=meshes), designs) == apart
     assert [one is not None for one in given_meshes] == [False, True, True]
     assert len(meshes) == 1
 
@@ -101,14 +101,14 @@ def test_the_files_tell_every_design(tmp_path):
     mesh = tmp_path / "a <b> & c.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
     asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
-    found = run_design(asked, tmp_path / "designs", count=2).tried
+    found = run_design(Trials(asked), tmp_path / "designs", 2).tried
     page = (tmp_path / "designs" / "design.html").read_text()
     assert "<b>" not in page
     assert page.count('<div class="card"') + page.count('<div class="card ') == len(found) == 2
     document = json.loads((tmp_path / "designs" / "design.json").read_text())
     rows = list(csv.DictReader(io.StringIO((tmp_path / "designs" / "design.csv").read_text())))
     for one, told, row in zip(found, document["designs"], rows, strict=True):
-        assert from_json(Candidate, told) == one.candidate
+        assert from_json(Candidate, json.dumps(told)) == one.candidate
         assert (row["command"], row["pieces"]) == (
             one.candidate.command,
             str(one.candidate.figures.pieces),
@@ -117,7 +117,7 @@ def test_the_files_tell_every_design(tmp_path):
     check_folder(tmp_path / "designs")
     (tmp_path / "designs" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match=r"notes\.txt"):
-        run_design(asked, tmp_path / "designs", count=1)
+        run_design(Trials(asked), tmp_path / "designs", 1)
     assert (tmp_path / "designs" / "notes.txt").read_text() == "mine"
 
 
@@ -138,7 +138,7 @@ def test_what_cannot_be_built_is_on_no_front():
     one, two = (search.Tried(candidate=one, picture=None) for one in (bad, good))
     page = design_page("x", Search(designs=(BALL, BALL), tried=(one, two)))
     assert page.index("good") < page.index("bad")
-    told = Search(designs=(BALL,), tried=(one,), instead=(two, one), why="None <can>")
+    told = Search(designs=(BALL,), tried=(one,), alternatives=(two, one), why="None <can>")
     # What was tried otherwise is shown where it can be built.
     page = design_page("x", told)
     assert "None &lt;can&gt;" in page
@@ -180,12 +180,12 @@ def test_what_is_stated_is_the_same_in_all_designs(tmp_path):
     mesh = tmp_path / "ball.obj"
     write_mesh(mesh, parse_shape("shape:sphere?n=8"))
     asked = Settings.of(str(mesh), size_mm=300.0, remesh="quads:90", pattern="twill")
-    designs = plan_designs(asked, 30)
+    designs = plan_designs(Trials(asked), 30)
     assert {(one.mesh.remesh, one.weave.pattern, one.mesh.size_mm) for one in designs} == {
         ("quads:90", "twill", 300.0)
     }
     asked = Settings.of(str(mesh), size_mm=300.0)
-    free = plan_designs(asked, 30)
+    free = plan_designs(Trials(asked), 30)
     assert len({name_of(one, asked) for one in free}) == len(free) > 9
 
 
@@ -194,7 +194,7 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
     mesh = tmp_path / "cube.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
     asked = Settings.of(str(mesh), size_mm=300.0, effort="quick")
-    settings, why = meet_wishes(asked, Wishes(pieces=40))
+    settings, why = meet_wishes(Trials(asked), Wishes(pieces=40))
     job = run_job(settings, tmp_path / "job").job
     assert f"{len(job.piece_set.pieces)} pieces" in why
     assert 20 <= len(job.piece_set.pieces) <= 80

@@ -8,6 +8,7 @@ from designs import candidate
 from fabweave.design import making
 from fabweave.design.candidate import Tried
 from fabweave.design.moves import moves
+from fabweave.design.search import Trials
 from fabweave.design.variety import FEWEST, MOST
 from fabweave.design.wishes import Wishes, distance, misses, values_text
 from fabweave.options.settings import Settings
@@ -117,7 +118,7 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     planned = [ASKED.but(remesh=f"quads:{count}") for count in (70, 240, 800)]
     monkeypatch.setattr(making, "explore", explore)
     monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
-    chosen, why = making.meet_wishes(ASKED, Wishes(pieces=300))
+    chosen, why = making.meet_wishes(Trials(ASKED), Wishes(pieces=300))
     assert chosen.mesh.remesh == "quads:430"
     assert "\n  --remesh quads:430, " in why
     assert len(tries) <= 24

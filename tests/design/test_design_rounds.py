@@ -9,14 +9,22 @@ from designs import candidate
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fabweave.core.finding import Finding
 from fabweave.design import rounds
+from fabweave.design.alternatives import (
+    first_alternatives,
+    nearest,
+    next_alternatives,
+    slimmed,
+    why_text,
+)
 from fabweave.design.candidate import Candidate, Tried
-from fabweave.design.instead import closer, farther, instead_text, nearest, slimmed
-from fabweave.design.rounds import ENOUGH, nearer, search_designs
+from fabweave.design.rounds import ENOUGH, nearby_designs, search_designs
+from fabweave.design.search import Trials
 from fabweave.design.variety import MOST, NARROW
 from fabweave.options.settings import Settings
-from fabweave.plan.verdict import Reason, Verdict, excess, judge, refused
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.plan.verdict import Verdict, excess, judge, refused
+from fabweave.ribbon.rules.finding import Finding as BrokenRule
 
 ASKED = Settings.of("cow.obj", size_mm=300.0, material="birch-veneer")
 GOOD = candidate()
@@ -24,7 +32,7 @@ GOOD = candidate()
 
 def stopped(rule, by, name="D"):
     """Return a design that a rule stops, by how much."""
-    reason = Reason(rule=rule, level="not makeable", text=f"{rule} is broken", advice="")
+    reason = Finding(rule=rule, level="not makeable", text=f"{rule} is broken")
     return replace(candidate(name, Verdict(level="not makeable", reasons=(reason,))), excess=by)
 
 
@@ -38,7 +46,7 @@ def quads(count, **changes):
 
 
 def finding(rule, count, of, far):
-    return Finding(rule, "warn", 1.0, 2.0, "mm", "A", 1, 2, None, (0, 0, 0), count, of, far)
+    return BrokenRule(rule, "warn", 1.0, 2.0, "mm", "A", 1, 2, None, (0, 0, 0), count, of, far)
 
 
 @given(
@@ -53,21 +61,23 @@ def test_what_care_makes_up_for_has_no_excess_above_one(rule, count, far):
 
 def test_between_a_mesh_that_serves_and_one_that_does_not_lies_another():
     designs = [quads(50), quads(200), quads(800)]
-    found = nearer(ASKED, designs, [stopped("bend", 9.0), GOOD, stopped("width", 9.0)])
+    found = nearby_designs(ASKED, designs, [stopped("bend", 9.0), GOOD, stopped("width", 9.0)])
     assert found[:2] == [quads(100), quads(400)]
     assert not set(map(str, found)) & set(map(str, designs))
     assert len(set(map(str, found))) == len(found)
 
 
 def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
-    found = nearer(ASKED, [quads(100)], [GOOD])
+    found = nearby_designs(ASKED, [quads(100)], [GOOD])
     assert found[:2] == [quads(120), quads(80)]
     assert found[2] == quads(100).narrower(NARROW)
     assert len(found) == 3
 
 
 def test_where_none_serves_a_coarser_mesh_goes_first():
-    found = nearer(ASKED, [quads(50), quads(200)], [stopped("bend", 3.0), stopped("bend", 9.0)])
+    found = nearby_designs(
+        ASKED, [quads(50), quads(200)], [stopped("bend", 3.0), stopped("bend", 9.0)]
+    )
     assert found[0] == quads(30)
 
 
@@ -86,7 +96,7 @@ def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
         "quads:50 catmull-clark:1": quads(50, refine="catmull-clark:1"),
         "quads:120": quads(120),
     }
-    found = nearer(ASKED, [quads(200)], [stopped(rule, 2.0)])
+    found = nearby_designs(ASKED, [quads(200)], [stopped(rule, 2.0)])
     for name in expected:
         if name == "narrower":
             assert quads(200).narrower(NARROW) in found
@@ -96,14 +106,14 @@ def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
 
 def test_what_is_stated_stays_and_no_mesh_is_too_fine():
     asked = ASKED.but(remesh="quads:200", fair=20, pattern="plain")
-    found = nearer(asked, [asked], [stopped("width", 2.0)])
+    found = nearby_designs(asked, [asked], [stopped("width", 2.0)])
     assert {(one.mesh.remesh, one.mesh.fair) for one in found} <= {("quads:200", 20)}
-    fine = nearer(ASKED, [quads(MOST)], [stopped("bend", 2.0)])
+    fine = nearby_designs(ASKED, [quads(MOST)], [stopped("bend", 2.0)])
     assert all(int(one.mesh.remesh.partition(":")[2]) <= MOST for one in fine)
 
 
 def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
-    found = nearer(ASKED, [quads(100)], [failed()], several=True)
+    found = nearby_designs(ASKED, [quads(100)], [failed()], several=True)
     assert found == [
         quads(100, bodies="join"),
         quads(100, bodies="wrap"),
@@ -112,18 +122,18 @@ def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out(
     ]
     tried = [quads(50), quads(100), quads(200), quads(200, bodies="join")]
     failures = [failed() for _ in tried]
-    assert nearer(ASKED, tried, failures, several=True)[:2] == [
+    assert nearby_designs(ASKED, tried, failures, several=True)[:2] == [
         quads(200, bodies="wrap"),
         quads(200, bodies="largest"),
     ]
     # What could be made so of one density is tried of the others, coarsest last.
-    found = nearer(
+    found = nearby_designs(
         ASKED, [*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)], several=True
     )
     assert found[:2] == [quads(100, bodies="wrap"), quads(50, bodies="wrap")]
     # One body is wrapped where no mesh of it could be made at all.
-    assert nearer(ASKED, [quads(100)], [failed()]) == [quads(100, bodies="wrap"), quads(60)]
-    found = nearer(ASKED, [quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
+    assert nearby_designs(ASKED, [quads(100)], [failed()]) == [quads(100, bodies="wrap"), quads(60)]
+    found = nearby_designs(ASKED, [quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
     assert not any(one.mesh.bodies == "wrap" for one in found)
 
 
@@ -149,14 +159,14 @@ def explored(monkeypatch):
 
 
 def test_a_search_goes_on_until_enough_can_be_built(explored):
-    found = search_designs(ASKED, [quads(40), quads(200)], 12)
+    found = search_designs(Trials(ASKED), [quads(40), quads(200)], 12)
     assert found.makeable >= ENOUGH
     assert len(found.tried) == sum(map(len, explored)) <= 12
-    assert (found.why, found.instead) == ("", ())
+    assert (found.why, found.alternatives) == ("", ())
     # Where enough can be built, what was planned is tried, and nothing else.
     explored.clear()
     planned = [quads(60), quads(70), quads(80), quads(300)]
-    found = search_designs(ASKED, planned, 12, first=3)
+    found = search_designs(Trials(ASKED), planned, 12, first=3)
     assert explored == [planned[:3], planned[3:]]
 
 
@@ -174,14 +184,14 @@ def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
             Tried(candidate=found[designs.index(one)], picture=None) for one in some
         ],
     )
-    search = search_designs(ASKED, designs, len(designs))
+    search = search_designs(Trials(ASKED), designs, len(designs))
     assert search.candidates == [asis, other, refused_one, refused_one, asis]
     assert search.designs == tuple(designs[at] for at in (0, 2, 3, 4, 6))
     assert search.same == 2
 
 
 def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
-    found = search_designs(ASKED, [quads(500), quads(800)], 2)
+    found = search_designs(Trials(ASKED), [quads(500), quads(800)], 2)
     assert found.makeable == 0
     assert len(found.tried) == 2
     assert "600 mm" in found.why
@@ -201,7 +211,7 @@ def test_where_nothing_helps_the_nearest_the_next_mesh_is_tried(explored, monkey
         ]
 
     monkeypatch.setattr(rounds, "explore", no_hope)
-    found = search_designs(ASKED, [quads(400), quads(800)], 2)
+    found = search_designs(Trials(ASKED), [quads(400), quads(800)], 2)
     assert found.makeable == 0
     sizes = [(one.mesh.remesh, one.mesh.size_mm) for call in explored[1:] for one in call]
     assert {remesh for remesh, _ in sizes} == {"quads:400", "quads:800"}
@@ -227,7 +237,7 @@ def test_what_twists_is_tried_with_narrow_ribbons_too():
 
 def test_less_is_tried_where_it_helped_and_more_where_it_did_not():
     design = quads(100)
-    first = farther(ASKED, design)
+    first = first_alternatives(ASKED, design)
     assert [(one.mesh.size_mm, one.stock.thickness_mm, one.stock.material) for one in first] == [
         (480.0, None, "birch-veneer"),
         (750.0, None, "birch-veneer"),
@@ -236,15 +246,19 @@ def test_less_is_tried_where_it_helped_and_more_where_it_did_not():
     ]
     good = [(one, GOOD) for one in first]
     bad = [(one, stopped("bend", 2.0)) for one in first]
-    assert [(one.mesh.size_mm, one.stock.thickness_mm) for one in closer(ASKED, design, good)] == [
+    assert [
+        (one.mesh.size_mm, one.stock.thickness_mm) for one in next_alternatives(ASKED, design, good)
+    ] == [
         (380.0, None),
         (300.0, 0.6),
     ]
-    assert [(one.mesh.size_mm, one.stock.thickness_mm) for one in closer(ASKED, design, bad)] == [
+    assert [
+        (one.mesh.size_mm, one.stock.thickness_mm) for one in next_alternatives(ASKED, design, bad)
+    ] == [
         (1200.0, None),
         (300.0, 0.2),
     ]
     for outcome in (good, bad):
-        told = instead_text(ASKED, [stopped("bend", 2.0)], outcome)
+        told = why_text(ASKED, [stopped("bend", 2.0)], outcome)
         assert {"480", "0.4"} <= set(re.findall(r"[\d.]*\d", told))
-    assert instead_text(ASKED, [GOOD, GOOD], []) == ""
+    assert why_text(ASKED, [GOOD, GOOD], []) == ""

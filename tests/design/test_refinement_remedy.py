@@ -1,11 +1,11 @@
 """Refinement is named as a remedy only where it was tried and holds."""
 
 import pytest
+from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.options.settings import Settings
 from fabweave.piece.joined_strands import split_object
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.plan.refinement import REFINEMENTS, try_refinement
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.finding import sentence, written
@@ -14,8 +14,7 @@ from fabweave.ribbon.width import WidthRule
 
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
-    settings, supplies = complete_settings(Settings.of(mesh, **options))
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(mesh, **options)
     woven = split_object(woven, brief_of(settings, supplies)).woven
     check = check_object(woven, settings.ribbons, supplies)
     return try_refinement(check, woven, settings, supplies) if tried else check

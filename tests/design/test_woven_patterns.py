@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from jobs import run
 from meshes_shared import shared_mesh
+from spoiling import drop, edit_json, more, put
 
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -88,56 +89,44 @@ def run_one_warp_thread_the_other_way(plan):
         weave["labels"][number[key]] = -weave["labels"][number[key]] % 4
 
 
-def in_weave(change):
-    return lambda plan: plan["weave"].update(change(plan["weave"]))
+def take_the_weft_for_the_warp(plan):
+    warp = plan["weave"]["warp"]
+    plan["weave"]["warp"] = [one["id"] for one in plan["threads"] if one["id"] not in warp]
+
+
+def next_label(label):
+    return (label + 1) % 4
 
 
 BALL = ("shape:sphere?n=2", "twill")
 DENIM = ("shape:torus?m=4&n=4", "3/1")
-#: What is spoiled in the map of a job, and whether the pattern is not what it claims any more.
-SPOILS = {
-    **{
-        f"one more broken {kind}": (
-            BALL, in_weave(lambda w, k=kind: {"broken": w["broken"] | {k: w["broken"][k] + 1}}),
-            True,
-        )
-        for kind in ("edge", "face", "vertex")
-    },
-    "one label": (
-        DENIM, in_weave(lambda w: {"labels": [(w["labels"][0] + 1) % 4, *w["labels"][1:]]}), True,
-    ),
-    "all labels": (
-        DENIM, in_weave(lambda w: {"labels": [(label + 1) % 4 for label in w["labels"]]}), True,
-    ),
-    "a label is missing": (DENIM, in_weave(lambda w: {"labels": w["labels"][:-1]}), True),
-    "no labels": (DENIM, lambda plan: plan["weave"].pop("labels"), True),
-    "no thread of the warp": (DENIM, in_weave(lambda w: {"warp": w["warp"][:-1]}), True),
-    "weft for warp": (
-        DENIM, lambda plan: plan["weave"].update(warp=[
-            thread["id"] for thread in plan["threads"] if thread["id"] not in plan["weave"]["warp"]
-        ]),
-        True,
-    ),
-    "a thread that is not there": (DENIM, in_weave(lambda w: {"warp": [*w["warp"], 999]}), True),
-    "another twill": (DENIM, in_weave(lambda _: {"pattern": "2/2"}), True),
-    "what falls apart": (DENIM, in_weave(lambda _: {"pattern": "3/1/2"}), True),
-    "one thread backwards": (DENIM, run_one_warp_thread_the_other_way, True),
-    "left for right": ((DENIM[0], "3/1/-1"), in_weave(lambda _: {"pattern": "3/1/1"}), True),
-    "right for left": ((DENIM[0], "3/1/1"), in_weave(lambda _: {"pattern": "3/1/-1"}), True),
-    # A satin over 3 under 1 with shift 3 steps by -1 along the warp: only a name for 3/1.
-    "the same by another name": (DENIM, in_weave(lambda _: {"pattern": "satin:4/3"}), False),
-}  # fmt: skip
+#: Of which job the map is spoiled, and how; each is not what it claims any more.
+SPOILS = [
+    *[(BALL, put("weave", "broken", kind, more(1))) for kind in ("edge", "face", "vertex")],
+    (DENIM, put("weave", "labels", 0, next_label)),
+    (DENIM, put("weave", "labels", lambda labels: list(map(next_label, labels)))),
+    (DENIM, drop("weave", "labels", -1)),
+    (DENIM, drop("weave", "labels")),
+    (DENIM, drop("weave", "warp", -1)),
+    (DENIM, take_the_weft_for_the_warp),
+    (DENIM, put("weave", "warp", lambda warp: [*warp, 999])),
+    (DENIM, put("weave", "pattern", "2/2")),
+    (DENIM, put("weave", "pattern", "3/1/2")),  # it falls apart
+    (DENIM, run_one_warp_thread_the_other_way),
+    ((DENIM[0], "3/1/-1"), put("weave", "pattern", "3/1/1")),
+    ((DENIM[0], "3/1/1"), put("weave", "pattern", "3/1/-1")),
+]
+#: A satin over 3 under 1 with shift 3 steps by -1 along the warp: only a name for 3/1.
+ANOTHER_NAME = put("weave", "pattern", "satin:4/3")
 
 
 @slow
-@pytest.mark.parametrize("name", SPOILS)
-def test_a_spoiled_weave_is_found_out(name, finished, tmp_path):
-    job, spoil, wrong = SPOILS[name]
+@pytest.mark.parametrize(("job", "spoil"), [*SPOILS, (DENIM, ANOTHER_NAME)])
+def test_a_spoiled_weave_is_found_out(job, spoil, finished, tmp_path):
     folder = finished.copy(tmp_path / "out", *words(*job))
-    plan = plan_of(folder)
-    spoil(plan)
-    (folder / "crossing_map.json").write_text(json.dumps(plan))
-    assert set(verify_job(folder).failed) == ({"pattern", "seal"} if wrong else {"seal"})
+    edit_json(folder / "crossing_map.json", spoil)
+    objecting = {"seal"} if spoil is ANOTHER_NAME else {"pattern", "seal"}
+    assert set(verify_job(folder).failed) == objecting
 
 
 @slow

@@ -22,8 +22,13 @@ from fabweave.estimate.texts import costs_text
 from fabweave.job import make_job
 from fabweave.options.calibration import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
-from fabweave.plan.bill_of_materials import BillOfMaterials, FastenerRow, GlueRow, TapeRow
-from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.bill_of_materials import (
+    BillOfMaterials,
+    FastenerRow,
+    GlueRow,
+    TapeRow,
+    bill_of_materials,
+)
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import machines
 from fabweave.stock.material import machine_of, material_library, material_named

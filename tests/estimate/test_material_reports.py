@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.options.settings import Settings
 from fabweave.piece.joined_strands import split_object
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import material_named
@@ -20,10 +20,9 @@ REFUSED = "stainless-304"
 
 
 def checked(material: str, size_mm: float = 300.0) -> RibbonCheck:
-    settings, supplies = complete_settings(
-        Settings.of("shape:sphere", size_mm=size_mm, material=material, max_length_mm=250.0)
+    woven, settings, supplies = laid(
+        "shape:sphere", size_mm=size_mm, material=material, max_length_mm=250.0
     )
-    woven = lay_asked(load_asked(settings), settings, supplies)
     woven = split_object(woven, brief_of(settings, supplies)).woven
     return check_object(woven, settings.ribbons, supplies)
 

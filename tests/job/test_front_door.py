@@ -3,24 +3,15 @@
 import subprocess
 import sys
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 import trimesh
+from jobs import contents_of
 from PIL import Image
 
 import fabweave as fw
-
-
-def folder_digest(folder: Path) -> dict[str, bytes]:
-    """Return what each file of a folder holds."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 @pytest.fixture(scope="module")
@@ -96,10 +87,10 @@ def test_steps_and_whole_jobs_give_the_bytes_of_the_command_line(tmp_path):
     weave = fw.weave(fw.shape("torus", size="300mm", **SHAPE[1]), pattern="twill", effort="quick")
     pieces = weave.ribbons(width=0.6).pieces(joint="rivet:2")
     pieces.nest().write(tmp_path / "steps", kerf="0.15mm", labels="numbers")
-    line = folder_digest(tmp_path / "line")
+    line = contents_of(tmp_path / "line")
     assert len(line) > 15
-    assert folder_digest(tmp_path / "whole") == line
-    assert folder_digest(tmp_path / "steps") == line
+    assert contents_of(tmp_path / "whole") == line
+    assert contents_of(tmp_path / "steps") == line
 
 
 @pytest.mark.slow

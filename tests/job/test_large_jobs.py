@@ -9,15 +9,13 @@ from fabweave.job import run_job
 from fabweave.options.settings import Settings
 from fabweave.plan import extent
 from fabweave.show import papers
-from fabweave.show.manual import writing
 
 
 @pytest.fixture
 def small_limits(monkeypatch):
     """Take every job for too large to be shown whole."""
-    for module in (extent, writing):
-        monkeypatch.setattr(module, "MOST_PICTURED", 3)
     for module in (extent, papers):
+        monkeypatch.setattr(module, "MOST_PICTURED", 3)
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 
 

@@ -134,7 +134,7 @@ def test_grooves_run_along_the_direction_and_leave_the_rim() -> None:
 
 def test_only_new_quads_run_along_a_direction() -> None:
     for remesh in (None, "triangles:300", "coarse"):
-        with pytest.raises(InputError, match="say --remesh"):
+        with pytest.raises(InputError, match="--remesh"):
             Settings.of("shape:cube", remesh=remesh, along="x")
     with pytest.raises(InputError, match="no such file"):
         load_asked(Settings.of("shape:cube", remesh="quads:50", along="no such file"))

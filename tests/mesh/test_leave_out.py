@@ -38,7 +38,7 @@ def test_each_disc_lowers_the_euler_characteristic_by_one_and_has_one_rim(n, dia
     report = check_mesh(holed)
     assert report.euler == 2 - len(sides)
     assert report.n_boundary_loops == len(sides)
-    assert (report.n_components, report.problems) == (1, ())
+    assert (report.n_components, report.findings) == (1, ())
     assert holed.n_faces == ball.n_faces - sum(one.faces for one in openings)
     rim = holed.vertices[boundary(holed)]
     far = np.abs(np.linalg.norm(rim[:, :2], axis=1) - diameter / 2.0)

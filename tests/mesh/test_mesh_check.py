@@ -1,5 +1,7 @@
 """The check against theory, against meshes that are wrong in known ways, and against anything."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -27,7 +29,7 @@ from fabweave.mesh.shapes import grids, solids
 
 
 def codes(mesh):
-    return set(check_mesh(mesh).codes)
+    return set(check_mesh(mesh).rules)
 
 
 @pytest.mark.parametrize("known", mesh_params())
@@ -39,7 +41,7 @@ def test_real_mesh_is_what_the_table_says(known):
         assert getattr(report, name) == getattr(known, name)
     assert report.genus == (None if known.genus is None else sum(known.genus))
     assert known.genus in (None, report.component_genus)
-    fatal = {problem.code for problem in report.fatal}
+    fatal = {finding.rule for finding in report.fatal}
     assert fatal == REFUSED.get(known.name, set())
     if fatal:
         with pytest.raises(InputError, match=r"cannot be woven:\n  - \d+ "):
@@ -47,7 +49,7 @@ def test_real_mesh_is_what_the_table_says(known):
         return
     prepared, after, _ = prepare_mesh(mesh)
     assert (after.fatal, after.oriented) == ((), True)
-    assert known.bad or after.problems == ()
+    assert known.bad or after.findings == ()
     assert build_halfedges(prepared).n_edges == known.n_edges
 
 
@@ -67,7 +69,7 @@ def test_closed_surface_has_its_genus_however_it_is_numbered(surface, seed):
     assert report.euler == report.n_vertices - report.n_edges + report.n_faces == 2 - 2 * genus
     assert report.component_genus == (genus,)
     assert (report.closed, report.manifold, report.oriented, report.orientable) == (True,) * 4
-    assert report.problems == ()
+    assert report.findings == ()
 
 
 @given(open_surfaces(), st.integers(0, 2**32))
@@ -77,7 +79,7 @@ def test_open_surface_has_its_loops(surface, seed):
     assert report.n_boundary_loops == loops
     assert report.component_genus == (0,)
     assert not report.closed
-    assert report.codes <= {"lone-face"}
+    assert report.rules <= {"lone-face"}
 
 
 @given(closed_surfaces(), open_surfaces(), closed_surfaces())
@@ -95,8 +97,9 @@ def test_moebius_strip_is_one_sided(n):
     assert not report.oriented
     assert report.manifold
     assert (report.euler, report.n_boundary_loops, report.genus) == (0, 1, None)
-    (problem,) = report.fatal
-    assert (problem.code, problem.count) == ("non-orientable", n)
+    (finding,) = report.fatal
+    assert finding.rule == "non-orientable"
+    assert finding.text.startswith(f"{n} faces belong")
 
 
 @given(st.integers(3, 7), st.integers(3, 7), st.integers(0, 2**32))
@@ -111,8 +114,8 @@ def test_one_sided_component_beside_a_good_one():
     report = check_mesh(merged(solids.cube(), moebius_strip(5), solids.tetrahedron()))
     assert report.component_genus == (0, None, 0)
     assert report.genus is None
-    (problem,) = report.fatal
-    assert problem.where == tuple((face,) for face in range(6, 11))
+    (finding,) = report.fatal
+    assert finding.where == "face 6, 7, 8, 9, 10"
 
 
 @given(closed_surfaces(), st.data())
@@ -125,9 +128,9 @@ def test_flipped_faces_are_found_and_turned_back(surface, data):
     assert report.component_genus == (genus,)
     assert report.oriented == (len(set(flips)) == 1)
     if not report.oriented:
-        assert report.codes == {"inconsistent-orientation"}
+        assert report.rules == {"inconsistent-orientation"}
     prepared, after, notes = prepare_mesh(flipped)
-    assert after.problems == ()
+    assert after.findings == ()
     # Outward again, whatever the majority was: exactly the faces that we began with.
     assert [sorted_cycle(f) for f in prepared.faces()] == [sorted_cycle(f) for f in mesh.faces()]
     assert bool(notes) == any(flips)
@@ -171,13 +174,13 @@ def test_two_spheres_glued_at_a_vertex():
     indices[indices == ball.n_vertices] = 0
     mesh = PolyMesh(both.vertices, both.offsets, indices)
     report = check_mesh(mesh)
-    (problem,) = (item for item in report.problems if item.code == "non-manifold-vertex")
-    assert (problem.where, problem.fatal) == (((0,),), False)
+    (finding,) = (item for item in report.findings if item.rule == "non-manifold-vertex")
+    assert (finding.where, finding.level) == ("vertex 0", "with care")
     assert report.edge_manifold
     assert not report.vertex_manifold
     assert report.n_components == 1
     assert report.genus is None
-    assert "unreferenced-vertex" in report.codes
+    assert "unreferenced-vertex" in report.rules
     apart, after, notes = prepare_mesh(mesh)
     assert after.component_genus == (0, 0)
     assert after.n_vertices == 2 * ball.n_vertices
@@ -229,15 +232,15 @@ TRIANGLE = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 def test_each_problem_is_named_with_its_place(vertices, faces, code, where, fatal):
     mesh = PolyMesh.from_faces(vertices, faces)
     report = check_mesh(mesh)
-    (problem,) = [item for item in report.problems if item.code == code]
-    assert problem.where[0] == where
-    assert problem.fatal == fatal
-    assert problem.remedy
-    assert ("–".join(map(str, where))) in str(problem)
+    (finding,) = [item for item in report.findings if item.rule == code]
+    assert re.match(rf"(vertex|edge|face) {'–'.join(map(str, where))}(?!\d)", finding.where)
+    assert finding.level == ("not makeable" if fatal else "with care")
+    assert finding.cure
+    assert finding.where in str(finding)
     if fatal:
         with pytest.raises(InputError, match=r"cannot be woven") as caught:
             prepare_mesh(mesh)
-        assert str(problem) in str(caught.value)
+        assert str(finding) in str(caught.value)
     else:
         prepare_mesh(mesh)
 
@@ -246,7 +249,7 @@ def test_each_problem_is_named_with_its_place(vertices, faces, code, where, fata
 def test_no_false_alarm_on_good_meshes_scaled_to_extremes(surface):
     mesh, _ = surface
     for factor in (1e-9, 1e9):
-        assert check_mesh(mesh.with_vertices(mesh.vertices * factor)).problems == ()
+        assert check_mesh(mesh.with_vertices(mesh.vertices * factor)).findings == ()
 
 
 def test_loose_vertices_are_dropped_even_if_they_are_no_numbers():
@@ -254,7 +257,7 @@ def test_loose_vertices_are_dropped_even_if_they_are_no_numbers():
     prepared, report, notes = prepare_mesh(PolyMesh.from_faces(vertices, [[1, 2, 3], [2, 4, 3]]))
     assert prepared.vertices.tolist() == TRIANGLE
     assert prepared.faces() == [[0, 1, 2], [1, 3, 2]]
-    assert report.problems == ()
+    assert report.findings == ()
     assert notes == ("2 vertices belong to no face and were left out",)
 
 
@@ -277,9 +280,9 @@ def test_euler_check_objects_to_counts_that_no_surface_has(euler, loops):
 @given(st.one_of(broken_meshes(), any_meshes()))
 def test_any_content_gives_a_report_and_never_contradicts_euler(mesh):
     report = check_mesh(mesh)
-    assert "euler" not in report.codes
+    assert "euler" not in report.rules
     assert sum(number for _, number in report.face_sizes) == report.n_faces == mesh.n_faces
-    assert all(problem.count >= len(problem.where) > 0 for problem in report.problems)
+    assert all(int(item.text.split()[0]) > 0 and item.where for item in report.findings)
     try:
         prepared, after, _ = prepare_mesh(mesh)
     except InputError:
@@ -315,7 +318,7 @@ def test_properties_agree_with_a_slow_independent_count(faces):
         len(sides) != 2 or sides[0] != sides[1] for sides in along.values()
     )
     sets = [frozenset(face) for face in faces]
-    assert ("duplicate-face" in report.codes) == (len(set(sets)) < len(sets))
+    assert ("duplicate-face" in report.rules) == (len(set(sets)) < len(sets))
     fans = {vertex: fan_count(mesh, vertex) for vertex in range(7)}
     assert report.vertex_manifold == all(number <= 1 for number in fans.values())
 

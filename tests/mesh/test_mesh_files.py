@@ -378,7 +378,7 @@ def test_triangle_files_are_placed_and_welded(tmp_path, extension, unit_mm):
     report = check_mesh(found.mesh)
     assert report.component_genus == (1, 1)
     assert report.oriented
-    assert report.problems == ()
+    assert report.findings == ()
     assert report.n_vertices == 2 * 48
     assert found.unit_mm == unit_mm
     assert str(2 * 96 * 3 - 96) in found.notes[0]

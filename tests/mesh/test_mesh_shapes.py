@@ -45,7 +45,7 @@ def test_default_shape_is_100_mm_large_and_ready(shape):
     report = check_mesh(mesh)
     found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
     assert (*found, report.n_boundary_loops) == COUNTS[shape.name](*counts)
-    assert report.problems == ()
+    assert report.findings == ()
     assert prepare_mesh(mesh)[0] is mesh
     assert largest_dimension(mesh) == pytest.approx(100.0)
     assert len(self_intersections(mesh)) == 0
@@ -61,7 +61,7 @@ def test_counts_of_grids(name, m, n):
     found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
     assert (*found, report.n_boundary_loops) == COUNTS[name](m, n)
     assert report.face_sizes == ((4, m * n),)
-    assert report.problems == ()
+    assert report.findings == ()
 
 
 @pytest.mark.parametrize("name", ["sphere", "hemisphere"])
@@ -71,7 +71,7 @@ def test_counts_of_spheres(name, n):
     report = check_mesh(mesh)
     found = (report.n_vertices, report.n_edges, report.n_faces, report.genus)
     assert (*found, report.n_boundary_loops) == COUNTS[name](n)
-    assert report.codes == set()
+    assert report.rules == set()
     assert np.linalg.norm(mesh.vertices, axis=1) == pytest.approx(np.full(mesh.n_vertices, 7.0))
     valences = np.bincount(mesh.indices)
     if name == "sphere":

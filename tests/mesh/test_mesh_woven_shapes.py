@@ -10,13 +10,13 @@ from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.halfedge import build_halfedges, group_edges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
-from fabweave.mesh.shapes.soft_tubes import edges_of, soft_tubes
+from fabweave.mesh.shapes.soft_tubes import soft_tubes
 from fabweave.mesh.symmetry import find_symmetry
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads
@@ -47,14 +47,15 @@ def corner_angles_deg(mesh):
 
 
 def edge_lengths(mesh):
-    one, two = mesh.vertices[edges_of(mesh)].transpose(1, 0, 2)
+    edges = group_edges(mesh)
+    one, two = mesh.vertices[edges.tail[edges.first]], mesh.vertices[edges.head[edges.first]]
     return np.linalg.norm(one - two, axis=1)
 
 
 def assert_sound(mesh, genus, *, size=100.0):
     """Check that quads make a closed, outward, embedded surface of a genus and a size."""
     report = check_mesh(mesh)
-    assert report.problems == ()
+    assert report.findings == ()
     assert (report.closed, report.n_components, report.genus) == (True, 1, genus)
     assert report.face_sizes == ((4, mesh.n_faces),)
     assert mesh.n_vertices - mesh.n_faces == 2 - 2 * genus
@@ -168,6 +169,18 @@ def test_threads_of_a_knot_are_those_of_a_torus(m, n):
     grid = mesh.vertices.reshape(m, n, 3)
     steps = np.linalg.norm(np.roll(grid, -1, axis=0) - grid, axis=2)
     assert steps.max() < 3.2 * steps.min()
+
+
+def test_reach_of_an_ellipse_and_of_a_long_loop():
+    turn = np.arange(600) * (2 * math.pi / 600)
+    ellipse = np.column_stack([3 * np.cos(turn), np.sin(turn), 0 * turn])
+    assert reach_of(ellipse) == pytest.approx(1 / 3, rel=1e-3)  # b² / a at the sharp ends
+    # Straight sides two apart, closed by half circles of radius 1 that bend most.
+    straight, half = np.linspace(-5, 5, 200, endpoint=False), np.arange(63) * (math.pi / 63)
+    side = np.column_stack([straight, -np.ones(200), 0 * straight])
+    end = np.column_stack([5 + np.sin(half), -np.cos(half), 0 * half])
+    one = np.concatenate([side, end])
+    assert reach_of(np.concatenate([one, -one])) == pytest.approx(1, rel=1e-2)
 
 
 def test_reach_is_where_the_knot_begins_to_meet_itself():

@@ -84,12 +84,12 @@ def test_a_half_and_its_image_are_the_whole(way):
     mirror = Mirror(np.zeros(3), normal, 0.0, 0.0)
     half = half_of(ball, mirror)
     report = check_mesh(half)
-    assert report.problems == ()
+    assert report.findings == ()
     assert (report.euler, report.n_boundary_loops) == (1, 1)
     assert (half.vertices @ normal).min() > -1e-9
     whole = joined_with_image(half, mirror, 0.5)
     report = check_mesh(whole)
-    assert report.problems == ()
+    assert report.findings == ()
     assert (report.euler, report.closed) == (2, True)
     assert likeness(ball, whole).greatest_mm < 0.5
     assert np.allclose(

@@ -75,7 +75,7 @@ def test_repair_pairs_all_triangles_of_odd_meshes(name):
     assert not pair_triangles(mesh).split
     report = check_mesh(paired(mesh, repair=True))
     assert report.face_sizes == ((4, mesh.n_faces // 2),)
-    assert report.problems == ()
+    assert report.findings == ()
     assert report.euler == check_mesh(mesh).euler
 
 

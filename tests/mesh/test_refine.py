@@ -194,6 +194,36 @@ def test_faces_are_what_the_scheme_says(name, size, mesh):
 # Where it stands.
 
 
+@pytest.mark.parametrize(
+    ("name", "sizes", "edges"),
+    [
+        ("catmull-clark", {4}, {4}),
+        ("doo-sabin", {4}, {4}),
+        ("simplest", {4}, {4}),
+        ("quads", {4}, {4}),
+        ("sqrt3", {3}, {4, 8}),
+        ("mid-edge", {3, 4}, {4, 6}),
+    ],
+)
+def test_a_regular_torus_stays_regular_and_dual_schemes_make_all_vertices_so(name, sizes, edges):
+    mesh = refined(grids.torus(7, 5, 35.0, 15.0), name)
+    assert set(mesh.face_sizes.tolist()) == sizes
+    assert set(np.bincount(mesh.indices).tolist()) == edges
+    if name in ("doo-sabin", "simplest"):
+        for solid in (solids.tetrahedron(), solids.icosahedron(), solids.dodecahedron()):
+            assert set(np.bincount(refined(solid, name).indices).tolist()) == {4}
+
+
+@pytest.mark.parametrize(
+    ("name", "spread"),
+    [("catmull-clark", 1.06), ("sqrt3", 1.16), ("loop", 1.18), ("quads", 3**0.5)],
+)
+def test_limits_of_a_cube_are_round_but_for_plain_quads(name, spread):
+    radius = np.linalg.norm(refined(solids.cube(), name, 3).vertices, axis=1)
+    assert radius.max() / radius.min() <= spread * (1 + 1e-12)
+    assert (radius.max() / radius.min() > 1.7) == (name == "quads")
+
+
 def test_known_positions_on_the_cube():
     fine = catmull_clark(solids.cube())
     assert np.abs(fine.vertices[:8]) == pytest.approx(np.full((8, 3), 5 / 9))

@@ -76,6 +76,14 @@ def test_regular_bodies_have_the_groups_that_geometry_gives_them(shape, rotation
     assert (found.n_rotations, found.n_reflections) == (rotations, rotations)
     # On a closed surface what is outside stays outside.
     assert np.array_equal(found.reverses, ~found.proper)
+    if shape == "cube":
+        # Besides, nine planes, a point, and turns with a reflection: six by 90° and eight by 60°.
+        for own, angles in (
+            (found.proper, {0: 1, 90: 6, 120: 8, 180: 9}),
+            (~found.proper, {0: 9, 60: 8, 90: 6, 180: 1}),
+        ):
+            told, often = np.unique(np.abs(np.round(found.angle_deg[own])), return_counts=True)
+            assert dict(zip(told.tolist(), often.tolist(), strict=True)) == angles
     assert_group(mesh, found)
     alone = symmetry_of(mesh, reflections=False)
     assert (alone.n_rotations, alone.n_reflections) == (rotations, 0)

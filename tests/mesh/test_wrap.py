@@ -100,12 +100,13 @@ def test_two_bodies_apart_stay_two():
     assert_clean(wrap_bodies(together(box, far)).mesh, (0, 0))
 
 
-@pytest.mark.parametrize("scale", [1e-100, 1e100])
-def test_no_size_is_too_small_or_too_large(scale):
+def test_no_size_is_too_small_or_too_large():
     torus = parse_shape("shape:torus?m=8&n=6")
-    usual, other = wrap_bodies(torus).mesh, wrap_bodies(moved(torus, (0, 0, 0), scale)).mesh
-    assert other.indices.tobytes() == usual.indices.tobytes()
-    assert np.allclose(other.vertices / scale, usual.vertices, rtol=0, atol=1e-6)
+    usual = wrap_bodies(torus).mesh
+    for scale in (1e-100, 1e100):
+        other = wrap_bodies(moved(torus, (0, 0, 0), scale)).mesh
+        assert other.indices.tobytes() == usual.indices.tobytes()
+        assert np.allclose(other.vertices / scale, usual.vertices, rtol=0, atol=1e-6)
 
 
 def test_a_sheet_encloses_nothing():

@@ -101,7 +101,8 @@ SPOILT = {
     "along": ("", " ", 3),
     "refine": ("spline:2", "loop:x", 2),
     "symmetrise": ("yes", 1, None),
-    "fair": (-1, 1001, 1.5, "3", True, None, math.nan, 10**30),
+    "bed": ("600x400mm", 3, (600, 400), SheetSize(0.0, 5.0)),
+    "fair": (-1, 1001, 1.5, "3", True, math.nan, 10**30),
     "leave_out": ("", "top", "top:0mm", "top:80mm,top:9mm", "side:8mm", "-1", "1:2", "a.txt", 3),
     "pattern": ("nonsense", "satin:5", 3, None),
     "twists": ("", 3),
@@ -111,7 +112,7 @@ SPOILT = {
     "boundary": ("open", None, 0),
     "course": ("wavy", None, 0),
     "material": ("marble", "warp=card,warp=card", "warp=", "card:!", 3, None),
-    "materials": ("felt.toml", [3], {"felt": 3}, None),
+    "library": ("felt.toml", [3], {"felt": 3}, None),
     "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
                      (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
     "width": ("12mm", 0.65, math.nan),
@@ -144,14 +145,14 @@ SPOILT = {
     "svg_units": ("in", None),
     "hairline_mm": (*NO_NUMBERS, 0, 1.5),
     "target": ("nobody", 3, None),
-    "targets": ("school.toml", [3], {"school": 3}, None),
+    "rules": ("school.toml", [3], {"school": 3}, None),
     "strict": ("yes", 0, None),
     "force": ("yes", 0, None),
     "labels": ("some", None),
     "hang": ("", "top:0", "left", "bottom:3:4", "-1", 3),
     "rim": ("round", None),
     "label_side": ("both", None),
-    "paper": ("a3", None),
+    "manual_paper": ("a3", None),
     "kerf_mm": (*NO_NUMBERS, None),
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),
@@ -260,7 +261,7 @@ TYPED = {
     "twill_weights": st.sampled_from(["1/1", "2/2", "0.1/10", "1.50 / 3"]),
     "twill_symmetry": st.integers(1, 1000).map(str),
     "material": st.sampled_from(["card", "Card:Red", "warp=card,weft=birch-veneer:dark red"]),
-    "materials": st.just("FOLDER/materials.toml"),
+    "library": st.just("FOLDER/materials.toml"),
     "thickness": _by_bunch(_units(0.01, 3.9)),
     "width": WIDTHS,
     "smooth": st.integers(0, 50).map(str),
@@ -287,7 +288,7 @@ TYPED = {
     "preset": st.sampled_from(["boxes", "epilog", "trotec"]),
     "hairline": _units(0.01, 0.03) | st.just("epilog"),
     "target": st.sampled_from(["default", "Fictiv"]),
-    "targets": st.just("FOLDER/targets.toml"),
+    "rules": st.just("FOLDER/targets.toml"),
     "kerf": _units(0.01, 0.39) | st.just("0"),
     "micro_joints": st.sampled_from(["4", "12:0.5mm", "1:0.02in"]),
     "calibrate": st.sampled_from(["1.3", "0.5", "20"]),
@@ -400,7 +401,7 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
         ("seed", "many"),
         ("fair", {"a": 1}),
         ("sheet", "600"),
-        ("materials", "no.toml"),
+        ("library", "no.toml"),
         ("preset", "glow"),
         ("target", "snijlap"),
         ("rotations", "45"),
@@ -448,9 +449,9 @@ def test_a_job_toml_that_is_none_gets_one_message(text, place, tmp_path) -> None
 def test_own_values_may_be_given_to_settings_themselves() -> None:
     felt = replace(material_named("card"), name="felt")
     school = replace(target_named("fictiv"), name="school")
-    settings = Settings.of("shape:cube", material="felt", materials=(felt,), target="school",
-                        targets=(school,))  # fmt: skip
-    assert settings_table(settings)["materials"]["felt"]["thickness_mm"] == 0.4
-    with pytest.raises(InputError, match=r"materials: .*'my felt!' cannot be the name of an entry"):
-        settings.but(materials=(replace(felt, name="my felt!"),))
-    assert option_of_field("materials").kind.parse([felt, felt]) == (felt,)
+    settings = Settings.of("shape:cube", material="felt", library=(felt,), target="school",
+                        rules=(school,))  # fmt: skip
+    assert settings_table(settings)["library"]["felt"]["thickness_mm"] == 0.4
+    with pytest.raises(InputError, match=r"library: .*'my felt!' cannot be the name of an entry"):
+        settings.but(library=(replace(felt, name="my felt!"),))
+    assert option_of_field("library").kind.parse([felt, felt]) == (felt,)

@@ -63,8 +63,8 @@ def test_captions_that_do_not_match_are_refused(tiles, captions, columns):
 
 
 def test_shapes_are_all_shown_with_their_own_picture():
-    some = [shape for shape in SHAPES if shape.name in ("cube", "torus", "hypar")]
-    assert len(some) == 3
+    some = [shape for shape in SHAPES if shape.name in ("cube", "hypar")]
+    assert len(some) == 2
     sheet = np.asarray(render_shapes(some))
     for index, shape in enumerate(some):
         mesh = parse_shape(shape.example)

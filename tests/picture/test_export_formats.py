@@ -9,13 +9,14 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 import trimesh
+from jobs import laid
 
 from fabweave.core.errors import InputError
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.model_files import model_bytes
 from fabweave.picture.yarns import spin_yarns
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import complete_settings
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.weave.strand_colours import thread_colours
 
@@ -24,10 +25,7 @@ THICKNESS = 0.8
 
 
 def woven(shape: str, boundary: str = "end"):
-    settings, supplies = complete_settings(
-        Settings.of(f"shape:{shape}", size_mm=200.0, boundary=boundary)
-    )
-    return lay_asked(load_asked(settings), settings, supplies)
+    return laid(f"shape:{shape}", size_mm=200.0, boundary=boundary)[0]
 
 
 def bodies_of(kind: str):

@@ -45,13 +45,16 @@ def test_more_is_darker_and_all_beyond_the_end_is_alike():
 
 
 def test_what_is_kept_is_grey_and_a_lost_spike_is_coloured():
-    front = [View(-90.0, 0.0)]
-    same = loss_tiles(loss_map(BALL, BALL), front, [(120, 90)])
+    front = View(-90.0, 0.0)
+    same = loss_tiles(loss_map(BALL, BALL), front, (120, 90))
     assert not coloured(same).any()
-    tile = coloured(loss_tiles(loss_map(spiked(), BALL), front, [(120, 90)]))
+    both = coloured(loss_tiles(loss_map(spiked(), BALL), front, (120, 90)))
+    tile, behind = both[:, :120], both[:, 120:]
     assert tile.any()
+    assert behind.any()
     # The spike points to the right, where the picture of the ball ends.
     assert np.nonzero(tile)[1].min() > 60
+    assert np.nonzero(behind)[1].max() < 60
 
 
 def test_the_legend_is_as_wide_as_asked_and_higher_with_text():

@@ -11,13 +11,28 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
+from fabweave.picture import object_picture
 from fabweave.picture.camera import View
-from fabweave.picture.object_picture import object_portrait, opposite_view, portrait_png
+from fabweave.picture.object_picture import (
+    object_portrait,
+    opposite_view,
+    portrait_png,
+    second_view,
+)
+from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.strand_colours import thread_colours
 from fabweave.weave.threads import trace_threads
+
+#: Smaller than users get them: two views are drawn beside one another.
+SIDE_PX = 300
+
+
+@pytest.fixture
+def small(monkeypatch) -> None:
+    monkeypatch.setattr(object_picture, "SIDE_PX", (SIDE_PX, SIDE_PX))
 
 
 def woven(name: str) -> tuple[Ribbons, Colours]:
@@ -34,10 +49,11 @@ def hues(pixels: np.ndarray) -> np.ndarray:
     return np.where(high - low > 60, pixels.argmax(axis=-1), -1)
 
 
+@pytest.mark.usefixtures("small")
 def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
     ribbons, colours = woven("torus?m=12&n=8")
     pixels = np.asarray(object_portrait(ribbons, colours))
-    middle = 720
+    middle = SIDE_PX
     for half in (pixels[:, :middle], pixels[:, middle:]):
         shown = hues(half)
         # Vermilion and blue, each on a good part of the picture.
@@ -47,6 +63,7 @@ def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
         assert (half[-1, -1] == 255).all()
 
 
+@pytest.mark.usefixtures("small")
 def test_what_one_view_hides_the_other_shows():
     # A thread's share of what is seen: on a sphere no ring is hidden in both views.
     ribbons, _ = woven("octahedron")
@@ -55,7 +72,16 @@ def test_what_one_view_hides_the_other_shows():
     assert {0, 1, 2} <= set(np.unique(shown).tolist())
 
 
-def test_the_second_view_is_from_behind():
+@pytest.mark.parametrize(
+    ("name", "where"),
+    [("torus?m=10&n=5", "from above"), ("tube", "from above"), ("tetrahedron", "from behind")],
+)
+def test_what_looks_the_same_from_behind_is_shown_from_above(name, where):
+    vertices, triangles, _ = ribbon_triangles(woven(name)[0])
+    assert second_view(vertices, triangles, View(-60.0, 30.0))[1] == where
+
+
+def test_the_opposite_view_is_from_behind():
     first = View(-60.0, 30.0)
     level = [view.axes()[2][:2] / np.hypot(*view.axes()[2][:2]) for view in
              (first, opposite_view(first))]  # fmt: skip

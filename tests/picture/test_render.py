@@ -16,16 +16,14 @@ from fabweave.picture.model_files import ribbon_faces
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import (
     Marks,
+    facet_normals,
     floor_light,
     floor_points,
-    object_frame,
-    render_scene,
-)
-from fabweave.picture.shading import (
-    facet_normals,
     key_direction,
     key_shadow,
     narrow_places,
+    object_frame,
+    render_scene,
     smooth_normals,
 )
 from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
@@ -35,7 +33,7 @@ from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import trace_threads
 
 FRONT = View(-90.0, 0.0)
-SIZE = (240, 200)
+SIZE, WOVEN = (240, 200), (320, 320)
 views = st.builds(View, st.floats(-360.0, 360.0), st.floats(-90.0, 90.0))
 
 
@@ -216,14 +214,14 @@ def shown_with_colours(weave, ribbons, view):
     colours[np.arange(n_threads), np.arange(n_threads) % 3] = 230
     colours[np.arange(n_threads), (np.arange(n_threads) // 3 + np.arange(n_threads)) % 3] = 230
     return colours, np.asarray(
-        weave_picture(ribbons, colours, size_px=(500, 500), view=view, floor=False)
+        weave_picture(ribbons, colours, size_px=WOVEN, view=view, floor=False)
     )
 
 
 def shows_over(weave, ribbons, over, view, colours, picture) -> np.ndarray:
     """At each crossing that faces the eye: whether the thread that is over is what is seen."""
     vertices, triangles, _ = ribbon_triangles(ribbons)
-    frame = object_frame(vertices, triangles, view, (500, 500))
+    frame = object_frame(vertices, triangles, view, WOVEN)
     facing = ribbons.normal @ frame.axes[2] > 0.6
     threads = weave.threads
     upper = np.empty(threads.n_crossings, dtype=np.int64)

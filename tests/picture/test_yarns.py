@@ -8,12 +8,12 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from jobs import laid
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.upright import resize_mesh
-from fabweave.options.settings import Settings
 from fabweave.picture.bodies import Body, clashing_facets, yarn_bodies
 from fabweave.picture.yarn_course import draw_spines, lay_course
 from fabweave.picture.yarns import (
@@ -22,7 +22,6 @@ from fabweave.picture.yarns import (
     spin_yarns,
     touching_points,
 )
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.clearance import segment_distances
 from fabweave.weave.strand_colours import thread_colours
@@ -41,10 +40,7 @@ SHAPES = {
 
 
 def woven(shape: str, pattern: str = "plain", boundary: str = "end", size: float = 200.0):
-    settings, supplies = complete_settings(
-        Settings.of(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)
-    )
-    return lay_asked(load_asked(settings), settings, supplies)
+    return laid(f"shape:{shape}", size_mm=size, pattern=pattern, boundary=boundary)[0]
 
 
 def spun(woven_object: WovenObject, **options) -> Yarns:
@@ -57,6 +53,11 @@ def spun(woven_object: WovenObject, **options) -> Yarns:
         portals=woven_object.source.portals,
         **options,
     )
+
+
+def course_of(woven_object: WovenObject):
+    one = woven_object
+    return lay_course(one.mesh, one.halfedges, one.weave, one.source.portals)
 
 
 def bodies_of(woven_object: WovenObject, yarns: Yarns) -> tuple[Body, ...]:
@@ -123,12 +124,7 @@ def test_cross_sections_are_regular_and_turn_no_more_than_they_must(made):
 
 def test_over_is_above_under_at_every_crossing(made):
     woven_object = made.woven
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     over, under = course.twins[:, 1], course.twins[:, 0]
     normal = woven_object.ribbons.normal
     assert np.allclose(course.rise[over], normal)
@@ -141,12 +137,7 @@ def test_over_is_above_under_at_every_crossing(made):
 
 def test_spines_go_through_the_crossings_level_and_in_order():
     woven_object = woven("octahedron")
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     spines = draw_spines(course, np.full(len(course.place), 2.0))
     at = np.searchsorted(spines.guide, np.arange(len(course.place)))
     away = spines.point[at] - course.place
@@ -233,12 +224,7 @@ def test_yarns_on_any_mesh_are_free_and_closed(mesh):
 
 def spines_of(shape: str, radius: float):
     woven_object = woven(shape)
-    course = lay_course(
-        woven_object.mesh,
-        woven_object.halfedges,
-        woven_object.weave,
-        woven_object.source.portals,
-    )
+    course = course_of(woven_object)
     return draw_spines(course, np.full(len(course.place), radius))
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from jobs import laid
 
-from fabweave.options.settings import Settings
 from fabweave.piece.brief import ACROSS
 from fabweave.piece.grain import grain_notes, tight_along
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.ask import settle_grain
 from fabweave.plan.planned_job import plan_job
 from fabweave.stock.material import (
     along_radius_mm,
@@ -19,14 +19,13 @@ from fabweave.stock.material import (
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.rotations import FREE, parse_rotations
 
-MESH = {"source": "shape:cube", "refine": "catmull-clark:1", "effort": "quick"}
+MESH = {"refine": "catmull-clark:1", "effort": "quick"}
 
 
 def chosen(size_mm, material="birch-veneer", **options):
-    settings, supplies = complete_settings(
-        Settings.of(**MESH, size_mm=size_mm, material=material, **options)
+    woven, settings, supplies = laid(
+        "shape:cube", **MESH, size_mm=size_mm, material=material, **options
     )
-    woven = lay_asked(load_asked(settings), settings, supplies)
     limits = thread_limits(supplies, woven.bunches)
     tight = tight_along(woven.ribbons, limits)
     return tight, woven, *settle_grain(woven, settings, supplies)

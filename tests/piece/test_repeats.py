@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import laid
 from weaving_meshes import meshes
 
 from fabweave.mesh.halfedge import build_halfedges
@@ -18,7 +19,7 @@ from fabweave.piece.development import Runs
 from fabweave.piece.joined_strands import split_object
 from fabweave.piece.split.repeats import Repeats, find_repeats
 from fabweave.piece.split.split_strands import object_repeats
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
 from fabweave.weave.threads import trace_threads
@@ -117,10 +118,9 @@ def test_rotations_that_change_the_supply_do_not_count():
 )
 @pytest.mark.parametrize("kinds", ["auto", "fewest"])
 def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, kinds):
-    settings, supplies = complete_settings(
+    woven, settings, supplies = laid(
         settings_from_options(shape, size="300mm", kinds=kinds, max_length="300mm")
     )
-    woven = lay_asked(load_asked(settings), settings, supplies)
     plan = split_object(woven, brief_of(settings, supplies)).plan
     repeats = object_repeats(woven, settings.pieces, supplies)
     assert repeats is not None
@@ -141,8 +141,7 @@ def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, ki
 def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
     """Return how many pieces and kinds a job has, and how many classes of runs."""
     asked = settings_from_options(mesh, size="400mm", sheet="600x400mm", **options)
-    settings, supplies = complete_settings(asked)
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(asked)
     joined = split_object(woven, brief_of(settings, supplies))
     pieces = joined_pieces(joined, brief_of(settings, supplies)).pieces
     repeats = object_repeats(woven, settings.pieces, supplies)
@@ -188,8 +187,7 @@ def test_symmetric_objects_are_cut_from_a_handful_of_shapes(mesh, options, most)
 
 def test_each_thread_is_cut_by_itself_if_any_kinds_will_do():
     asked = settings_from_options("shape:octahedron", size="200mm", kinds="any")
-    settings, supplies = complete_settings(asked)
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(asked)
     assert object_repeats(woven, settings.pieces, supplies) is None
 
 
@@ -211,8 +209,7 @@ def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly
             max_length="300mm",
             fasten="joints",
         )
-        settings, supplies = complete_settings(asked)
-        return lay_asked(load_asked(settings), settings, supplies), settings, supplies
+        return laid(asked)
 
     even, settings, supplies = woven("shape:torus?m=9&n=6")
     repeats = object_repeats(even, settings.pieces, supplies)

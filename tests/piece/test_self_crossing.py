@@ -13,8 +13,7 @@ from fabweave.mesh.shapes.grids import torus
 from fabweave.piece import joined_strands as joined_object
 from fabweave.piece.development import Runs
 from fabweave.piece.outline import simple
-from fabweave.piece.split.candidate_costs import also_barred, last_clear
-from fabweave.piece.split.candidates import lay_course, list_sites
+from fabweave.piece.split.candidates import also_barred, last_clear, lay_course, list_sites
 from fabweave.piece.split.splitting import find_self_crossing, joined_runs
 from fabweave.ribbon.lay import width_notes
 

@@ -20,8 +20,7 @@ from fabweave.piece.outline import Frame, resting_frame, strip_outline, strip_ou
 from fabweave.piece.piece import Joint, find_owners
 from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.split import splitting
-from fabweave.piece.split.candidate_costs import MOST_PASSES
-from fabweave.piece.split.candidates import Sites, list_sites
+from fabweave.piece.split.candidates import MOST_PASSES, Sites, list_sites
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave, plain_weave

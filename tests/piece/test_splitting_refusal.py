@@ -8,8 +8,7 @@ import pytest
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError
 from fabweave.piece.development import Strips
-from fabweave.piece.split.candidate_costs import Bed, Candidates
-from fabweave.piece.split.candidates import Course, Sites, Windows
+from fabweave.piece.split.candidates import Bed, Candidates, Course, Sites, Windows
 from fabweave.piece.split.splitting import splitting_refusal
 
 STEPS = 40

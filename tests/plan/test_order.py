@@ -21,6 +21,15 @@ from fabweave.plan.order.greedy import MeasuredOrder, grow_order, measure_order
 from fabweave.plan.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.plan.steps import build_steps, last_tenth
 
+
+def planned(woven, *, enclosed=None, effort="quick", seed=0):
+    """Plan the order of a model, closed as it is or as is said."""
+    enclosed = woven.enclosed if enclosed is None else enclosed
+    return plan_order(
+        woven.made.pieces, woven.centres, woven.normals, enclosed=enclosed, effort=effort, seed=seed
+    )
+
+
 SMALL = (
     "shape:tetrahedron", "shape:octahedron", "shape:cube?n=2", "shape:torus?m=6&n=4",
     "shape:hypar?m=4&n=3", "shape:tube?m=6&n=2",
@@ -141,14 +150,7 @@ def held(contacts, order):
 def test_every_piece_comes_once_and_holds(shape, effort):
     woven = model_of(shape)
     contacts = find_contacts(woven.made.pieces)
-    found = plan_order(
-        woven.made.pieces,
-        woven.centres,
-        woven.normals,
-        enclosed=woven.enclosed,
-        effort=effort,
-        seed=3,
-    )
+    found = planned(woven, effort=effort, seed=3)
     order = found.order.tolist()
     assert sorted(order) == list(range(len(woven.made.pieces)))
     assert held(contacts, order) == order[:1]
@@ -166,12 +168,7 @@ def test_every_piece_comes_once_and_holds(shape, effort):
 
 def test_same_seed_same_order():
     woven = model_of("shape:torus?m=6&n=4")
-    one, two = (
-        plan_order(
-            woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="quick", seed=5
-        )
-        for _ in range(2)
-    )
+    one, two = (planned(woven, enclosed=True, seed=5) for _ in range(2))
     assert one.order.tolist() == two.order.tolist()
 
 
@@ -187,14 +184,7 @@ def test_the_best_of_all_orders_is_found(shape):
         for order in itertools.permutations(range(count))
         if len(held(contacts, order)) == 1
     )
-    found = plan_order(
-        woven.made.pieces,
-        woven.centres,
-        woven.normals,
-        enclosed=woven.enclosed,
-        effort="best",
-        seed=0,
-    )
+    found = planned(woven, effort="best")
     assert found.total <= best * 1.02 + 1e-9
 
 
@@ -221,14 +211,7 @@ def test_what_annealing_takes_for_the_effort_is_the_effort():
 )
 def test_three_tenths_below_naive_orders(shape, changed):
     woven = model_of(shape, 400.0, **changed)
-    found = plan_order(
-        woven.made.pieces,
-        woven.centres,
-        woven.normals,
-        enclosed=woven.enclosed,
-        effort="quick",
-        seed=0,
-    )
+    found = planned(woven)
     assert found.saved >= 0.30
 
 
@@ -236,9 +219,7 @@ def test_three_tenths_below_naive_orders(shape, changed):
 def test_the_end_is_easier_than_that_of_naive_orders(shape):
     woven = model_of(shape, max_length_mm=150.0)
     pieces, contacts = woven.made.pieces, find_contacts(woven.made.pieces)
-    found = plan_order(
-        pieces, woven.centres, woven.normals, enclosed=woven.enclosed, effort="normal", seed=0
-    )
+    found = planned(woven, effort="normal")
     tenth = max(1, len(pieces) // 10)
     ends = [
         measure_order(contacts, order, enclosed=woven.enclosed).effort[-tenth:].mean()
@@ -296,22 +277,13 @@ def test_orders_by_number():
 def test_an_unknown_effort_is_refused():
     woven = model_of("shape:tetrahedron")
     with pytest.raises(InputError, match="choose one of quick, normal, best"):
-        plan_order(
-            woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="some", seed=0
-        )
+        planned(woven, enclosed=True, effort="some")
 
 
 @pytest.mark.parametrize("shape", SMALL)
 def test_steps_group_only_what_is_laid(shape):
     woven = model_of(shape)
-    found = plan_order(
-        woven.made.pieces,
-        woven.centres,
-        woven.normals,
-        enclosed=woven.enclosed,
-        effort="quick",
-        seed=0,
-    )
+    found = planned(woven)
     steps = build_steps(woven.made, found)
     ids = [piece.id for piece in woven.made.pieces]
     assert [key for step in steps for key in step.pieces] == [ids[k] for k in found.order]
@@ -326,9 +298,7 @@ def test_steps_group_only_what_is_laid(shape):
 
 def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     woven = model_of("shape:hypar?m=4&n=3")
-    found = plan_order(
-        woven.made.pieces, woven.centres, woven.normals, enclosed=False, effort="quick", seed=0
-    )
+    found = planned(woven, enclosed=False)
     keys = np.array([5, 2, 9, 7])
     turn = np.arange(4) * np.pi / 2
     places = np.column_stack((50 * np.cos(turn), 50 * np.sin(turn), np.zeros(4)))
@@ -338,7 +308,7 @@ def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     )  # fmt: skip
     plain = build_steps(woven.made, found)
     *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)
-    assert (last.ring, last.pieces, last.effort, last.number) == (
+    assert (last.ring, last.pieces, last.effort, last.step) == (
         ("R1", "R2"), (), 0.0, len(plain) + 1
     )  # fmt: skip
     assert sorted(last.fasten) == sorted(keys)
@@ -377,9 +347,7 @@ def test_the_last_tenth_is_that_of_the_fewest_last_steps():
 )
 def test_steps_say_how_each_kind_of_joint_is_made(kind, words):
     woven = model_of("shape:octahedron", joint=kind)
-    found = plan_order(
-        woven.made.pieces, woven.centres, woven.normals, enclosed=True, effort="quick", seed=0
-    )
+    found = planned(woven, enclosed=True)
     joints = [
         clause.split(" at joint #")[0].rpartition(" ")[0].strip()
         for step in build_steps(woven.made, found)

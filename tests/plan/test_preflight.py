@@ -5,6 +5,7 @@ import re
 import shutil
 import tomllib
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from jobs import run
 
-from fabweave.plan.preflight.rules import flaw_lines, preflight, preflight_record
-from fabweave.ribbon.rules.finding import Finding, written
+from fabweave.core.finding import Finding
+from fabweave.plan.preflight.rules import finding_lines, preflight, preflight_record
+from fabweave.ribbon.rules.finding import Finding as BrokenRule
+from fabweave.ribbon.rules.finding import written
 from fabweave.sheet.targets import target_named
 from fabweave.stock.material import material_named, with_thickness
 
@@ -34,8 +37,32 @@ def plan(*pieces, width=600.0, height=400.0):
     )
 
 
+class Flaw(NamedTuple):
+    """What a finding says, taken apart."""
+
+    rule: str
+    count: int
+    value: float
+    limit: float
+    piece: str | None
+    sheet: int | None
+    place: tuple[float, ...]
+    cure: str
+
+
+def taken_apart(finding: Finding) -> Flaw:
+    value, limit = map(float, re.findall(r"([\d.]+) mm", finding.text))
+    piece, sheet, at = re.fullmatch(
+        r"(?:(\w+), )?(?:sheet (\d+))?(?: at \((.*)\))?", finding.where
+    ).groups()
+    place = tuple(map(float, at.split(", "))) if at else ()
+    count = int(finding.text.split()[0])
+    number = None if sheet is None else int(sheet)
+    return Flaw(finding.rule, count, value, limit, piece, number, place, finding.cure)
+
+
 def flaws_of(job, material=CARD, target=DEFAULT, findings=()):
-    return preflight(job, findings, [material], target)
+    return tuple(map(taken_apart, preflight(job, findings, [material], target)))
 
 
 def test_a_sound_piece_has_no_flaw() -> None:
@@ -49,7 +76,7 @@ def test_small_holes_are_found_where_they_are() -> None:
     # R(90°)(20, 10) + (50, 5) = (-10 + 50, 20 + 5)
     assert flaws[0].place == (40.0, 25.0)
     assert (flaws[0].value, flaws[0].limit, flaws[0].count) == (2.0, 3.0, 1)
-    assert flaws[0].remedy == "--fastener 3mm"
+    assert flaws[0].cure == "--fastener 3mm"
 
 
 @pytest.mark.parametrize(("y", "bad"), [(8.0, False), (7.9, True)])
@@ -139,11 +166,12 @@ def test_short_sides_are_flaws_of() -> None:
 
 
 def test_what_was_found_in_space_is_told_again() -> None:
-    bend = Finding("bend", "warn", 30.0, 46.0, "mm", "A", 0, 0, None, (0, 0, 0), 5, 9, size_mm=412)
-    twist = Finding("twist", "warn", 40.0, 31.0, "degrees", "A", 0, 0, None, (0, 0, 0), 1, 9)
+    at = "A", 0, 0, None, (0, 0, 0)
+    bend = BrokenRule("bend", "warn", 30.0, 46.0, "mm", *at, 5, 9, size_mm=412)
+    twist = BrokenRule("twist", "warn", 40.0, 31.0, "degrees", *at, 1, 9)
     findings = [written(finding) for finding in (bend, twist)]
     flaws = flaws_of(plan(piece_record("A1", bar())), findings=findings)
-    assert [(flaw.rule, flaw.value, flaw.count, flaw.remedy) for flaw in flaws] == [
+    assert [(flaw.rule, flaw.value, flaw.count, flaw.cure) for flaw in flaws] == [
         ("bend", 30.0, 5, "--size 412mm")
     ]
 
@@ -153,10 +181,12 @@ def test_the_worst_place_of_each_rule_is_named() -> None:
         piece_record("A1", bar(), [(20, 10, 2.5), (80, 10, 2.0)]),
         piece_record("B1", bar(), [(50, 10, 1.0)], at=(0.0, 40.0)),
     )
-    (line,) = flaw_lines(flaws_of(job, PLY))
-    assert [float(number) for number in re.findall(r"\d+\.\d+", line)] == [1.0, 3.0, 50.0, 50.0]
-    record = preflight_record(flaws_of(job, PLY), [PLY], DEFAULT)
-    assert [(flaw["piece"], flaw["count"]) for flaw in record["flaws"]] == [("A1", 2), ("B1", 1)]
+    found = preflight(job, [], [PLY], DEFAULT)
+    (line,) = finding_lines(found)
+    assert "worst 1 mm instead of 3 mm on B1, sheet 1 at (50, 50); 1 more piece." in line
+    record = preflight_record(found, [PLY], DEFAULT)
+    flaws = [taken_apart(Finding(**entry)) for entry in record["findings"]]
+    assert [(flaw.piece, flaw.count) for flaw in flaws] == [("B1", 1), ("A1", 2)]  # worst first
 
 
 # Whole jobs.
@@ -172,7 +202,8 @@ def job(finished):
 def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> None:
     record = json.loads((job / "preflight.json").read_text(encoding="utf-8"))
     assert record["target"] == "snijlab"
-    assert [(flaw["rule"], flaw["value_mm"]) for flaw in record["flaws"]] == [("sheet", 1500.0)]
+    flaws = [taken_apart(Finding(**entry)) for entry in record["findings"]]
+    assert [(flaw.rule, flaw.value) for flaw in flaws] == [("sheet", 1500.0)]
     assert run("preflight", job, "--json") == 0
     assert json.loads(capsys.readouterr().out) == record
     assert run("preflight", job, "--strict", "-q") == 1

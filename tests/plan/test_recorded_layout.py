@@ -86,7 +86,8 @@ def one_missing(content):
         (put(7, "pieces", 0, "sheet"), "sheet 7"),
         (put(500.0, "sheets", 0, "width_mm"), "500x90mm"),
         (put(None, "pieces", 0, "placement"), "pieces[0].placement"),
-        (put(float("nan"), "pieces", 0, "placement", "x_mm"), "pieces[0].placement.x_mm"),
+        (put("left", "pieces", 0, "placement", "x_mm"), "pieces[0].placement.x_mm"),
+        (put(float("nan"), "pieces", 0, "placement", "x_mm"), "malformed"),
     ],
 )  # fmt: skip
 def test_spoiled_layout_is_refused(tmp_path, spoil, place):

@@ -6,9 +6,10 @@ import igl
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
+from jobs import laid
 from meshes_shared import shared_mesh
 from ribbon_strips import shifted
+from strategies import TRIANGLES, require_gap
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.design.inspection.facts import inspect_mesh
@@ -22,39 +23,22 @@ from fabweave.ribbon.rules.clearance import Nearness, near_pairs, triangle_dista
 from fabweave.ribbon.stretches import cut_stretches, steps_apart
 from fabweave.ribbon.width import PROPORTIONAL
 
-COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
-TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
-
 
 def woven(shape: str, **options):
     options = {"size_mm": 300.0, **options}
-    settings, supplies = complete_settings(Settings.of(f"shape:{shape}", **options))
-    return lay_asked(load_asked(settings), settings, supplies)
+    return laid(f"shape:{shape}", **options)[0]
 
 
-def has_area(triangle: np.ndarray) -> bool:
-    return bool(np.any(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
-
-
-@given(TRIANGLE.filter(has_area), TRIANGLE.filter(has_area))
+@given(TRIANGLES, TRIANGLES)
 def test_distances_agree_with_quadratic_sampling_and_are_symmetric(one, other) -> None:
     distance, place = triangle_distances(one[None], other[None])
     back, _ = triangle_distances(other[None], one[None])
     assert distance[0] == pytest.approx(back[0], abs=1e-9)
-    # No pair of points is nearer, and libigl's exact point distances bound it from above closely.
-    steps = np.arange(25) / 24
-    u, v = (axis.ravel() for axis in np.meshgrid(steps, steps))
-    inside = u + v <= 1 + 1e-12
-    weights = np.column_stack((1 - u - v, u, v))[inside]
-    faces = np.array([[0, 1, 2]])
-    squared = igl.point_mesh_squared_distance(weights @ one, np.ascontiguousarray(other), faces)[0]
-    sampled = float(np.sqrt(squared.min()))
-    longest = max(np.linalg.norm(one[i] - one[i - 1]) for i in range(3))
-    assert distance[0] <= sampled + 1e-9
-    assert sampled <= distance[0] + longest / 24 + 1e-9
+    require_gap(distance[0], one, other)
     # The place lies midway: half the distance from either.
     for triangle in (one, other):
-        away = igl.point_mesh_squared_distance(place, np.ascontiguousarray(triangle), faces)[0]
+        corners, faces = np.ascontiguousarray(triangle), np.array([[0, 1, 2]])
+        away = igl.point_mesh_squared_distance(place, corners, faces)[0]
         assert np.sqrt(away[0]) == pytest.approx(distance[0] / 2, abs=1e-7)
 
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import laid
 from ribbon_strips import strip
 
-from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import check_ribbons
@@ -44,10 +43,7 @@ def test_a_fold_between_crossings_is_the_crease(angle, at) -> None:
 
 
 def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
-    settings, supplies = complete_settings(
-        Settings.of("shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid("shape:sphere?n=4", size_mm=300.0, material="birch-veneer")
     assert "crease" not in {
         one.rule for one in check_object(woven, settings.ribbons, supplies).findings
     }
@@ -75,10 +71,7 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
 
 def test_every_rule_of_a_thread_says_where() -> None:
     """Each rule names thread, station, crossing and place, and they agree."""
-    settings, supplies = complete_settings(
-        Settings.of("shape:tetrahedron", size_mm=60.0, material="card")
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, _settings, _supplies = laid("shape:tetrahedron", size_mm=60.0, material="card")
     threads, ribbons = woven.weave.threads, woven.ribbons
     harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
     measured = check_ribbons(ribbons, woven.weave, woven.labels, harsh, size_mm=60.0)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import laid
 from ribbon_strips import shifted
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import WovenObject, check_object, require_stiffness
 from fabweave.ribbon.rules import remedy
@@ -25,8 +25,7 @@ from fabweave.stock.supplies import Supplies
 
 
 def woven(mesh: str, **options) -> tuple[WovenObject, Settings, Supplies]:
-    settings, supplies = complete_settings(Settings.of(f"shape:{mesh}", **options))
-    return lay_asked(load_asked(settings), settings, supplies), settings, supplies
+    return laid(f"shape:{mesh}", **options)
 
 
 def checked(mesh: str, **options) -> RibbonCheck:

@@ -6,11 +6,10 @@ from clear_ribbons import intersecting
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from jobs import laid
 from meshes_shared import shared_mesh
 
 from fabweave.mesh.shapes.catalogue import SHAPES
-from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.lay import (
     WovenObject,
     check_object,
@@ -30,8 +29,7 @@ LARGE = ("knot", "slit", "bipyramid", "regular")
 
 def object_and_limits(mesh: str, **options):
     options = {"size_mm": 400.0, **options}
-    settings, supplies = complete_settings(Settings.of(mesh, **options))
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(mesh, **options)
     return woven, settings, supplies, ribbon_limits(supplies.only, settings.ribbons.clearance_mm)
 
 

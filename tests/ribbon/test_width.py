@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import laid
 from strategies import closed_surfaces, open_surfaces
 from unfolding import plain_ribbons, shape_at
 from weaving_meshes import walked
@@ -14,7 +15,7 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.piece.split.split_strands import plan_pieces
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import lay_ribbons
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import following_rung
@@ -143,10 +144,7 @@ def test_a_width_that_is_left_to_fabweave_is_even_but_on_built_in_shapes() -> No
 
 
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
-    settings, supplies = complete_settings(
-        Settings.of("shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid("shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs
     threads = woven.weave.threads
     laps = runs.laps(threads)
@@ -169,10 +167,9 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
 
 
 def test_runs_of_open_threads_lap_only_between_pieces() -> None:
-    settings, supplies = complete_settings(
+    woven, settings, supplies = laid(
         Settings.of("shape:hypar", size_mm=400.0).but(max_length_mm=150.0)
     )
-    woven = lay_asked(load_asked(settings), settings, supplies)
     runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs
     crossed = np.count_nonzero(woven.weave.threads.lengths)
     assert len(runs.laps(woven.weave.threads)) == len(runs.thread) - crossed

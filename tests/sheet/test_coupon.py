@@ -47,12 +47,12 @@ def holes(piece):
 def test_what_is_written_has_the_diameters_and_widths(tmp_path, read):
     write_coupon(plan_coupon(material_named("card"), hole_mm=2.5), tmp_path)
     drawing = read(tmp_path / f"coupon.{read.__name__[-3:]}")
-    radii = drawing.radius[drawing.groups["CUT_INNER", "HOLES"]]
+    radii = np.array([hole.radius for hole in drawing.of("CUT_INNER", "HOLES")])
     np.testing.assert_allclose(np.sort(2 * radii), [2.3, 2.4, 2.5, 2.6, 2.7, 2.8], atol=1e-4)
     total = 0.0
     for number in range(1, BLOCKS + 1):
-        (at,) = drawing.groups["CUT_OUTER", f"KERF{number}"]
-        total += float(np.ptp(drawing.shape(int(at)).points[:, 0]))
+        (block,) = drawing.of("CUT_OUTER", f"KERF{number}")
+        total += float(np.ptp(block.points[:, 0]))
     assert total == pytest.approx(100.0, abs=1e-3)
     assert drawing.problems == ()
 
@@ -128,13 +128,13 @@ def test_a_hole_that_no_laser_cuts_is_refused():
 
 def test_command(tmp_path, capsys):
     out = tmp_path / "deep" / "coupon"
-    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
     assert sorted(path.name for path in out.iterdir()) == [
         "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt"
     ]  # fmt: skip
     assert "hole 2 mm" in capsys.readouterr().out
     first = {path.name: path.read_bytes() for path in out.iterdir()}
-    main(["coupon", "--material", "card", "--hole", "2mm", "-o", str(out)])
+    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 
 

@@ -3,7 +3,6 @@
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from io import BytesIO, StringIO
-from itertools import product
 
 import ezdxf
 import numpy as np
@@ -12,10 +11,9 @@ import shapely
 from ezdxf import path as ezpath
 from PIL import Image
 
-from fabweave.core.errors import InputError
 from fabweave.estimate.waste import length_mm
 from fabweave.piece.outline import fit_paths
-from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, check_drawing
+from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.sheet.labels.titles import place_titles
 from fabweave.sheet.write.dxf import DXF_VERSIONS, dxf_bytes, extents
 from fabweave.sheet.write.preview import png_bytes
@@ -185,19 +183,3 @@ def test_the_preview_shows_arcs():
     titles = place_titles([PieceDrawing("A1", (lines[0],))])
     # Between straight chords there would be no room.
     assert titles["A1"].height_mm == 9.0
-
-
-@pytest.mark.parametrize(("first", "second"), list(product([0.3, -0.3, 0.0], repeat=2)))
-def test_arcs_drawn_twice_are_refused_and_lenses_are_not(first, second):
-    ends = np.array([[1.0, 1.0], [11.0, 1.0]])
-    lines = [
-        Polyline(Layer.NOTES, ends, False, np.array([first, 0.0])),
-        Polyline(Layer.NOTES, ends[::-1].copy(), False, np.array([second, 0.0])),
-    ]
-    sheet = SheetDrawing("s", 20.0, 20.0, (), tuple(lines))
-    # Backwards, what turned left turns right.
-    if first == -second:
-        with pytest.raises(InputError, match="drawn twice"):
-            check_drawing(sheet)
-    else:
-        check_drawing(sheet)

@@ -152,14 +152,6 @@ def test_same_drawing_same_bytes_in_every_process():
     assert len(set(outputs)) == 1
 
 
-def test_writing_leaves_ezdxf_as_it_was(sheet):
-    before = ezdxf.options.write_fixed_meta_data_for_testing
-    dxf_bytes(sheet)
-    with pytest.raises(InputError):
-        dxf_bytes(sheet, version="R9")
-    assert ezdxf.options.write_fixed_meta_data_for_testing == before
-
-
 def test_an_empty_sheet_can_be_written(sheet_of, tmp_path):
     empty = replace(sheet_of([]), notes=())
     (tmp_path / "a.dxf").write_bytes(dxf_bytes(empty))

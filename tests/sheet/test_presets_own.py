@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import pytest
 import tomli_w
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fabweave.cli.main import cli
 from fabweave.cli.options import job_settings
@@ -17,7 +15,6 @@ from fabweave.options.settings import Settings, job_toml, settings_table
 from fabweave.sheet.drawing import Layer
 from fabweave.sheet.presets import (
     LayerColour,
-    Preset,
     find_preset,
     preset_named,
     preset_names,
@@ -113,43 +110,3 @@ def test_a_spoilt_file_is_refused_with_its_place(mine, old, new, place) -> None:
     with pytest.raises(InputError, match=re.escape(str(mine))) as refusal:
         find_preset(str(mine))
     assert place in str(refusal.value)
-
-
-words = st.sampled_from(["name", "description", "hairline_mm", "layers", "colour", "aci"])
-layers = st.sampled_from([layer.value for layer in Layer])
-leaves = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8),
-    st.from_regex(r"#[0-9a-fA-F]{6}", fullmatch=True),
-)  # fmt: skip
-entries = st.one_of(
-    leaves, st.dictionaries(st.one_of(words, st.text(max_size=3)), leaves, max_size=3)
-)
-tables = st.fixed_dictionaries(
-    {},
-    optional={
-        "name": leaves,
-        "description": leaves,
-        "hairline_mm": leaves,
-        "layers": st.one_of(leaves, st.dictionaries(layers, entries)),
-        "more": leaves,
-    },
-)
-
-
-@given(tables)
-def test_any_table_is_a_preset_or_refused(table) -> None:
-    try:
-        preset = read_preset(table, "there")
-    except InputError as error:
-        assert str(error).startswith("there: ")  # noqa: PT017 - it need not be raised
-    else:
-        assert isinstance(preset, Preset)
-        assert read_preset(preset.table, "again") == preset
-
-
-@given(st.binary(max_size=60))
-def test_any_bytes_are_a_preset_or_refused(tmp_path_factory, data) -> None:
-    path = tmp_path_factory.getbasetemp() / "fuzz.toml"
-    path.write_bytes(data)
-    with pytest.raises(InputError, match=r"fuzz\.toml"):
-        find_preset(str(path))

@@ -13,19 +13,16 @@ import shapely
 from fabweave.estimate.assembly_time import step_seconds
 from fabweave.job import make_job
 from fabweave.options.settings import Settings
-from fabweave.options.table import option_named
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.zbuffer import all_fragments, nearest_triangles
 from fabweave.piece.development import piece_stretches
-from fabweave.plan.bom import bill_of_materials
+from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.show.files import job_map
 from fabweave.show.manual import book as manual_book
 from fabweave.show.manual.cover import write_cover
 from fabweave.show.manual.painting import build_scene, packed
 from fabweave.show.manual.sheets import place_across
 from fabweave.show.manual.step_pictures import step_pictures
-from fabweave.show.manual.writing import manual_pdf
-from fabweave.show.papers import job_facts
+from fabweave.show.papers import job_facts, manual_pdf
 
 
 @cache
@@ -68,10 +65,6 @@ def pages_of(paper="a4", **changed):
 
 def section(name, **changed):
     return " ".join(page for page in pages_of(**changed) if page.startswith(name))
-
-
-def test_papers_are_those_of_the_settings():
-    assert tuple(manual_book.PAPERS) == option_named("paper").kind.choices
 
 
 @pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
@@ -138,7 +131,7 @@ def test_cover_has_the_figures():
 def test_the_map_tells_the_step_of_each_piece():
     crossing_map, _ = parts_of()
     told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
-    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
 
 
@@ -164,18 +157,6 @@ def test_pieces_cover_the_ribbons():
         centre = ribbons.centre[joint.crossing]
         wide = np.linalg.norm(ribbons.left - ribbons.right, axis=1).max()
         assert np.linalg.norm(middle - centre) < 1.5 * wide
-
-
-def test_fragments_hold_the_nearest():
-    dice = np.random.default_rng(3)
-    points, triangles = dice.uniform(0, 20, (30, 3)), dice.integers(0, 30, (40, 3))
-    triangle, pixel, near = all_fragments(points, triangles, width=20, height=16)
-    seen, nearness = nearest_triangles(points, triangles, width=20, height=16)
-    best = np.full(320, -np.inf)
-    np.maximum.at(best, pixel, near)
-    assert np.allclose(best.reshape(16, 20), nearness)
-    assert np.all(np.diff(triangle) >= 0)
-    assert set(np.unique(seen[seen >= 0]).tolist()) <= set(triangle.tolist())
 
 
 def bent_strip(low, high):
@@ -228,10 +209,6 @@ def test_pieces_that_are_alike_are_drawn_once():
 
 
 # --- pages --------------------------------------------------------------------------------------
-
-
-def test_pictures_take_few_bytes():
-    assert len(manual_of()) < 2_000_000
 
 
 def test_pictures_are_kept_as_they_are():

@@ -29,7 +29,7 @@ def cards_of(crossing_map):
     """Yield each piece with its step and its card."""
     strands, pieces = strand_pieces(crossing_map), {one.id: one for one in crossing_map.pieces}
     joints = {joint.id: joint for joint in crossing_map.joints}
-    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     for step in crossing_map.steps:
         for key in step.pieces:
             met = what_is_met(pieces[key], step, strands, joints, step_of, set())
@@ -56,13 +56,13 @@ def test_cards_tell_each_crossing_and_joint_of_all_steps_once(job):
             assert name.met.over == station.over
             met = strands[station.crossing, not station.over]
             assert set(name.met.text.split(" ")) & met or piece.id in name.met.text
-            crossings.append((station.crossing, step.number))
+            crossings.append((station.crossing, step.step))
             if name.met.complete:
-                fastened.append((station.crossing, step.number))
-    made = {(key, step.number) for step in crossing_map.steps for key in step.over + step.under}
+                fastened.append((station.crossing, step.step))
+    made = {(key, step.step) for step in crossing_map.steps for key in step.over + step.under}
     assert set(crossings) == made
     assert sorted(joints) == sorted(key for step in crossing_map.steps for key in step.joints)
-    assert set(fastened) <= {(key, one.number) for one in crossing_map.steps for key in one.fasten}
+    assert set(fastened) <= {(key, one.step) for one in crossing_map.steps for key in one.fasten}
 
 
 @pytest.mark.parametrize("job", [SMALL, LARGE])

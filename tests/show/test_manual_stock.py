@@ -8,7 +8,7 @@ from jobs import run
 from pypdf import PdfReader
 
 from fabweave.plan.crossing_map import RestRecord
-from fabweave.show.manual.sheets import draw_stock, stock_words
+from fabweave.show.manual.sheets import draw_stock
 
 EL = [[0.0, 0.0], [260.0, 0.0], [260.0, 70.0], [110.0, 90.0], [80.0, 180.0], [0.0, 180.0]]
 KNOT = [[150.0, 20.0], [190.0, 20.0], [190.0, 50.0], [150.0, 50.0]]
@@ -79,11 +79,3 @@ def test_the_narrow_part_of_a_ragged_sheet_fills_its_page(tmp_path):
     assert run("make", *job, "-q", "--stock", stock, "-o", tmp_path / "job") == 0
     pages = [page.extract_text() for page in PdfReader(tmp_path / "job" / "assembly.pdf").pages]
     assert sum("part with pieces" in " ".join(page.split()) for page in pages) == 1
-
-
-def test_words_tell_what_is_there_and_nothing_else():
-    assert stock_words(SHEET) == (
-        "From the stock: left of the vase (an offcut). Dotted: the margin. Hatched: defects. "
-        "Dashed: offcut_02, to be kept."
-    )
-    assert stock_words(sheet_record()) == "Dotted: the margin."

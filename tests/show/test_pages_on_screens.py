@@ -3,16 +3,9 @@
 import pytest
 from jobs import OCTAHEDRON
 from pypdf import PdfReader
-from viewer_tab import Tab
+from viewer_tab import Page, Tab
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
-
-
-class Page:
-    """A page without a plan."""
-
-    def __init__(self, path):
-        self.path = path
 
 
 @pytest.fixture(scope="module")

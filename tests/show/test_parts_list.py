@@ -29,7 +29,7 @@ def test_a_kind_goes_on_over_pages(cube, tmp_path, count, on_each, pages):
         replace(pattern, id=f"A{n + 1}", kind=1, sheet=1 + n // on_each) for n in range(count)
     )
     sheets = tuple(
-        replace(sheet, number=n + 1, name=f"sheet_{n + 1:03}") for n in range(count // on_each)
+        replace(sheet, sheet=n + 1, name=f"sheet_{n + 1:03}") for n in range(count // on_each)
     )
     drawn = next(piece for piece in drawing.pieces if piece.piece_id == pattern.id)
     alike = tuple(replace(drawn, piece_id=piece.id) for piece in pieces)

@@ -9,7 +9,7 @@ import pytest
 import zxingcpp
 from PIL import Image
 from random_jobs import random_job
-from viewer_tab import Tab
+from viewer_tab import Page, Tab
 
 import fabweave as fw
 
@@ -72,13 +72,6 @@ def test_the_code_on_sheets_is_that_of_the_map(job, plan):
     pictures = [job / "qr_code.png", *sorted((job / "sheets").glob("*.png"))]
     codes = [found.text for path in pictures for found in zxingcpp.read_barcodes(Image.open(path))]
     assert set(codes) == {plan["cut"]["code"]}
-
-
-class Page:
-    """A page on disk."""
-
-    def __init__(self, path):
-        self.path = path
 
 
 @pytest.mark.apt

@@ -145,12 +145,12 @@ def test_pieces_come_the_way_that_the_step_says(tab, torus):
         for label, under in ways_in(step).items():
             sign = tab.page.evaluate(
                 "([step, piece]) => wayIn(fabweave.plan, fabweave.plan.steps[step], piece)",
-                [step.number - 1, torus.ids.index(label)],
+                [step.step - 1, torus.ids.index(label)],
             )
             if not under:
-                assert sign == 0, (step.number, label)
+                assert sign == 0, (step.step, label)
             elif len(under) == 1:
-                assert sign == {"start": 1, "end": -1}[next(iter(under))], (step.number, label)
+                assert sign == {"start": 1, "end": -1}[next(iter(under))], (step.step, label)
             else:
                 assert sign != 0
 
@@ -218,8 +218,8 @@ def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
     joint_at = {joint.crossing: joint.id for joint in torus.plan.joints}
     told = 0
     for step in torus.plan.steps:
-        tab.page.evaluate(f"location.hash = '#step={step.number}'")
-        tab.wait(f"document.body.dataset.step === '{step.number}'")
+        tab.page.evaluate(f"location.hash = '#step={step.step}'")
+        tab.wait(f"document.body.dataset.step === '{step.step}'")
         card = tab.page.locator("#step-text")
         text = card.inner_text()
         assert step.text in text
@@ -241,7 +241,7 @@ def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
         assert marked == [k for k, at in enumerate(piece.stations) if at.crossing in made]
         later = tab.page.locator("svg.piece .station.later").count()
         assert later == sum(
-            torus.step_of[at.partner] > step.number and at.crossing not in made
+            torus.step_of[at.partner] > step.step and at.crossing not in made
             for at in piece.stations
         )
     assert told == len(fastened) > 0

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from jobs import laid
 
-from fabweave.options.settings import Settings
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import plan_joints
 from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.split.split_strands import plan_pieces
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import lay_ribbons
 
 
@@ -25,8 +25,7 @@ class Model:
 @cache
 def model_of(mesh, size_mm=300.0, **changed):
     """Return the pieces of a model, once."""
-    settings, supplies = complete_settings(Settings.of(mesh, size_mm=size_mm, **changed))
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(mesh, size_mm=size_mm, **changed)
     rules = brief_of(settings, supplies).rules
     plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies))
     laps = plan.runs.laps(woven.weave.threads)

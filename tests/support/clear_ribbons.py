@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
+import jobs
+
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.options.settings import Settings
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.joined_strands import check_joined, split_object
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
@@ -33,8 +34,7 @@ class Laid:
 
 def laid(mesh: str, size_mm: float, **options) -> Laid:
     """Lay the ribbons of a mesh as a job does, with room for laps where it plans joints."""
-    settings, supplies = complete_settings(Settings.of(mesh, size_mm=size_mm, **options))
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = jobs.laid(mesh, size_mm=size_mm, **options)
     joined = split_object(woven, brief_of(settings, supplies))
     woven = joined.woven
     limits = ribbon_limits(supplies.only, settings.ribbons.clearance_mm)

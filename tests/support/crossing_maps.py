@@ -3,8 +3,8 @@
 from fabweave.plan.crossing_map import (
     AssemblyRecord,
     CrossingMap,
+    CutoutRecord,
     CutRecord,
-    HoleRecord,
     LayoutRecord,
     PieceRecord,
     PlacementRecord,
@@ -22,6 +22,8 @@ def small_map(**parts):
     lists = ("sheets", "threads", "crossings", "pieces", "joints", "steps")
     return CrossingMap(
         **{
+            "schema": "fabweave.crossing-map/1",
+            "units": "mm",
             "weave": WeaveRecord(pattern="plain", exact=True, broken=Broken()),
             "layout": LayoutRecord(
                 margin_mm=5.0,
@@ -55,7 +57,7 @@ def sheet_record(number=1, width_mm=600.0, height_mm=400.0, **parts):
     edge = ((0, 0), (width_mm, 0), (width_mm, height_mm), (0, height_mm))
     return SheetRecord(
         **{
-            "number": number,
+            "sheet": number,
             "name": f"sheet_{number:02d}",
             "width_mm": width_mm,
             "height_mm": height_mm,
@@ -76,7 +78,7 @@ def sheet_record(number=1, width_mm=600.0, height_mm=400.0, **parts):
 def station_record(crossing, *, over=True, partner="Z1", x=0.0, y=0.0, hole_mm=None, joint=None):
     """Return a station."""
     return StationRecord(
-        crossing=crossing, over=over, partner=partner, x_mm=x, y_mm=y, hole_mm=hole_mm, joint=joint
+        crossing=crossing, over=over, partner=partner, x=x, y=y, hole_mm=hole_mm, joint=joint
     )
 
 
@@ -94,7 +96,7 @@ def piece_record(name, outline, holes=(), *, sheet=1, turn=0.0, at=(0.0, 0.0), *
             "outline": points(outline),
             "stations": (),
             "cutouts": tuple(
-                HoleRecord(station=0, x_mm=float(x), y_mm=float(y), diameter_mm=diameter)
+                CutoutRecord(station=0, kind="hole", x=float(x), y=float(y), diameter_mm=diameter)
                 for x, y, diameter in holes
             ),
             "labels": (),
@@ -108,7 +110,7 @@ def step_record(number, **parts):
     """Return a step that does nothing but what is said."""
     lists = ("pieces", "crossings", "over", "under", "joints", "fasten")
     return StepRecord(
-        number=number,
+        step=number,
         **{
             **dict.fromkeys(lists, ()),
             "closes": False,

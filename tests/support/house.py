@@ -5,7 +5,6 @@ houses that break them.
 """
 
 import ast
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -24,7 +23,6 @@ PROOF, PROVERS = "verify", ("job", "show", "front_door", "cli")
 #: What stands beside the rooms: the front door, which opens each room when it is asked for, and
 #: ``python -m``.
 DOOR, DOORSTEP = "__init__", "__main__"
-MOST_MODULES = 24
 
 
 @dataclass(frozen=True)
@@ -195,28 +193,6 @@ def loose_modules(modules: Mapping[str, str]) -> list[str]:
         ),
         *(f"{name} is in no room" for name in inside if room_of(name) not in (*FLOW, PROOF)),
     ]
-
-
-def shadowed_names(modules: Mapping[str, str]) -> list[str]:
-    """Return names that a module gives to two things: the first is lost for all that use it."""
-    found = []
-    for module, source in modules.items():
-        names: list[str] = []
-        for node in ast.parse(source).body:
-            if isinstance(node, ast.FunctionDef | ast.ClassDef):
-                names.append(node.name)
-            elif isinstance(node, ast.Assign):
-                written = [one for target in node.targets for one in ast.walk(target)]
-                names += [one.id for one in written if isinstance(one, ast.Name)]
-        found += [f"{module}: {name}" for name, count in Counter(names).items() if count > 1]
-    return found
-
-
-def crowded_folders(modules: Mapping[str, str], most: int = MOST_MODULES) -> list[str]:
-    """Return folders of too many modules, ``__init__`` not counted."""
-    names = [name.rpartition(".") for name in modules]
-    count = Counter(folder for folder, _, last in names if last != "__init__")
-    return [f"{folder} has {n} modules, not {most}" for folder, n in count.items() if n > most]
 
 
 def unlike_rooms(folders: Iterable[str], beside: Iterable[str]) -> list[str]:

@@ -13,8 +13,10 @@ from fabweave import job as pipeline
 from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.design import making
+from fabweave.options.settings import Settings
 from fabweave.picture import loss_picture, object_picture
 from fabweave.piece.split import split_strands as split_job
+from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.show import job as drawn
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
@@ -30,6 +32,13 @@ def run(*words: object) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def laid(asked, **options):
+    """Lay ribbons as a job does; return them, and the settings and supplies that were completed."""
+    asked = asked if isinstance(asked, Settings) else Settings.of(asked, **options)
+    settings, supplies = complete_settings(asked)
+    return lay_asked(load_asked(settings), settings, supplies), settings, supplies
 
 
 def _small_portrait(ribbons, colours) -> bytes:
@@ -90,7 +99,7 @@ class JobStore:
     def __init__(self, folder: Path) -> None:
         """Keep them there; all processes of one run share that folder."""
         self._folder = folder
-        self._digests: dict[Path, str] = {}
+        self._digests: dict[Path, dict[str, str]] = {}
         folder.mkdir(parents=True, exist_ok=True)
 
     def __call__(self, *words: object) -> Path:
@@ -101,7 +110,7 @@ class JobStore:
         with self._alone(name):
             if not folder.exists():
                 assert run("make", *typed, "-q", "-o", folder) == 0, typed
-                self._digests[folder] = _digest(folder)
+                self._digests[folder] = contents_of(folder)
         return folder
 
     def copy(self, target: Path, *words: object) -> Path:
@@ -110,7 +119,9 @@ class JobStore:
 
     def require_unspoiled(self) -> None:
         """Raise unless every folder that was made here is as it was made."""
-        spoiled = [folder for folder, digest in self._digests.items() if _digest(folder) != digest]
+        spoiled = [
+            folder for folder, digest in self._digests.items() if contents_of(folder) != digest
+        ]
         assert not spoiled, f"a test changed finished jobs that are for all: {spoiled}"
 
     @contextmanager
@@ -132,8 +143,10 @@ class JobStore:
             os.rmdir(lock)
 
 
-def _digest(folder: Path) -> str:
-    """Return a digest of the names and contents of all files in a folder."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    texts = [str(path.relative_to(folder)).encode() + path.read_bytes() for path in files]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+def contents_of(folder: Path) -> dict[str, str]:
+    """Return a digest of each file in a folder, by its name."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }

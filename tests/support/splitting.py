@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.piece.development import Runs
-from fabweave.piece.split.candidate_costs import Bed, list_candidates
+from fabweave.piece.split.candidates import Bed, list_candidates
 from fabweave.piece.split.splitting import choose_runs
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave

@@ -2,12 +2,14 @@
 
 import io
 import random
+import shutil
 import traceback
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import ezdxf
+import tomli_w
 from mesh_writers import binary_ply, off_bytes, ply_bytes
 
 from fabweave.core.errors import FabweaveError
@@ -21,7 +23,9 @@ from fabweave.options.table import option_named
 from fabweave.plan.coupon_job import coupon_for
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.plan.preflight.preflight_job import preflight_job
+from fabweave.sheet.presets import preset_named
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STOCK = """
 [[sheet]]
 name = "ply"
@@ -37,42 +41,6 @@ outline = "offcut.dxf"
 
 [[offcut]]
 outline = [[0, 0], [100.5, 0], [0, 80]]
-"""
-MATERIALS = """
-[grey-felt]
-title = "Felt"
-thickness_mm = 1.5
-density_kg_m3 = 200
-kerf_mm = 0.2
-gap_mm = 2
-sheet_mm = [600.0, 400.0]
-metal = false
-bend_table_mm = [[0.9, 5.0], [1.8, 13.0]]
-assumed = ["kerf_mm"]
-notes = "soft"
-"""
-TARGETS = """
-[mine]
-title = "Mine"
-hole_t = 1.0
-hole_mm = 1
-edge_t = 1
-edge_mm = 1
-web_t = 1
-web_mm = 1
-gap_mm = 1
-piece_mm = [900.0, 900.0]
-"""
-PRESET = """
-name = "mine"
-hairline_mm = 0.1
-
-[layers]
-CUT_OUTER = "#FF0000"
-CUT_INNER = { colour = "#0000FF", aci = 5 }
-ENGRAVE_LABEL = "#000000"
-ENGRAVE_MARK = "#000000"
-NOTES = "#F36926"
 """
 #: What is put in the place of a number, a word, or a value.
 ODD = (
@@ -142,10 +110,10 @@ class Kinds:
         )
         drawing.modelspace().add_circle((30, 30), 9)
         drawing.saveas(folder / "offcut.dxf")
-        for name, text in (
-            ("stock", STOCK), ("materials", MATERIALS), ("targets", TARGETS), ("preset", PRESET),
-        ):  # fmt: skip
-            (folder / f"{name}.toml").write_text(text)
+        for name in ("materials.toml", "targets.toml"):
+            shutil.copy(EXAMPLES / name, folder)
+        (folder / "stock.toml").write_text(STOCK)
+        (folder / "preset.toml").write_text(tomli_w.dumps(preset_named("lightburn").table))
 
     def readers(self) -> dict[str, tuple[Path, Callable[[Path], object]]]:
         """Return for each kind the sound file, and what reads a spoilt one."""
@@ -154,8 +122,9 @@ class Kinds:
             for path in sorted(self.folder.iterdir())
             if path.suffix[1:] in ("obj", "off", "ply", "stl", "glb", "gltf", "3mf")
         }
-        for name in ("stock", "materials", "targets", "preset"):
-            kind = option_named(name).kind
+        options = {"stock": "stock", "materials": "library", "targets": "rules", "preset": "preset"}
+        for name, option in options.items():
+            kind = option_named(option).kind
             found[f"{name}.toml"] = (
                 self.folder / f"{name}.toml",
                 lambda path, kind=kind: kind.parse(str(path)),

@@ -1,5 +1,6 @@
 """Hypothesis strategies for meshes, and meshes that theory knows everything about."""
 
+import igl
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -129,3 +130,28 @@ def broken_meshes(draw: st.DrawFn) -> PolyMesh:
     vertex = st.one_of(st.integers(0, 5), st.integers(-(2**63), 2**63 - 1))
     faces = draw(st.lists(st.lists(vertex, max_size=6), max_size=8))
     return PolyMesh.from_faces(np.array(points).reshape(-1, 3), faces)
+
+
+# Triangles.
+
+_COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
+#: Two corners may be one, but the triangle has an area.
+TRIANGLES = (
+    st.tuples(*[st.tuples(_COORDINATE, _COORDINATE, _COORDINATE)] * 3)
+    .map(np.array)
+    .filter(lambda one: bool(np.any(np.cross(one[1] - one[0], one[2] - one[0]))))
+)
+
+
+def require_gap(gap: float, one: np.ndarray, other: np.ndarray) -> None:
+    """Hold the distance of triangles between bounds: from libigl, of points all over the first."""
+    steps = np.arange(25) / 24
+    u, v = (axis.ravel() for axis in np.meshgrid(steps, steps))
+    inside = u + v <= 1 + 1e-12
+    weights = np.column_stack((1 - u - v, u, v))[inside]
+    faces = np.array([[0, 1, 2]])
+    squared = igl.point_mesh_squared_distance(weights @ one, np.ascontiguousarray(other), faces)[0]
+    sampled = float(np.sqrt(squared.min()))
+    longest = max(np.linalg.norm(one[i] - one[i - 1]) for i in range(3))
+    assert gap <= sampled + 1e-9
+    assert sampled <= gap + longest / 24 + 1e-9

@@ -9,8 +9,9 @@ from fabweave.core.arrays import IntArray
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.topology import solve_parity
 from fabweave.weave.twill.conditions import TwillConditions, count_broken, twill_conditions
-from fabweave.weave.twill.decide import Decision, solve_parity
+from fabweave.weave.twill.decide import Decision
 
 
 def conditions_of(mesh: PolyMesh) -> TwillConditions:

@@ -43,10 +43,17 @@ class Scene:
         self.read = read_viewer(self.path)
         self.corners, self.owner = triangles_of(self.read)
         self.ids = [piece.id for piece in self.plan.pieces]
-        self.step_of = {id_: step.number for step in self.plan.steps for id_ in step.pieces}
+        self.step_of = {id_: step.step for step in self.plan.steps for id_ in step.pieces}
 
     def piece(self, label):
         return self.plan.pieces[self.ids.index(label)]
+
+
+class Page:
+    """A page on disk, without a plan."""
+
+    def __init__(self, path):
+        self.path = path
 
 
 class Tab:

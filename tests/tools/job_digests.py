@@ -30,7 +30,7 @@ JOBS = {
     "satin": "make shape:torus?m=10&n=5 --size 400mm --pattern satin:5/2 --effort quick "
     "--joint rivet:2,slots -o OUT/job",
     "kerf": "make shape:octahedron --size 300mm --effort quick --kerf 0.15mm --micro-joints 4 "
-    "--cut-order cool --template a4 --paper letter --smooth 2 -o OUT/job",
+    "--cut-order cool --template a4 --manual-paper letter --smooth 2 -o OUT/job",
     "service": "make shape:cube --size 200mm --effort quick --profile service --target fictiv "
     "--preset glowforge --dxf R12 --svg-units px96 --hairline 0.001in --labels numbers -o OUT/job",
     "bunches": "make shape:torus?m=8&n=4 --size 400mm --material warp=card,weft=birch-veneer "
@@ -51,7 +51,7 @@ JOBS = {
     "inspect": "inspect shape:sphere?n=3 --size 300mm --json --png OUT/a.png --pd OUT/a.txt "
     "--gauss OUT/b.txt",
     "inspect-text": "inspect shape:slit?genus=2 --size 400mm",
-    "coupon": "coupon --material birch-veneer --hole 3.3mm -o OUT/coupon",
+    "coupon": "coupon --material birch-veneer --fastener 3.3mm -o OUT/coupon",
     "shapes": "shapes --png OUT/shapes.png",
     "materials": "materials",
 }

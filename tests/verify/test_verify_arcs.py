@@ -1,23 +1,18 @@
 """Arcs are read and measured by the verifier's own code; spoiled ones are found."""
 
-import json
 import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sealing import verify_job
+from sealing import told
+from spoiling import edit_json, put
 from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
 
-from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area
+from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area, traced
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import path_runs, read_svg
-
-
-def told(folder):
-    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
-
 
 # --- spoiled drawings ---------------------------------------------------------------------------
 
@@ -34,20 +29,14 @@ def edit_arc(change):
                 return [*shapes[:k], (piece, layer, kind, points, closed), *shapes[k + 1 :]]
         raise AssertionError("no arc")
 
-    edit.__name__ = change.__name__
     return edit
 
 
-def wrong_sign(points, at):
-    points[at][2] *= -1.0
+def bulge(change):
+    def edit(points, at):
+        points[at][2] = change(points[at][2])
 
-
-def big_bulge(points, at):
-    points[at][2] *= 1.2
-
-
-def chord_instead(points, at):
-    points[at][2] = 0.0
+    return edit
 
 
 def two_chords_instead(points, at):
@@ -60,11 +49,12 @@ def arc_on_the_next_side(points, at):
     points[at][2], points[at + 1][2] = points[at + 1][2], points[at][2]
 
 
-def more_than_half_a_turn(points, at):
-    points[at][2] = 1.0 / points[at][2]
-
-
-SPOILED = [wrong_sign, big_bulge, chord_instead, two_chords_instead, more_than_half_a_turn]
+#: Another sign, more, a chord, two chords; and, at last, more than half a turn.
+SPOILED = [
+    *map(bulge, (lambda b: -b, lambda b: 1.2 * b, lambda _: 0.0)),
+    two_chords_instead,
+    bulge(lambda b: 1.0 / b),
+]
 
 
 @pytest.mark.parametrize("change", [*SPOILED, arc_on_the_next_side])
@@ -148,16 +138,13 @@ def test_edited_svg_arcs(job, name):
 # --- spoiled maps: all files agree, and all are wrong -------------------------------------------
 
 
-def flip_all(plan):
-    for piece in plan["pieces"]:
-        for corner in piece["path"]:
-            corner[2] *= -1.0
+def scale_bulges(by):
+    def edit(plan):
+        for piece in plan["pieces"]:
+            for corner in piece["path"]:
+                corner[2] *= by
 
-
-def straighten_all(plan):
-    for piece in plan["pieces"]:
-        for corner in piece["path"]:
-            corner[2] = 0.0
+    return edit
 
 
 def coarsen_outline(plan):
@@ -166,16 +153,15 @@ def coarsen_outline(plan):
 
 
 def turn_path_round(plan):
-    plan["pieces"][0]["path"].reverse()
-    for corner, after in zip(
-        plan["pieces"][0]["path"],
-        [*plan["pieces"][0]["path"][1:], plan["pieces"][0]["path"][0]],
-        strict=True,
-    ):
+    path = plan["pieces"][0]["path"]
+    path.reverse()
+    for corner, after in zip(path, [*path[1:], path[0]], strict=True):
         corner[2] = -after[2]
 
 
-@pytest.mark.parametrize("spoil", [flip_all, straighten_all, coarsen_outline, turn_path_round])
+@pytest.mark.parametrize(
+    "spoil", [scale_bulges(-1.0), scale_bulges(0.0), coarsen_outline, turn_path_round]
+)
 def test_paths_that_are_not_the_outlines(specimen, tmp_path, spoil):
     source = specimen("bent")
     spoil(source.plan)
@@ -196,9 +182,7 @@ def test_a_path_may_cross_itself_by_its_arcs_alone(specimen, tmp_path):
 def test_a_broken_path_breaks_the_map(specimen, tmp_path, path):
     source = specimen("bent")
     folder = write_job(source, tmp_path / "job")
-    plan = json.loads((folder / "crossing_map.json").read_text())
-    plan["pieces"][0]["path"] = path
-    (folder / "crossing_map.json").write_text(json.dumps(plan))
+    edit_json(folder / "crossing_map.json", put("pieces", 0, "path", path))
     assert any("path" in finding for finding in told(folder)["files"])
 
 
@@ -228,6 +212,11 @@ def test_known_arcs():
     assert path_runs("M0,0A1,1 0 0 1 2,0").bulges[0] == pytest.approx(-1.0)
     quarter = np.tan(np.pi / 8.0)
     assert path_runs("M1,0A1,1 0 0 0 2,1").bulges[0] == pytest.approx(quarter)
+    # A chord of 2 under half a circle, to either side, has the length of that; under none, its own.
+    for bulge, length in ((0.0, 2.0), (1.0, np.pi), (-1.0, np.pi)):
+        dense, _ = along(np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([bulge, 0.0]))
+        found = np.hypot(*np.diff(dense, axis=0).T).sum()
+        assert length - 0.01 < found <= length + 1e-12
 
 
 def test_an_arc_may_close_a_path():
@@ -256,11 +245,11 @@ def test_both_readers_read_one_arc(tmp_path):
     sheet = {"width_mm": 9, "height_mm": 9}
     (tmp_path / "a.dxf").write_text(dxf_text(arc, sheet))
     (tmp_path / "a.svg").write_text(svg_text(arc, sheet))
-    one, two = read_dxf(tmp_path / "a.dxf"), read_svg(tmp_path / "a.svg")
+    (one,), (two,) = read_dxf(tmp_path / "a.dxf").shapes, read_svg(tmp_path / "a.svg").shapes
     assert one.bulges.tolist() == pytest.approx([0.0, 0.3, 0.0, -0.1])
     assert two.bulges.tolist() == pytest.approx(one.bulges.tolist(), abs=1e-6)
     assert two.points == pytest.approx(one.points)
     # To the right of the way up from (5, 1), and inside on the way back down from (1, 4).
-    dense, _ = one.traced(np.array([0]))
+    dense = traced(one)
     assert dense[:, 0].max() == pytest.approx(5.0 + 0.3 * 1.5, abs=2 * CHORDS_MM)
     assert dense[:, 0].min() == 1.0

@@ -2,34 +2,23 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sealing import verify_job
+from jobs import laid
+from sealing import result_of, told
+from spoiling import edit_json, put
 from verify_writers import glb_bytes
 
 from fabweave.core.records import to_json
-from fabweave.options.settings import Settings
 from fabweave.picture.model_files import woven_glb
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import check_object
 from fabweave.verify.check.ribbons import check_bends, rung_widths
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.read.glb import read_model
-from fabweave.verify.report import Tally
 from fabweave.weave.strand_colours import thread_colours
-
-
-def told(folder) -> dict:
-    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
-
-
-class Model:
-    """Only what the check of bends asks of a job."""
-
-    def __init__(self, ribbons, model) -> None:
-        self.ribbons, self.model = ribbons, model
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +33,7 @@ def made(tmp_path_factory):
         ("hemisphere", {"boundary": "turn", "size_mm": 150.0}),
         ("knot", {"material": "warp=card,weft=polypropylene", "size_mm": 150.0}),
     ):
-        settings, supplies = complete_settings(
-            Settings.of(f"shape:{shape}", **{"size_mm": 300.0, **options})
-        )
-        woven = lay_asked(load_asked(settings), settings, supplies)
+        woven, settings, supplies = laid(f"shape:{shape}", **{"size_mm": 300.0, **options})
         check = check_object(woven, settings.ribbons, supplies)
         path = tmp_path_factory.mktemp("bends") / "model.glb"
         colours = thread_colours(woven.bunches, "safe")
@@ -58,9 +44,8 @@ def made(tmp_path_factory):
 
 
 def found(report, model) -> list[str]:
-    tally = Tally("bends")
-    check_bends(Model(report, model), tally)
-    return list(tally.result().findings)
+    # Only what the check of bends asks of a job.
+    return list(result_of(check_bends, SimpleNamespace(ribbons=report, model=model)).findings)
 
 
 def test_verify_and_the_makers_measure_the_same(made) -> None:
@@ -116,9 +101,7 @@ def test_a_finding_of_nothing_is_found_out(made) -> None:
 @pytest.mark.parametrize("value", [None, "8", 0.0, float("nan")])
 def test_limits_that_are_none(job, key, value) -> None:
     path = job("torus") / "ribbons.json"
-    document = json.loads(path.read_text())
-    document["limits"][key] = value
-    path.write_text(json.dumps(document))
+    edit_json(path, put("limits", key, value))
     assert "bends" in told(path.parent)
 
 
@@ -132,9 +115,8 @@ def test_a_rung_that_is_turned_in_the_model_is_found(job, specimen) -> None:
     rungs[2] = middle + reach * np.array([[0.0, 0.6, -0.8], [0.0, -0.6, 0.8]])
     source.strips[label]["rungs"] = rungs
     (folder / "model.glb").write_bytes(glb_bytes(source.strips))
-    limits = json.loads((folder / "ribbons.json").read_text())
-    limits["limits"]["bend_mm"] = 5.0  # so that twists are too strong in 12 places of the true one
-    (folder / "ribbons.json").write_text(json.dumps(limits))
+    # So that twists are too strong in 12 places of the true one.
+    edit_json(folder / "ribbons.json", put("limits", "bend_mm", 5.0))
     assert "twist: in 13 places" in told(folder)["bends"][0]
 
 

@@ -1,20 +1,18 @@
 """How near ribbons are is proved from the model: claims that are not true are found out."""
 
-import json
 from dataclasses import replace
 from types import SimpleNamespace
 
-import igl
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
-from sealing import verify_job
+from jobs import laid
+from sealing import told
+from spoiling import edit_json
+from strategies import TRIANGLES, require_gap
 from verify_writers import LIMITS, glb_bytes
 
-from fabweave.options.settings import Settings
 from fabweave.picture.model_files import woven_glb
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.verify.measure.nearness import cut_steps, near_parts, triangle_gaps
@@ -23,24 +21,16 @@ from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 from fabweave.weave.strand_colours import thread_colours
 
-COORDINATE = st.integers(-8, 8).map(lambda n: n / 4)
-TRIANGLE = st.tuples(*[st.tuples(COORDINATE, COORDINATE, COORDINATE)] * 3).map(np.array)
 
-
-def told(folder) -> dict:
-    """Return what is found."""
-    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
-
-
-def change(folder, **changes) -> dict:
+def change(folder, **changes) -> None:
     """Change what ribbons.json says of limits, and what it says is too near."""
-    path = folder / "ribbons.json"
-    document = json.loads(path.read_text())
-    document["limits"] |= changes.pop("limits", {})
-    if changes:
-        document["findings"][0] |= changes
-    path.write_text(json.dumps(document))
-    return document
+
+    def edit(document):
+        document["limits"] |= changes.pop("limits", {})
+        if changes:
+            document["findings"][0] |= changes
+
+    edit_json(folder / "ribbons.json", edit)
 
 
 def nearest(folder, clearance_mm: float) -> dict:
@@ -55,23 +45,9 @@ def nearest(folder, clearance_mm: float) -> dict:
     return {"rule": "clearance", "value": near.gap_mm[at], "limit": wanted[at], "count": count}
 
 
-def has_area(triangle: np.ndarray) -> bool:
-    return bool(np.any(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
-
-
-@given(TRIANGLE.filter(has_area), TRIANGLE.filter(has_area))
+@given(TRIANGLES, TRIANGLES)
 def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
-    gap = float(triangle_gaps(one[None], other[None], 99.0)[0])
-    steps = np.arange(25) / 24
-    u, v = (axis.ravel() for axis in np.meshgrid(steps, steps))
-    inside = u + v <= 1 + 1e-12
-    weights = np.column_stack((1 - u - v, u, v))[inside]
-    faces = np.array([[0, 1, 2]])
-    squared = igl.point_mesh_squared_distance(weights @ one, np.ascontiguousarray(other), faces)[0]
-    sampled = float(np.sqrt(squared.min()))
-    longest = max(np.linalg.norm(one[i] - one[i - 1]) for i in range(3))
-    assert gap <= sampled + 1e-9
-    assert sampled <= gap + longest / 24 + 1e-9
+    require_gap(float(triangle_gaps(one[None], other[None], 99.0)[0]), one, other)
 
 
 @pytest.mark.parametrize(
@@ -80,10 +56,7 @@ def test_gaps_agree_with_libigl_on_many_points(one, other) -> None:
 )
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (6.0, 1.0, 4.0), (-3.0, 9.0, 2.0)])
 def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> None:
-    settings, supplies = complete_settings(
-        Settings.of(f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
-    )
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven, settings, supplies = laid(f"shape:{shape}", size_mm=200.0, smooth=smooth, boundary="end")
     ribbons, threads = woven.ribbons, woven.weave.threads
     longest = int(np.argmax(threads.lengths))
     moved = slice(*ribbons.offsets[longest : longest + 2])
@@ -161,8 +134,11 @@ def test_a_true_claim_is_true_and_a_raised_one_is_not(job) -> None:
 def test_limits_that_are_none(job, limits) -> None:
     folder = job()
     change(folder, limits=limits)
-    # The widths that bends ask for follow from the thickness.
-    assert {"clearance"} <= set(told(folder)) <= {"clearance", "bends"}
+    # The widths that bends ask for follow from the thickness. What is no number is no JSON.
+    unread = "nan" in str(limits)
+    most = {"clearance", "bends"} | ({"files", "grain"} if unread else set())
+    found = set(told(folder))
+    assert {"clearance"} <= found <= most
 
 
 @pytest.mark.parametrize("option", ["thickness", "clearance"])

@@ -1,11 +1,10 @@
 """What is said to be fastened is proved: the check objects to every crossing that is not so."""
 
 import json
-import shutil
 
 import pytest
 from replacing import replace
-from sealing import verify_job
+from sealing import result_of, verify_job
 
 from fabweave.verify.check.fastening import check_fastening
 from fabweave.verify.read.job_files import Job, load_job
@@ -23,9 +22,7 @@ def job(finished, request) -> Job:
 
 
 def findings(job: Job) -> tuple[str, ...]:
-    tally = Tally("fastened")
-    check_fastening(job, tally)
-    return tally.result().findings
+    return result_of(check_fastening, job).findings
 
 
 def with_map(job: Job, **changes) -> Job:
@@ -74,7 +71,7 @@ HUNG = ("shape:sphere?n=3", "--size", "150mm", "--hang", "top,bottom:3", "--effo
 
 @pytest.mark.slow
 def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finished, tmp_path):
-    folder = shutil.copytree(finished(*HUNG), tmp_path / "job")
+    folder = finished.copy(tmp_path / "job", *HUNG)
     assert verify_job(folder).ok
     path = folder / "crossing_map.json"
     plan = json.loads(path.read_text("utf-8"))

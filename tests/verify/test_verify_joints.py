@@ -9,6 +9,8 @@ from unittest import mock
 import numpy as np
 import pytest
 import shapely
+from sealing import found_by
+from spoiling import edit_json
 
 from fabweave.job import make_job
 from fabweave.options.settings import Settings
@@ -72,14 +74,8 @@ def objections(folder) -> dict[str, str]:
     tally = Tally("files")
     job = load_job(folder, tally)
     assert job.map is not None, tally.result().findings
-    found = {}
-    for name, check in CHECKS.items():
-        tally = Tally(name)
-        with np.errstate(all="ignore"):
-            check(job, tally)
-        if not tally.result().ok:
-            found[name] = " / ".join(tally.result().findings)
-    return found
+    found = {name: found_by(check, job) for name, check in CHECKS.items()}
+    return {name: words for name, words in found.items() if words}
 
 
 @pytest.fixture
@@ -89,9 +85,7 @@ def spoiled(folders, tmp_path):
     def run(kind, spoil):
         folder = tmp_path / "job"
         shutil.copytree(folders(kind), folder)
-        plan = json.loads((folder / "crossing_map.json").read_text("utf-8"))
-        spoil(plan, plan["joints"][0])
-        (folder / "crossing_map.json").write_text(json.dumps(plan), "utf-8")
+        edit_json(folder / "crossing_map.json", lambda plan: spoil(plan, plan["joints"][0]))
         return objections(folder)
 
     return run
@@ -133,55 +127,41 @@ def holes_at(plan, joint, side):
     return [one for one in cutouts if one["station"] == at]
 
 
-def over_holes(plan, joint):
-    """Return the holes of the strand above a joint."""
-    over = next(one for one in plan["crossings"] if one["id"] == joint["crossing"])["over"]
-    piece = next(piece for piece in plan["pieces"] if piece["id"] == over["piece"])
-    return [one for one in piece["cutouts"] if one["station"] == over["station"]]
+def over(plan, joint):
+    """Return the piece that lies above a joint, and its holes there."""
+    strand = next(one for one in plan["crossings"] if one["id"] == joint["crossing"])["over"]
+    piece = next(piece for piece in plan["pieces"] if piece["id"] == strand["piece"])
+    return piece, [one for one in piece["cutouts"] if one["station"] == strand["station"]]
 
 
 def move_hole_of_one_lap(plan, joint):
-    hole = holes_at(plan, joint, 1)[0]
-    hole["x"] += 0.1
+    holes_at(plan, joint, 1)[0]["x"] += 0.1
     joint["holes"][0][1][0] += 0.1
 
 
 def move_hole_of_the_strand_above(plan, joint):
-    over_holes(plan, joint)[0]["y"] += 0.1
+    over(plan, joint)[1][0]["y"] += 0.1
 
 
 def drop_hole_of_the_strand_above(plan, joint):
-    over = next(one for one in plan["crossings"] if one["id"] == joint["crossing"])["over"]
-    piece = next(piece for piece in plan["pieces"] if piece["id"] == over["piece"])
-    piece["cutouts"].remove(over_holes(plan, joint)[0])
+    piece, holes = over(plan, joint)
+    piece["cutouts"].remove(holes[0])
 
 
-def widen_one_hole(plan, joint):
-    holes_at(plan, joint, 0)[1]["diameter_mm"] += 0.5
+def change_hole(number, key, by):
+    def edit(plan, joint):
+        holes_at(plan, joint, 0)[number][key] += by
+
+    return edit
 
 
-def move_a_cutout_off_its_record(plan, joint):
-    holes_at(plan, joint, 0)[0]["x"] += 0.01
+def state(**changes):
+    """Return an edit of what is stated of a joint."""
+    return lambda _plan, joint: joint.update(changes)
 
 
-def state_another_grip(_plan, joint):
-    joint["grip_mm"] += 0.4
-
-
-def state_an_unknown_kind(_plan, joint):
-    joint["kind"] = "weld"
-
-
-def state_glue_with_fasteners(_plan, joint):
-    joint["kind"] = "glue"
-
-
-def state_a_longer_lap(_plan, joint):
-    joint["lap_mm"] += 2.0
-
-
-def state_no_lap(_plan, joint):
-    joint["lap_mm"] = 0.0
+def state_more(key, by):
+    return lambda _plan, joint: joint.update({key: joint[key] + by})
 
 
 def shorten_a_lap(plan, joint):
@@ -259,24 +239,25 @@ def cut_out_something_more(plan, joint):
     piece["cutouts"].append({**piece["cutouts"][0], "x": piece["cutouts"][0]["x"] + 4.0})
 
 
+LONGER_LAP = state_more("lap_mm", 2.0)
 SPOILS = [
     ("rivet:2", move_hole_of_one_lap, "joints", "off its partner"),
     ("rivet:2", move_hole_of_the_strand_above, "joints", "off that of"),
     ("rivet:2", drop_hole_of_the_strand_above, "crossing-holes", "but should be 2"),
-    ("rivet:2", widen_one_hole, "crossing-holes", "diameters"),
-    ("rivet:2", move_a_cutout_off_its_record, "crossing-holes", "from where its station"),
-    ("rivet", state_another_grip, "joints", "grip"),
-    ("rivet", state_an_unknown_kind, "joints", "no joint of kind 'weld'"),
-    ("rivet", state_glue_with_fasteners, "joints", "is of kind glue"),
+    ("rivet:2", change_hole(1, "diameter_mm", 0.5), "crossing-holes", "diameters"),
+    ("rivet:2", change_hole(0, "x", 0.01), "crossing-holes", "from where its station"),
+    ("rivet", state_more("grip_mm", 0.4), "joints", "grip"),
+    ("rivet", state(kind="weld"), "joints", "no joint of kind 'weld'"),
+    ("rivet", state(kind="glue"), "joints", "is of kind glue"),
     ("rivet", cut_out_something_more, "crossing-holes", "but should be 1"),
-    ("rivet", state_a_longer_lap, "joints", "do not lie on one another"),
-    ("glue", state_a_longer_lap, "joints", "do not lie on one another"),
-    ("glue", state_a_longer_lap, "unfolding", "leaves the unfolded ribbon"),
-    ("glue", state_no_lap, "joints", "laps by 0.0 mm"),
+    ("rivet", LONGER_LAP, "joints", "do not lie on one another"),
+    ("glue", LONGER_LAP, "joints", "do not lie on one another"),
+    ("glue", LONGER_LAP, "unfolding", "leaves the unfolded ribbon"),
+    ("glue", state(lap_mm=0.0), "joints", "laps by 0.0 mm"),
     ("glue", shorten_a_lap, "joints", "do not lie on one another"),
     ("none", leave_a_gap, "joints", "apart along their seam"),
     ("none", let_pieces_overlap, "joints", "side by side"),
-    ("none", state_a_longer_lap, "joints", "laps by 2.0 mm"),
+    ("none", LONGER_LAP, "joints", "laps by 2.0 mm"),
     ("dovetail", leave_a_gap, "joints", "apart along their seam"),
     ("dovetail", let_pieces_overlap, "joints", "side by side"),
     ("slot", widen_the_tab, "joints", "its tab is"),
@@ -289,11 +270,7 @@ SPOILS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("kind", "spoil", "check", "words"),
-    SPOILS,
-    ids=[f"{kind}-{spoil.__name__}-{check}" for kind, spoil, check, _ in SPOILS],
-)
+@pytest.mark.parametrize(("kind", "spoil", "check", "words"), SPOILS)
 def test_spoiled_joints_are_found(kind, spoil, check, words, spoiled):
     found = spoiled(kind, spoil)
     assert words in found[check]
@@ -310,9 +287,9 @@ def test_spoiled_joints_are_found(kind, spoil, check, words, spoiled):
 def test_cutouts_that_are_none_are_no_map(cutout, folders, tmp_path):
     folder = tmp_path / "job"
     shutil.copytree(folders("rivet"), folder)
-    plan = json.loads((folder / "crossing_map.json").read_text("utf-8"))
-    plan["pieces"][0]["cutouts"].append(cutout)
-    (folder / "crossing_map.json").write_text(json.dumps(plan), "utf-8")
+    edit_json(
+        folder / "crossing_map.json", lambda plan: plan["pieces"][0]["cutouts"].append(cutout)
+    )
     tally = Tally("files")
     assert load_job(folder, tally).map is None
     assert "cutouts" in tally.result().findings[0]

@@ -1,12 +1,12 @@
 """Kinds are proved: what does not cover its namesake is found."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from replacing import replace
-from sealing import verify_job
+from sealing import found_by, verify_job
+from spoiling import drop, edit_json
 
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.shapes.grids import torus
@@ -16,10 +16,7 @@ from fabweave.verify.report import Tally
 
 
 def respoken(folder, change):
-    path = folder / "crossing_map.json"
-    plan = json.loads(path.read_text())
-    change(plan["pieces"])
-    path.write_text(json.dumps(plan))
+    edit_json(folder / "crossing_map.json", lambda plan: change(plan["pieces"]))
     checks = {check.name: check for check in verify_job(folder).checks}
     return checks["kinds"]
 
@@ -74,10 +71,7 @@ def test_a_twin_that_differs_is_found(job, what):
 
 def test_pieces_without_a_kind_are_malformed(job):
     folder = job("octahedron")
-    path = folder / "crossing_map.json"
-    plan = json.loads(path.read_text())
-    del plan["pieces"][0]["kind"]
-    path.write_text(json.dumps(plan))
+    edit_json(folder / "crossing_map.json", drop("pieces", 0, "kind"))
     assert not verify_job(folder).ok
 
 
@@ -111,9 +105,7 @@ def test_what_differs_by_less_than_a_fastener_s_play_is_made_equal(finished, une
 
     def found(change) -> str:
         changed = tuple(change(piece) if piece is fitted else piece for piece in pieces)
-        tally = Tally("unfolding")
-        check_unfolding(replace(job, map=replace(job.map, pieces=changed)), tally)
-        return " ".join(map(str, tally.result().findings))
+        return found_by(check_unfolding, replace(job, map=replace(job.map, pieces=changed)))
 
     assert found(lambda piece: piece) == ""
     # No more than a fastener's play may be claimed, and no more than was claimed may be off.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from sealing import result_of
 
 from fabweave.verify.check.drawings import _on_others, check_lines
 from fabweave.verify.read.dxf import read_dxf
@@ -11,9 +12,7 @@ from fabweave.verify.report import Tally
 
 
 def found(folder) -> str:
-    tally = Tally("lines")
-    check_lines(load_job(folder, Tally("files")), tally)
-    result = tally.result()
+    result = result_of(check_lines, load_job(folder, Tally("files")))
     assert result.count > 100
     return " | ".join(result.findings)
 
@@ -67,7 +66,7 @@ def test_notes_may_lie_along_an_edge(job) -> None:
 def test_arcs_over_one_chord_are_told_apart(job, sign, words) -> None:
     folder = job("bent")
     drawing = read_dxf(folder / "sheets" / "sheet_01.dxf")
-    shape = next(one for one in drawing.shapes if one.bulges is not None)
+    shape = next(one for one in drawing.shapes if one.bulges.any())
     at = int(np.argmax(np.abs(shape.bulges[:-1])))
     (x, y), (u, v) = shape.points[at : at + 2].tolist()
     bent = f"  0\nLWPOLYLINE\n  8\nENGRAVE_MARK\n 90\n2\n 70\n0\n 10\n{x}\n 20\n{y}\n"

@@ -1,12 +1,12 @@
 """Whatever a folder holds, verify ends with findings: it never raises and never hangs."""
 
-import json
 import os
 import struct
 import time
 from pathlib import Path
 
 import pytest
+from spoiling import edit_json
 
 from fabweave.cli.main import main
 from fabweave.verify import proof
@@ -120,12 +120,6 @@ def test_a_malicious_file_is_a_finding(job, name, spoil):
     assert not [fault for check in report.checks for fault in check.faults]
 
 
-def edited(path, edit):
-    document = json.loads(path.read_text())
-    edit(document)
-    path.write_text(json.dumps(document))
-
-
 def many_sheets(plan):
     plan["sheets"] = [{**plan["sheets"][0], "sheet": n, "name": f"s{n}"} for n in range(1, 50_001)]
 
@@ -149,7 +143,7 @@ MAPS = {
 @pytest.mark.parametrize("name", MAPS)
 def test_a_malicious_map_is_a_finding(job, name):
     directory = job("octahedron")
-    edited(directory / "crossing_map.json", MAPS[name])
+    edit_json(directory / "crossing_map.json", MAPS[name])
     began = time.process_time()
     report = verify_job(directory)
     assert not report.ok

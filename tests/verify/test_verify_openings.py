@@ -1,11 +1,11 @@
 """What was left out of the woven mesh is held to what the settings and job.toml say."""
 
-import re
 import shutil
 
 import pytest
 from jobs import OCTAHEDRON
-from sealing import verify_job
+from sealing import told, verify_job
+from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.mesh.io.files import write_mesh
@@ -20,17 +20,7 @@ LAMP = (
 @pytest.fixture
 def lamp(finished, tmp_path):
     """Return a copy of a lamp with a hole at its top, and a face less."""
-    return shutil.copytree(finished(*LAMP), tmp_path / "job")
-
-
-def told(folder):
-    return {check.name: check.findings for check in verify_job(folder).checks if not check.ok}
-
-
-def edited(path, old, new):
-    text = path.read_text("utf-8")
-    assert re.search(old, text), old
-    path.write_text(re.sub(old, new, text, count=1), "utf-8")
+    return finished.copy(tmp_path / "job", *LAMP)
 
 
 @pytest.mark.slow
@@ -49,7 +39,7 @@ def edited(path, old, new):
     ],
 )
 def test_another_opening_is_found(lamp, old, new, words):
-    edited(lamp / "job.toml", old, new)
+    edit_text(lamp / "job.toml", old, new)
     assert words in str(told(lamp)["source"])
 
 
@@ -73,12 +63,12 @@ def test_faces_that_were_left_out_of_a_file_are_known(tmp_path):
         ("top:60mm,0", "by side"),
     ):
         again = shutil.copytree(tmp_path / "job", tmp_path / leave_out[:3])
-        edited(again / "job.toml", "bottom:60mm,0", leave_out)
+        edit_text(again / "job.toml", "bottom:60mm,0", leave_out)
         assert words in str(told(again)["source"])
 
 
 def test_what_nobody_left_out_is_not_told(finished, tmp_path):
-    folder = shutil.copytree(finished(*OCTAHEDRON), tmp_path / "job")
+    folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     with (folder / "job.toml").open("a") as file:
         file.write('[[outcome.openings]]\nside = "top"\nfaces = 1\n')
     assert "what was left out, by side, is ['top']" in str(told(folder)["source"])

@@ -4,7 +4,8 @@ import json
 import shutil
 
 import pytest
-from sealing import verify_job
+from sealing import told
+from spoiling import edit_json, edit_text
 
 from fabweave.cli.main import main
 
@@ -16,18 +17,7 @@ RINGED = (
 
 @pytest.fixture
 def ringed(finished, tmp_path):
-    return shutil.copytree(finished(*RINGED), tmp_path / "job")
-
-
-def told(folder):
-    return {check.name: str(check.findings) for check in verify_job(folder).checks if not check.ok}
-
-
-def edit(folder, change):
-    path = folder / "rim" / "rim.json"
-    document = json.loads(path.read_text("utf-8"))
-    change(document["rings"][0])
-    path.write_text(json.dumps(document), "utf-8")
+    return finished.copy(tmp_path / "job", *RINGED)
 
 
 @pytest.mark.slow
@@ -62,8 +52,8 @@ SPOILT = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("change", "words"), SPOILT)
 def test_another_ring_is_found(ringed, change, words):
-    edit(ringed, change)
-    assert words in told(ringed)["rim"]
+    edit_json(ringed / "rim" / "rim.json", lambda document: change(document["rings"][0]))
+    assert words in str(told(ringed)["rim"])
 
 
 def last_step(document):
@@ -88,12 +78,8 @@ SPOILT_STEPS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("change", "words"), SPOILT_STEPS)
 def test_a_ring_that_is_laid_otherwise_is_found(ringed, change, words):
-    path = ringed / "crossing_map.json"
-    document = json.loads(path.read_text("utf-8"))
-    change(document)
-    path.write_text(json.dumps(document), "utf-8")
-    found = told(ringed)
-    assert words in found["steps"]
+    edit_json(ringed / "crossing_map.json", change)
+    assert words in str(told(ringed)["steps"])
 
 
 @pytest.mark.slow
@@ -102,17 +88,16 @@ def test_a_ring_that_is_cut_without_its_kerf_is_found(ringed):
         shutil.copy(
             ringed / "rim" / f"rim_01.{suffix}", ringed / "cut" / f"rim_01_kerf0.15mm.{suffix}"
         )
-    assert "piece R1, outline: it is cut too near" in told(ringed)["cut"]
+    assert "piece R1, outline: it is cut too near" in str(told(ringed)["cut"])
 
 
 @pytest.mark.slow
 def test_a_ring_that_is_gone_or_was_not_asked_for_is_found(ringed):
-    text = (ringed / "job.toml").read_text("utf-8")
-    (ringed / "job.toml").write_text(text.replace('rim = "ring"', 'rim = "none"'), "utf-8")
-    assert "nobody asked for it" in told(ringed)["rim"]
-    (ringed / "job.toml").write_text(text, "utf-8")
+    edit_text(ringed / "job.toml", 'rim = "ring"', 'rim = "none"')
+    assert "nobody asked for it" in str(told(ringed)["rim"])
+    edit_text(ringed / "job.toml", 'rim = "none"', 'rim = "ring"')
     shutil.rmtree(ringed / "rim")
-    assert "there is no such folder" in told(ringed)["rim"]
+    assert "there is no such folder" in str(told(ringed)["rim"])
 
 
 @pytest.mark.slow

@@ -8,6 +8,8 @@ import shutil
 
 import ezdxf
 import pytest
+from sealing import found_by
+from spoiling import edit_text, swap
 
 from fabweave.verify.check.service import check_service
 from fabweave.verify.read.job_files import load_job
@@ -17,17 +19,8 @@ from fabweave.verify.report import Tally
 @pytest.fixture(scope="module")
 def made(finished):
     """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
-    options = (
-        "--size",
-        "150mm",
-        "--sheet",
-        "500x350mm",
-        "--effort",
-        "quick",
-        "--joint",
-        "rivet,slots",
-    )
-    return finished("shape:tube?m=4&n=4", *options, "--profile", "service")
+    words = "--size 150mm --sheet 500x350mm --effort quick --joint rivet,slots --profile service"
+    return finished("shape:tube?m=4&n=4", *words.split())
 
 
 @pytest.fixture
@@ -36,9 +29,7 @@ def job(made, tmp_path):
 
 
 def found(folder) -> str:
-    tally = Tally("service")
-    check_service(load_job(folder, Tally("files")), tally)
-    return " | ".join(tally.result().findings)
+    return found_by(check_service, load_job(folder, Tally("files")))
 
 
 def table_of(folder):
@@ -100,15 +91,6 @@ def test_a_file_holds_cuts_on_one_layer_and_nothing_else(made) -> None:
         assert "<g" not in svg
 
 
-def change_rows(change):
-    def spoil(folder) -> None:
-        rows = table_of(folder)
-        change(rows)
-        write_table(folder, rows)
-
-    return spoil
-
-
 def several(rows):
     """Return a row for more than one piece."""
     return next(row for row in rows if int(row["quantity"]) > 1)
@@ -126,32 +108,34 @@ def exchange_pieces(rows) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda rows: several(rows).update(quantity="1"), "the sum of quantities is"),
-        (forget_a_piece, "parts.csv: pieces lack"),
-        (exchange_pieces, "the kind of piece"),
+        (lambda rows: several(rows).update(quantity="1"), "quantity is '1', but should be"),
+        (forget_a_piece, "pieces lack"),
+        (exchange_pieces, "should not be there"),
         (lambda rows: rows.pop(), "is no piece's"),
-        (lambda rows: rows.append(rows[0]), "a kind has more than one file"),
-        (lambda rows: rows[0].update(kind="99"), "the kind of piece"),
-        (lambda rows: rows[0].update(pieces="Z9"), "is for 'Z9', no pieces"),
-        (lambda rows: rows[0].update(material="ply"), "but should be 'ply_0.4mm'"),
-        (lambda rows: rows[0].update(thickness_mm="0.5"), "but should be 'card_0.5mm'"),
+        (lambda rows: rows.append(rows[0]), "its material and thickness, have"),
+        (
+            lambda rows: rows[0].update(kind="99"),
+            "its material and thickness, lack",
+        ),
+        (lambda rows: rows[0].update(pieces="Z9"), "have Z9, which should not be there"),
+        (lambda rows: rows[0].update(material="ply"), "its name is"),
+        (lambda rows: rows[0].update(thickness_mm="0.5"), "its name is"),
         (lambda rows: rows[0].update(file="../job.toml"), "is no piece's"),
-        (lambda rows: rows[0].update(file=rows[1]["file"]), "is for"),
+        (lambda rows: rows[0].update(file=rows[1]["file"]), "its name is"),
     ],
 )
 def test_a_spoilt_row_is_found(job, change, words) -> None:
-    change_rows(change)(job)
+    rows = table_of(job)
+    change(rows)
+    write_table(job, rows)
     assert words in found(job)
 
 
-def edit(suffix, old, new, nth=0):
+def edit(suffix, old, new):
     def spoil(folder) -> None:
-        path = file_of(folder, suffix, nth)
-        text = path.read_text()
-        assert old in text
-        path.write_text(text.replace(old, new, 1))
+        path = file_of(folder, suffix)
+        path.write_text(swap(old, new)(path.read_text()))
 
-    spoil.__name__ = f"{suffix} {old!r} to {new!r}"
     return spoil
 
 
@@ -162,7 +146,6 @@ def swap_files(suffix):
         one.write_text(two.read_text())
         two.write_text(first)
 
-    spoil.__name__ = f"swap {suffix}"
     return spoil
 
 
@@ -220,7 +203,5 @@ def test_a_spoilt_file_is_found(job, spoil, words) -> None:
 
 
 def test_a_service_folder_left_over_is_found(job) -> None:
-    path = job / "crossing_map.json"
-    text = path.read_text()
-    path.write_text(text.replace('"profile": "service"', '"profile": "maker"'))
+    edit_text(job / "crossing_map.json", '"profile": "service"', '"profile": "maker"')
     assert "the profile is 'maker', and there is such a folder" in found(job)

@@ -1,7 +1,6 @@
 """The woven mesh is held to the size and to the mesh that the settings name."""
 
 import os
-import re
 import shutil
 from pathlib import Path
 
@@ -9,7 +8,8 @@ import numpy as np
 import pytest
 from jobs import OCTAHEDRON
 from random_jobs import random_job
-from sealing import verify_job
+from sealing import result_of, verify_job
+from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
@@ -45,13 +45,6 @@ def source_findings(folder):
     return check.findings, check.count
 
 
-def edited(folder, name, old, new):
-    path = folder / name
-    text = path.read_text(encoding="utf-8")
-    assert re.search(old, text), old
-    path.write_text(re.sub(old, new, text, count=1), encoding="utf-8", newline="\n")
-
-
 @pytest.fixture(scope="module")
 def pyramid(tmp_path_factory):
     """Return a job and the file that it was made from, both where nothing is looked for."""
@@ -67,7 +60,7 @@ def copied(pyramid, tmp_path):
     """Return a copy of that job, with the mesh beside it, as settings name it."""
     folder = Path(shutil.copytree(pyramid, tmp_path / "both"))
     path = (folder / "pyramid.obj").as_posix()
-    edited(folder / "job", "job.toml", r'mesh = ".*"', f'mesh = "{path}"')
+    edit_text(folder / "job" / "job.toml", r'mesh = ".*"', f'mesh = "{path}"')
     return folder
 
 
@@ -99,7 +92,7 @@ def test_another_mesh_is_found(copied, old, new, words):
 
 @pytest.mark.parametrize(("old", "new"), [('up = "y"', 'up = "z"'), ('up = "y"', 'up = "x"')])
 def test_another_way_up_is_found(copied, old, new):
-    edited(copied / "job", "job.toml", old, new)
+    edit_text(copied / "job" / "job.toml", old, new)
     assert "faces are not as in" in source_findings(copied / "job")[0][0]
 
 
@@ -116,14 +109,13 @@ def test_a_mesh_that_is_newer_than_the_job_says_nothing(copied):
      "/dev/zero.obj", "a\\u0000.obj", "pyramid.stl"],
 )  # fmt: skip
 def test_a_mesh_that_is_not_at_hand_says_nothing(copied, name):
-    edited(
-        copied / "job", "job.toml", r'mesh = ".*"', 'mesh = "' + name.replace("\\", "\\\\") + '"'
-    )
+    other = 'mesh = "' + name.replace("\\", "\\\\") + '"'
+    edit_text(copied / "job" / "job.toml", r'mesh = ".*"', other)
     assert source_findings(copied / "job") == ((), 1)
 
 
 def test_relative_paths_begin_above_the_job(copied, tmp_path, monkeypatch):
-    edited(copied / "job", "job.toml", r'mesh = ".*"', 'mesh = "pyramid.obj"')
+    edit_text(copied / "job" / "job.toml", r'mesh = ".*"', 'mesh = "pyramid.obj"')
     monkeypatch.chdir(copied)
     assert source_findings(copied / "job") == ((), 7)
     elsewhere = tmp_path / "elsewhere"
@@ -141,7 +133,7 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     mesh = fw.mesh(vertices, faces)
     fw.make(mesh, tmp_path / "job", size="90mm", effort="quick", sheet="300x300mm")
     assert source_findings(tmp_path / "job") == ((), 6)
-    edited(tmp_path / "job", "mesh.obj", "v 1.0 ", "v 1.1 ")
+    edit_text(tmp_path / "job" / "mesh.obj", "v 1.0 ", "v 1.1 ")
     findings, _ = source_findings(tmp_path / "job")
     assert "3 faces are not as in mesh.obj" in findings[0]
     (tmp_path / "job" / "mesh.obj").write_text("f 1 2 3\n")
@@ -151,7 +143,7 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
 def test_another_size_is_found(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     assert source_findings(folder) == ((), 1)
-    edited(folder, "job.toml", '"90mm"', '"91mm"')
+    edit_text(folder / "job.toml", '"90mm"', '"91mm"')
     words = "its greatest extent is 90, but should be 91, as in job.toml"
     assert words in source_findings(folder)[0][0]
 
@@ -163,9 +155,7 @@ def checked(folder, **options):
     write_mesh(folder / "woven_mesh.obj", loaded.mesh)
     used = settings.but(up=settings.mesh.up or loaded.up)
     (folder / "job.toml").write_text(job_toml(used, {}))
-    job, tally = load_job(folder, Tally("files")), Tally("source")
-    check_source(job, tally)
-    return tally.result()
+    return result_of(check_source, load_job(folder, Tally("files")))
 
 
 @pytest.mark.parametrize(

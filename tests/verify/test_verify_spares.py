@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from replacing import replace
+from sealing import found_by
 
 from fabweave.piece.congruence import parse_spares, spared
 from fabweave.verify.check.drawings import check_dxf
@@ -35,12 +36,6 @@ def job(folder) -> Job:
     return load_job(folder, Tally("files"))
 
 
-def findings(check, job: Job) -> str:
-    tally = Tally("kinds")
-    check(job, tally)
-    return " ".join(tally.result().findings)
-
-
 def with_map(job: Job, **changes) -> Job:
     return replace(job, map=replace(job.map, **changes))
 
@@ -66,7 +61,6 @@ def test_spares_are_cut_and_woven_nowhere(folder, job):
         first = next(one for one in plan.pieces if one.kind == plan.cut_piece[name].kind)
         assert origin == first.id
         assert plan.cut_piece[name].path is first.path
-        assert {label.text for label in plan.cut_piece[name].labels} == {name}
     with (folder / "pieces.csv").open() as file:
         rows = {row["id"]: row["spare_of"] for row in csv.DictReader(file)}
     assert {name: origin for name, origin in rows.items() if origin} == plan.spare_of
@@ -76,7 +70,7 @@ def test_spares_are_cut_and_woven_nowhere(folder, job):
     waste = json.loads((folder / "waste.json").read_text())
     assert waste["totals"]["pieces"] == len(plan.to_cut)
     for check in (check_kinds, check_labels, check_service, check_dxf):
-        assert findings(check, job) == ""
+        assert found_by(check, job) == ""
 
 
 def test_a_spare_that_is_missing_misplaced_or_misnamed_is_found(job):
@@ -85,30 +79,31 @@ def test_a_spare_that_is_missing_misplaced_or_misnamed_is_found(job):
     (spare,) = (one for one in plan.spares if one.id == name)
     others = tuple(one for one in plan.spares if one is not spare)
     lost = with_map(job, spares=others)
-    assert "number of its spares" in findings(check_kinds, lost)
-    assert "belong to " + name in findings(check_dxf, lost)
+    assert "number of its spares" in found_by(check_kinds, lost)
+    assert "belong to " + name in found_by(check_dxf, lost)
     place = replace(spare.placement, x_mm=spare.placement.x_mm + 1.0)
     moved = with_map(job, spares=(replace(spare, placement=place), *others))
-    assert f"piece {name}" in findings(check_dxf, moved)
+    assert f"piece {name}" in found_by(check_dxf, moved)
     # What is said to be a spare of another kind does not cover what is drawn.
     other = next(one for one in plan.pieces if one.kind != plan.piece[origin].kind)
     disguised = with_map(job, spares=(replace(spare, of=other.id), *others))
-    assert f"piece {name}" in findings(check_dxf, disguised)
-    assert "number of its spares" in findings(check_kinds, disguised)
+    assert f"piece {name}" in found_by(check_dxf, disguised)
+    assert "number of its spares" in found_by(check_kinds, disguised)
     for asked, found in (("2", "number of its spares"), ("some", "no share and no number")):
         settings = {**job.settings, "job": {**job.options, "spares": asked}}
-        assert found in findings(check_kinds, replace(job, settings=settings))
+        assert found in found_by(check_kinds, replace(job, settings=settings))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("labels", ["kinds", "none", "full", "numbers"])
 def test_spares_bear_what_their_kind_does(finished, labels):
     folder = finished(*JOB[:-2], "--labels", labels, "--label-side", "inside")
-    plan = load_job(folder, Tally("files")).map
-    for name, origin in plan.spare_of.items():
-        told = {label.text.rstrip("→") for label in plan.cut_piece[name].labels}
-        kind = plan.piece[origin].kind
-        assert told == {"kinds": {f"K{kind}"}, "none": set()}.get(labels, {name})
+    plan = json.loads((folder / "crossing_map.json").read_text())
+    kinds = {piece["id"]: piece["kind"] for piece in plan["pieces"]}
+    for spare in plan["spares"]:
+        told = {one["text"].rstrip("→") for one in spare["labels"]}
+        kind = kinds[spare["of"]]
+        assert told == {"kinds": {f"K{kind}"}, "none": set()}.get(labels, {spare["id"]})
 
 
 @pytest.mark.slow

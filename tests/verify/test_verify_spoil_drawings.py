@@ -3,8 +3,9 @@
 import re
 
 import pytest
-from sealing import verify_job
-from verify_writers import dxf_text, sheet_shapes, svg_text, write_sheets
+from sealing import told
+from spoiling import swap
+from verify_writers import dxf_text, sheet_shapes, svg_text
 
 from fabweave.verify.drawing import ReadError, traced
 from fabweave.verify.read.dxf import read_dxf
@@ -25,15 +26,16 @@ def changed(shapes, k, **parts):
     return result
 
 
-def outline_before_holes(shapes):
-    k = index(shapes, "CUT_OUTER")
-    first = index(shapes, "CUT_INNER")
-    return [*shapes[:first], shapes[k], *shapes[first:k], *shapes[k + 1 :]]
+def first_to(layer, place):
+    """Return an edit that moves the first shape of a layer to the first place, or before holes."""
 
+    def edit(shapes):
+        rest = list(shapes)
+        one = rest.pop(index(shapes, layer))
+        rest.insert(place(shapes), one)
+        return rest
 
-def hole_before_engraving(shapes):
-    k = index(shapes, "CUT_INNER")
-    return [shapes[k], *shapes[:k], *shapes[k + 1 :]]
+    return edit
 
 
 def engraving_last(shapes):
@@ -53,21 +55,26 @@ def notes_first(shapes):
     return sorted(shapes, key=lambda s: s[1] != "NOTES")
 
 
-def move_hole(shapes):
-    k = index(shapes, "CUT_INNER")
-    x, y, r = shapes[k][3]
-    return changed(shapes, k, data=(x + 0.05, y, r))
+def circle(**by):
+    """Return an edit of the first hole."""
+
+    def edit(shapes):
+        k = index(shapes, "CUT_INNER")
+        x, y, r = shapes[k][3]
+        return changed(shapes, k, data=(x + by.get("x", 0.0), y, r + by.get("r", 0.0)))
+
+    return edit
 
 
-def widen_hole(shapes):
-    k = index(shapes, "CUT_INNER")
-    x, y, r = shapes[k][3]
-    return changed(shapes, k, data=(x, y, r + 0.05))
+def leave_out(layer):
+    def edit(shapes):
+        k = index(shapes, layer)
+        return shapes[:k] + shapes[k + 1 :]
+
+    return edit
 
 
-def leave_out_hole(shapes):
-    k = index(shapes, "CUT_INNER")
-    return shapes[:k] + shapes[k + 1 :]
+move_hole, leave_out_hole = circle(x=0.05), leave_out("CUT_INNER")
 
 
 def draw_hole_twice_and_leave_one_out(shapes):
@@ -101,11 +108,6 @@ def draw_outline_twice(shapes):
     return [*shapes[: k + 1], shapes[k], *shapes[k + 1 :]]
 
 
-def leave_out_outline(shapes):
-    k = index(shapes, "CUT_OUTER")
-    return shapes[:k] + shapes[k + 1 :]
-
-
 def turn_outline_round(shapes):
     # Another start and direction cut the same.
     k = index(shapes, "CUT_OUTER")
@@ -137,15 +139,15 @@ def move_engraving(shapes):
 
 
 BOTH = [
-    (outline_before_holes, "order", ""),
-    (hole_before_engraving, "order", ""),
-    (engraving_last, "order", ""),
+    (first_to("CUT_OUTER", lambda shapes: index(shapes, "CUT_INNER")), "order", ""),
+    (first_to("CUT_INNER", lambda _: 0), "order", ""),
+    (engraving_last, "order", "order outlines-svg"),
     (engraving_of_all_first, "order", ""),
-    (note_amid_a_piece, "order", ""),
+    (note_amid_a_piece, "order", "order outlines-svg"),
     (notes_first, "", ""),
     (turn_outline_round, "", "outlines-svg"),
     (move_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
-    (widen_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (circle(r=0.05), "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (leave_out_hole, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (draw_hole_twice_and_leave_one_out, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (add_hole_of_no_piece, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
@@ -153,70 +155,39 @@ BOTH = [
     (add_outline_vertex, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (leave_outline_open, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (draw_outline_twice, "outlines-dxf outlines-svg lines", "outlines-dxf outlines-svg lines"),
-    (leave_out_outline, "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
+    (leave_out("CUT_OUTER"), "outlines-dxf outlines-svg", "outlines-dxf outlines-svg"),
     (exchange_names_of_outlines, "outlines-dxf outlines-svg order labels", None),
-    (engrave_twice, "outlines-dxf outlines-svg lines", None),
+    (engrave_twice, "lines", None),
     (engrave_beyond_the_outline, "order", "order outlines-svg"),
     (engrave_for_another_sheet, "outlines-dxf outlines-svg", None),
     (move_engraving, "", "outlines-svg"),
 ]
+SVG_ALONE = [move_hole, move_outline_vertex, leave_out_hole, add_outline_vertex, move_engraving]
 CASES = [
-    (edit, both, objecting)
-    for edit, in_both, in_dxf in BOTH
-    for both, objecting in ((True, in_both), (False, in_dxf))
-    if objecting is not None
+    *[(edit, "dxf svg", in_both) for edit, in_both, _ in BOTH],
+    # Order is the DXF's alone.
+    *[(edit, "dxf", in_dxf or in_both) for edit, in_both, in_dxf in BOTH if in_dxf is not None],
+    *[(edit, "svg", "outlines-svg") for edit in SVG_ALONE],
 ]
 
 
 @pytest.mark.parametrize(
-    ("edit", "both", "objecting"),
+    ("edit", "formats", "objecting"),
     CASES,
-    ids=[f"{e.__name__}-{'both' if b else 'dxf'}" for e, b, _ in CASES],
+    ids=[f"{e.__name__}-{suffix}" for e, suffix, _ in CASES],
 )
-def test_exactly_the_right_checks_object(specimen, job, edit, both, objecting):
-    folder = job("octahedron")
-    if not both and objecting == "":
-        # Order is the DXF's alone: tested with both formats.
-        objecting = {c[0]: c[2] for c in CASES if c[1]}[edit]
-    source = specimen("octahedron")
-
-    def once(sheet, shapes):
-        return edit(shapes) if sheet["sheet"] == 1 else shapes
-
-    if both:
-        write_sheets(source, folder, edit=once)
-    else:
-        sheet = source.plan["sheets"][0]
-        shapes = edit(sheet_shapes(source, source.plan, sheet))
-        (folder / "sheets" / "sheet_01.dxf").write_text(dxf_text(shapes, sheet))
-    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
-    assert set(told) == set(objecting.split()), told
-
-
-@pytest.mark.parametrize(
-    "edit", [move_hole, move_outline_vertex, leave_out_hole, add_outline_vertex, move_engraving]
-)
-def test_a_change_of_the_svg_alone(specimen, job, edit):
-    folder = job("octahedron")
-    source = specimen("octahedron")
+def test_exactly_the_right_checks_object(specimen, job, edit, formats, objecting):
+    folder, source = job("octahedron"), specimen("octahedron")
     sheet = source.plan["sheets"][0]
     shapes = edit(sheet_shapes(source, source.plan, sheet))
-    (folder / "sheets" / "sheet_01.svg").write_text(svg_text(shapes, sheet))
-    assert verify_job(folder).failed == ("outlines-svg",)
+    for suffix in formats.split():
+        text = (dxf_text if suffix == "dxf" else svg_text)(shapes, sheet)
+        (folder / "sheets" / f"sheet_01.{suffix}").write_text(text)
+    found = told(folder)
+    assert set(found) == set(objecting.split()), found
 
 
 # --- text of the files --------------------------------------------------------------------------
-
-
-def swap(old, new, count=1):
-    """Return an edit of a text that must find what it replaces."""
-
-    def edit(text):
-        assert old in text
-        return text.replace(old, new, count)
-
-    edit.__name__ = f"{old!r:.24} to {new!r:.24}"
-    return edit
 
 
 def bend_outline(text):
@@ -231,31 +202,14 @@ def mirror_extrusion(text):
     return text[:end] + "230\n-1.0\n" + text[end:]
 
 
-def rename_layer_of_outline(text):
-    return swap("  8\nCUT_OUTER", "  8\nOUTER")(text)
+def at_circle(old, new):
+    """Return an edit of what comes from the first circle on."""
 
+    def edit(text):
+        at = text.index("CIRCLE")
+        return text[:at] + swap(old, new)(text[at:])
 
-def add_spline(text):
-    return swap("ENTITIES\n", "ENTITIES\n  0\nSPLINE\n  8\nCUT_OUTER\n")(text)
-
-
-def give_hole_to_other_piece(text):
-    at = text.index("CIRCLE")
-    return text[:at] + swap("1000\nA1", "1000\nA2")(text[at:])
-
-
-def forget_piece_of_hole(text):
-    at = text.index("CIRCLE")
-    return text[:at] + swap("1001\nFABWEAVE\n1000\nA1\n", "")(text[at:])
-
-
-def use_other_appid(text):
-    at = text.index("CIRCLE")
-    return text[:at] + swap("1001\nFABWEAVE", "1001\nOTHER")(text[at:])
-
-
-def put_in_paper_space(text):
-    return swap("CIRCLE\n", "CIRCLE\n 67\n1\n")(text)
+    return edit
 
 
 def leave_corners_behind(text):
@@ -274,25 +228,16 @@ DXF_EDITS = [
     (swap("$MEASUREMENT\n 70\n1", "$MEASUREMENT\n 70\n0"), "outlines-dxf"),
     (bend_outline, "outlines-dxf outlines-svg"),
     (mirror_extrusion, "outlines-dxf"),
-    (put_in_paper_space, "outlines-dxf"),
-    (rename_layer_of_outline, "outlines-dxf outlines-svg"),
-    (add_spline, "outlines-dxf"),
-    (give_hole_to_other_piece, "outlines-dxf outlines-svg order"),
-    (forget_piece_of_hole, "outlines-dxf outlines-svg"),
-    (use_other_appid, "outlines-dxf outlines-svg"),
+    (swap("CIRCLE\n", "CIRCLE\n 67\n1\n"), "outlines-dxf"),
+    (swap("  8\nCUT_OUTER", "  8\nOUTER"), "outlines-dxf outlines-svg"),
+    (swap("ENTITIES\n", "ENTITIES\n  0\nSPLINE\n  8\nCUT_OUTER\n"), "outlines-dxf"),
+    (at_circle("1000\nA1", "1000\nA2"), "outlines-dxf outlines-svg order"),
+    (at_circle("1001\nFABWEAVE\n1000\nA1\n", ""), "outlines-dxf outlines-svg"),
+    (at_circle("1001\nFABWEAVE", "1001\nOTHER"), "outlines-dxf outlines-svg"),
     (swap("  0\nEOF\n", ""), "files outlines-dxf outlines-svg order"),
     (swap(" 62\n7", "x\n7"), "files outlines-dxf outlines-svg order"),
     (swap("CIRCLE", "CIRCLE\n 40\nnan"), "files outlines-dxf outlines-svg order"),
 ]
-
-
-@pytest.mark.parametrize(("edit", "objecting"), DXF_EDITS, ids=[e.__name__ for e, _ in DXF_EDITS])
-def test_edited_dxf(job, edit, objecting):
-    folder = job("octahedron")
-    path = folder / "sheets" / "sheet_01.dxf"
-    path.write_text(edit(path.read_text()))
-    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
-    assert set(told) == set(objecting.split()), told
 
 
 def mirror_svg(text):
@@ -313,11 +258,6 @@ def exchange_layers(text):
     return text.replace(groups[2], "@").replace(groups[3], groups[2]).replace("@", groups[3])
 
 
-def outside_layers(text):
-    # A group that is no layer.
-    return swap('inkscape:groupmode="layer" inkscape:label="CUT_INNER"', "")(text)
-
-
 def scale_to_pixels(text):
     """Write 96 units an inch: as good, if all coordinates follow."""
     scale = 96 / 25.4
@@ -333,7 +273,8 @@ def scale_to_pixels(text):
 SVG_EDITS = [
     (mirror_svg, "outlines-svg"),
     (exchange_layers, "order"),
-    (outside_layers, "outlines-svg"),
+    # A group that is no layer.
+    (swap('inkscape:groupmode="layer" inkscape:label="CUT_INNER"', ""), "outlines-svg"),
     (scale_to_pixels, ""),
     (swap('viewBox="0 0 600 400"', 'viewBox="0 0 300 200"'), "outlines-svg"),
     (swap('viewBox="0 0 600 400"', 'viewBox="0 0 600 300"'), "outlines-svg"),
@@ -358,13 +299,20 @@ SVG_EDITS = [
 ]
 
 
-@pytest.mark.parametrize(("edit", "objecting"), SVG_EDITS, ids=[e.__name__ for e, _ in SVG_EDITS])
-def test_edited_svg(job, edit, objecting):
+@pytest.mark.parametrize(
+    ("suffix", "edit", "objecting"),
+    [
+        pytest.param(suffix, *row, id=f"{suffix}-{row[0].__name__}")
+        for suffix, rows in (("dxf", DXF_EDITS), ("svg", SVG_EDITS))
+        for row in rows
+    ],
+)
+def test_edited_text(job, suffix, edit, objecting):
     folder = job("octahedron")
-    path = folder / "sheets" / "sheet_01.svg"
+    path = folder / "sheets" / f"sheet_01.{suffix}"
     path.write_text(edit(path.read_text()))
-    told = {c.name: c.findings for c in verify_job(folder).checks if not c.ok}
-    assert set(told) == set(objecting.split()), told
+    found = told(folder)
+    assert set(found) == set(objecting.split()), found
 
 
 # --- readers ------------------------------------------------------------------------------------
@@ -382,18 +330,15 @@ def test_dxf_arcs_and_open_runs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "0\nEOF\n", "hello\nworld\n", "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n0\nEOF\n"]
+    ("read", "text"),
+    [
+        *[(read_dxf, text) for text in ("", "0\nEOF\n", "hello\nworld\n")],
+        (read_dxf, "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n0\nEOF\n"),
+        *[(read_svg, text) for text in ("", "<a/>", "<svg/>", "no xml", "<svg")],
+    ],
 )
-def test_bad_dxf_is_a_read_error(tmp_path, text):
-    path = tmp_path / "a.dxf"
+def test_a_bad_drawing_is_a_read_error(tmp_path, read, text):
+    path = tmp_path / "drawing"
     path.write_text(text)
     with pytest.raises(ReadError):
-        read_dxf(path)
-
-
-@pytest.mark.parametrize("text", ["", "<a/>", "<svg/>", "no xml", "<svg"])
-def test_bad_svg_is_a_read_error(tmp_path, text):
-    path = tmp_path / "a.svg"
-    path.write_text(text)
-    with pytest.raises(ReadError):
-        read_svg(path)
+        read(path)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 import shapely
-from sealing import verify_job
-from verify_specimen import make_specimen, octahedron, placed, torus
+from sealing import told, verify_job
+from spoiling import drop, exchange, flip, more, put
+from verify_specimen import Corners, make_specimen, octahedron, placed, torus
 from verify_writers import write_job
 
 
@@ -18,118 +19,60 @@ def plain_crossing(plan):
     return next(c for c in plan["crossings"] if c["id"] not in joints)
 
 
-def stations_at(plan, key):
+def layers(plan):
+    """Return the stations of both strands at such a crossing."""
+    key = plain_crossing(plan)["id"]
     return [s for p in plan["pieces"] for s in p["stations"] if s["crossing"] == key]
 
 
+def inner_piece(plan):
+    """Return a piece with stations between its ends."""
+    return next(p for p in plan["pieces"] if len(p["stations"]) > 4)
+
+
 def inner_station(plan):
-    """Return a piece and the place of a station between its ends."""
-    piece = next(p for p in plan["pieces"] if len(p["stations"]) > 4)
-    return piece, 2
+    return inner_piece(plan)["stations"][2]
+
+
+def beginning(plan):
+    """Return the first station of the piece that begins at the first joint."""
+    return find(plan["pieces"], plan["joints"][0]["pieces"][1])["stations"][0]
 
 
 # --- weave --------------------------------------------------------------------------------------
 
 
-def turn_crossing_over(specimen):
-    plan = specimen.plan
+def turn_crossing_over(plan):
     crossing = plain_crossing(plan)
     crossing["over"], crossing["under"] = crossing["under"], crossing["over"]
     for thread in plan["threads"]:
         for k, key in enumerate(thread["crossings"]):
             if key == crossing["id"]:
                 thread["over"][k] = not thread["over"][k]
-    for station in stations_at(plan, crossing["id"]):
+    for station in layers(plan):
         station["over"] = not station["over"]
 
 
-def turn_flags_of_one_thread(specimen):
-    thread = specimen.plan["threads"][0]
-    thread["over"][3] = not thread["over"][3]
+def name_another_partner(plan):
+    inner_station(plan)["partner"] = inner_piece(plan)["id"]
 
 
-def swap_strands_of_crossing(specimen):
-    crossing = plain_crossing(specimen.plan)
-    crossing["over"], crossing["under"] = crossing["under"], crossing["over"]
+def name_the_piece_that_begins(plan):
+    joint = plan["joints"][0]
+    crossing = find(plan["crossings"], joint["crossing"])
+    crossing["under"] |= {"piece": joint["pieces"][1], "station": 0}
 
 
-def name_another_thread(specimen):
-    crossing = plain_crossing(specimen.plan)
-    crossing["over"]["thread"] = (crossing["over"]["thread"] + 1) % len(specimen.plan["threads"])
-
-
-def name_another_station(specimen):
-    crossing = plain_crossing(specimen.plan)
-    crossing["under"]["station"] += 1 if crossing["under"]["station"] == 0 else -1
-
-
-def turn_one_station(specimen):
-    piece, at = inner_station(specimen.plan)
-    piece["stations"][at]["over"] = not piece["stations"][at]["over"]
-
-
-def name_another_partner(specimen):
-    piece, at = inner_station(specimen.plan)
-    piece["stations"][at]["partner"] = piece["id"]
-
-
-def name_the_piece_that_begins(specimen):
-    joint = specimen.plan["joints"][0]
-    crossing = find(specimen.plan["crossings"], joint["crossing"])
-    crossing["under"] = {
-        "thread": crossing["under"]["thread"], "piece": joint["pieces"][1], "station": 0,
-    }  # fmt: skip
-
-
-def claim_broken_edges(specimen):
-    specimen.plan["weave"]["broken"]["edge"] = 1
-
-
-def claim_inexact(specimen):
-    specimen.plan["weave"]["exact"] = False
-
-
-def claim_unknown_pattern(specimen):
-    specimen.plan["weave"]["pattern"] = "houndstooth"
-
-
-def claim_twill(specimen):
-    specimen.plan["weave"]["pattern"] = "twill"
-
-
-def claim_plain(specimen):
-    specimen.plan["weave"]["pattern"] = "plain"
-
-
-def exchange_crossings_of_thread(specimen):
-    thread = specimen.plan["threads"][0]
-    ids = thread["crossings"]
-    ids[2], ids[4] = ids[4], ids[2]
-
-
-def exchange_edges_of_crossings(specimen):
-    first, second = specimen.plan["crossings"][0], specimen.plan["crossings"][9]
+def exchange_edges_of_crossings(plan):
+    first, second = plan["crossings"][0], plan["crossings"][9]
     first["edge"], second["edge"] = second["edge"], first["edge"]
-
-
-def name_a_diagonal(specimen):
-    specimen.plan["crossings"][0]["edge"] = [0, 7]
-
-
-def open_a_thread(specimen):
-    specimen.plan["threads"][0]["closed"] = False
-
-
-def move_position(specimen):
-    specimen.plan["crossings"][0]["position"][2] += 0.05
 
 
 # --- pieces and joints --------------------------------------------------------------------------
 
 
-def mirror_piece(specimen):
+def mirror_piece(plan, engraving):
     """Mirror a piece with everything on it; it keeps its bounding box."""
-    plan = specimen.plan
     upright = [p for p in plan["pieces"] if p["placement"]["rotation_deg"] in (0.0, 180.0)]
     piece = max(upright, key=lambda p: len(p["stations"]))
     height = max(y for _, y in piece["outline"])
@@ -141,257 +84,163 @@ def mirror_piece(specimen):
             if joint["pieces"][side] == piece["id"]:
                 for both in joint["holes"]:
                     both[side][1] = height - both[side][1]
-    specimen.engraving[piece["id"]] = [
+    engraving[piece["id"]] = [
         (layer, [[x, height - y] for x, y in points], closed)
-        for layer, points, closed in specimen.engraving[piece["id"]]
+        for layer, points, closed in engraving[piece["id"]]
     ]
 
 
-def move_hole(specimen):
-    piece, at = inner_station(specimen.plan)
-    piece["stations"][at]["y"] += 0.05
-
-
-def move_hole_at_joint(specimen):
-    joint = specimen.plan["joints"][0]
-    find(specimen.plan["pieces"], joint["pieces"][1])["stations"][0]["x"] += 0.05
-
-
-def move_hole_of_tab(specimen):
-    specimen.plan["joints"][0]["holes"][1][1][0] += 0.05
-
-
-def move_listed_hole_of_joint(specimen):
-    # The first listed hole is the station's own; the drawing has it right.
-    specimen.plan["joints"][0]["holes"][0][0][1] += 0.05
-
-
-def exchange_holes_of_tab(specimen):
-    holes = specimen.plan["joints"][0]["holes"]
+def exchange_holes_of_tab(plan):
+    holes = plan["joints"][0]["holes"]
     holes[1][1], holes[2][1] = holes[2][1], holes[1][1]
 
 
-def widen_hole_of_one_layer(specimen):
-    stations_at(specimen.plan, plain_crossing(specimen.plan)["id"])[0]["hole_mm"] = 2.5
+def drill(diameter):
+    """Return an edit that drills both strands of a crossing so."""
+
+    def both(plan):
+        for station in layers(plan):
+            station["hole_mm"] = diameter
+
+    return both
 
 
-def fill_hole_of_one_layer(specimen):
-    stations_at(specimen.plan, plain_crossing(specimen.plan)["id"])[1]["hole_mm"] = None
+def fill_hole_of_one_tab(plan):
+    beginning(plan)["hole_mm"] = None
+    plan["joints"][0]["holes"] = []
 
 
-def fill_hole_of_one_tab(specimen):
-    joint = specimen.plan["joints"][0]
-    find(specimen.plan["pieces"], joint["pieces"][1])["stations"][0]["hole_mm"] = None
-    joint["holes"] = []
-
-
-def make_hole_of_no_size(specimen):
-    for station in stations_at(specimen.plan, plain_crossing(specimen.plan)["id"]):
-        station["hole_mm"] = -2.0
-
-
-def make_holes_too_wide(specimen):
-    for station in stations_at(specimen.plan, plain_crossing(specimen.plan)["id"]):
-        station["hole_mm"] = 40.0
-
-
-def bring_holes_together(specimen):
+def bring_holes_together(plan):
     # All holes of a tab on one another, in both pieces alike.
-    joint = specimen.plan["joints"][0]
+    joint = plan["joints"][0]
     for both in joint["holes"][1:]:
         for side in (0, 1):
             centre = joint["holes"][0][side]
             both[side] = [centre[k] + 0.2 * (both[side][k] - centre[k]) for k in (0, 1)]
 
 
-def move_outline_vertex(specimen):
-    outline = specimen.plan["pieces"][0]["outline"]
-    outline[2][1] += 0.25
-
-
-def leave_out_corner(specimen):
-    del specimen.plan["pieces"][0]["outline"][3]
-
-
-def add_tiny_side(specimen):
-    outline = specimen.plan["pieces"][0]["outline"]
+def add_tiny_side(plan):
+    outline = plan["pieces"][0]["outline"]
     (x, y), (u, v) = outline[0], outline[1]
     step = 0.05 / np.hypot(u - x, v - y)
     outline.insert(1, [x + step * (u - x), y + step * (v - y)])
 
 
-def run_outline_clockwise(specimen):
-    specimen.plan["pieces"][0]["outline"].reverse()
-
-
-def knot_outline(specimen):
-    outline = specimen.plan["pieces"][0]["outline"]
-    outline[0], outline[-1] = outline[-1], outline[0]
-
-
-def exchange_vertices(specimen):
-    # Every vertex is still a rail's, but the sides between them are not.
-    outline = specimen.plan["pieces"][0]["outline"]
-    outline[2], outline[3] = outline[3], outline[2]
-
-
-def drop_station(specimen):
-    piece, at = inner_station(specimen.plan)
+def drop_station(plan):
+    piece, at = inner_piece(plan), 2
     del piece["stations"][at]
-    for crossing in specimen.plan["crossings"]:
+    for crossing in plan["crossings"]:
         for strand in (crossing["over"], crossing["under"]):
             if strand["piece"] == piece["id"] and strand["station"] > at:
                 strand["station"] -= 1
 
 
-def repeat_station(specimen):
-    piece, at = inner_station(specimen.plan)
-    piece["stations"].insert(at, dict(piece["stations"][at]))
+def repeat_station(plan):
+    inner_piece(plan)["stations"].insert(2, dict(inner_station(plan)))
 
 
-def exchange_pieces_of_thread(specimen):
-    names = specimen.plan["threads"][0]["pieces"]
-    names[0], names[1] = names[1], names[0]
-
-
-def list_piece_twice(specimen):
-    first, second = specimen.plan["threads"][:2]
-    second["pieces"].append(first["pieces"][0])
-
-
-def give_piece_to_other_thread(specimen):
-    # The ids stay what they were: only the owner is wrong.
-    specimen.plan["pieces"][0]["thread"] = 1
-
-
-def forget_joint_of_piece(specimen):
-    specimen.plan["pieces"][0]["joints"][1] = None
-
-
-def forget_joint_of_station(specimen):
-    specimen.plan["pieces"][0]["stations"][-1]["joint"] = None
-
-
-def carry_joint_in_the_middle(specimen):
-    piece, at = inner_station(specimen.plan)
-    piece["stations"][at]["joint"] = specimen.plan["joints"][0]["id"]
-
-
-def move_joint_to_other_crossing(specimen):
-    joint = specimen.plan["joints"][0]
-    piece = find(specimen.plan["pieces"], joint["pieces"][0])
-    joint["crossing"] = piece["stations"][-2]["crossing"]
-
-
-def add_idle_joint(specimen):
-    joint = specimen.plan["joints"][0]
-    specimen.plan["joints"].append({**joint, "id": 99})
+def move_joint_to_other_crossing(plan):
+    joint = plan["joints"][0]
+    joint["crossing"] = find(plan["pieces"], joint["pieces"][0])["stations"][-2]["crossing"]
 
 
 # --- sheets -------------------------------------------------------------------------------------
 
 
-def neighbours(plan, sheet=1):
-    pieces = [p for p in plan["pieces"] if p["sheet"] == sheet]
-    shapes = [shapely.Polygon(placed(p, p["outline"])) for p in pieces]
-    pairs = [(shapes[a].distance(shapes[b]), a, b) for a in range(len(pieces)) for b in range(a)]
-    _, a, b = min(pairs)
-    one, two = shapely.shortest_line(shapes[a], shapes[b]).coords
-    return pieces[a], np.subtract(two, one)
+def move_towards_neighbour(share, further_mm):
+    """Return an edit that moves a piece by a share of the gap to its neighbour, and further."""
+
+    def move(plan):
+        pieces = [p for p in plan["pieces"] if p["sheet"] == 1]
+        shapes = [shapely.Polygon(placed(p, p["outline"])) for p in pieces]
+        pairs = [
+            (shapes[a].distance(shapes[b]), a, b) for a in range(len(pieces)) for b in range(a)
+        ]
+        _, a, b = min(pairs)
+        one, two = shapely.shortest_line(shapes[a], shapes[b]).coords
+        way = np.subtract(two, one)
+        shift = (share + further_mm / np.hypot(*way)) * way
+        pieces[a]["placement"]["x_mm"] += shift[0]
+        pieces[a]["placement"]["y_mm"] += shift[1]
+
+    return move
 
 
-def move_towards_neighbour(specimen):
-    # The nearest two are 3 mm apart, the gap.
-    piece, way = neighbours(specimen.plan)
-    shift = 0.2 * way / np.hypot(*way)
-    piece["placement"]["x_mm"] += shift[0]
-    piece["placement"]["y_mm"] += shift[1]
-
-
-def move_onto_neighbour(specimen):
-    piece, way = neighbours(specimen.plan)
-    shift = (1.0 + 2.0 / np.hypot(*way)) * way
-    piece["placement"]["x_mm"] += shift[0]
-    piece["placement"]["y_mm"] += shift[1]
-
-
-def move_into_margin(specimen):
-    specimen.plan["pieces"][0]["placement"]["x_mm"] -= 0.2
-
-
-def move_beyond_the_top(specimen):
-    piece = specimen.plan["pieces"][-1]
+def move_beyond_the_top(plan):
+    piece = plan["pieces"][-1]
     top = max(y for _, y in placed(piece, piece["outline"]))
     piece["placement"]["y_mm"] += 400.0 - top + 50.0
 
 
+OUTLINE = ("pieces", 0, "outline")
+HOLES = ("joints", 0, "holes")
 SPOILS = [
     # weave
-    ("torus", turn_crossing_over, "pattern space steps labels"),
-    ("torus", turn_flags_of_one_thread, "over-under pattern space piece-order"),
-    ("torus", swap_strands_of_crossing, "over-under steps"),
-    ("torus", name_another_thread, "over-under"),
-    ("torus", name_another_station, "over-under"),
-    ("torus", turn_one_station, "over-under piece-order steps labels"),
-    ("torus", name_another_partner, "over-under labels"),
+    ("torus", turn_crossing_over, "pattern space steps"),
+    ("torus", put("threads", 0, "over", 3, flip), "over-under pattern space piece-order"),
+    ("torus", exchange(plain_crossing, "over", "under"), "over-under steps"),
+    ("torus", put(plain_crossing, "over", "thread", lambda t: int(t == 0)), "over-under"),
+    ("torus", put(plain_crossing, "under", "station", lambda s: s - 1 if s else 1), "over-under"),
+    ("torus", put(inner_station, "over", flip), "over-under piece-order steps"),
+    ("torus", name_another_partner, "over-under"),
     ("torus", name_the_piece_that_begins, "over-under"),
-    ("torus", claim_broken_edges, "pattern"),
-    ("torus", claim_inexact, "pattern"),
-    ("torus", claim_unknown_pattern, "pattern"),
-    ("torus", claim_twill, "pattern"),
-    ("twill", claim_plain, "pattern"),
-    ("twill", claim_broken_edges, "pattern"),
-    ("twill", claim_inexact, "pattern"),
-    ("twill", turn_crossing_over, "pattern space steps labels"),
-    (
-        "torus",
-        exchange_crossings_of_thread,
-        "mesh-walks pattern space piece-order joints unfolding",
-    ),
+    ("torus", put("weave", "broken", "edge", 1), "pattern"),
+    ("torus", put("weave", "exact", False), "pattern"),
+    ("torus", put("weave", "pattern", "houndstooth"), "pattern"),
+    ("torus", put("weave", "pattern", "twill"), "pattern"),
+    ("twill", put("weave", "pattern", "plain"), "pattern"),
+    ("twill", put("weave", "broken", "edge", 1), "pattern"),
+    ("twill", put("weave", "exact", False), "pattern"),
+    ("twill", turn_crossing_over, "pattern space steps"),
+    ("torus", exchange("threads", 0, "crossings", 2, 4),
+     "mesh-walks pattern space piece-order joints unfolding"),
     ("torus", exchange_edges_of_crossings, "mesh-walks pattern space"),
-    ("torus", name_a_diagonal, "mesh-walks pattern space"),
-    ("torus", open_a_thread, "files mesh-walks pattern space piece-order joints unfolding"),
-    ("torus", move_position, "space"),
+    ("torus", put("crossings", 0, "edge", [0, 7]), "mesh-walks pattern space"),
+    ("torus", put("threads", 0, "closed", False),
+     "files mesh-walks pattern space piece-order joints unfolding"),
+    ("torus", put("crossings", 0, "position", 2, more(0.05)), "space"),
     # pieces and joints
-    ("torus", mirror_piece, "unfolding joints labels"),
-    ("saddle", mirror_piece, "unfolding joints labels"),
-    ("torus", move_hole, "unfolding"),
-    ("torus", move_hole_at_joint, "unfolding joints"),
-    ("torus", move_hole_of_tab, "joints"),
-    ("torus", move_listed_hole_of_joint, "joints"),
+    ("torus", mirror_piece, "unfolding joints"),
+    ("saddle", mirror_piece, "unfolding joints"),
+    ("torus", put(inner_station, "y", more(0.05)), "unfolding"),
+    ("torus", put(beginning, "x", more(0.05)), "unfolding joints"),
+    ("torus", put(*HOLES, 1, 1, 0, more(0.05)), "joints"),
+    # The first listed hole is the station's own; the drawing has it right.
+    ("torus", put(*HOLES, 0, 0, 1, more(0.05)), "joints"),
     ("torus", exchange_holes_of_tab, "joints"),
-    ("torus", widen_hole_of_one_layer, "crossing-holes"),
-    ("torus", fill_hole_of_one_layer, "crossing-holes"),
+    ("torus", put(layers, 0, "hole_mm", 2.5), "crossing-holes"),
+    ("torus", put(layers, 1, "hole_mm", None), "crossing-holes"),
     ("octahedron", fill_hole_of_one_tab, "crossing-holes"),
-    ("octahedron", make_hole_of_no_size, "crossing-holes"),
-    ("torus", make_holes_too_wide, "simple order labels"),
+    ("octahedron", drill(-2.0), "crossing-holes"),
+    ("torus", drill(40.0), "simple order labels"),
     ("torus", bring_holes_together, "simple"),
-    ("torus", move_outline_vertex, "unfolding"),
-    ("torus", leave_out_corner, "unfolding"),
+    ("torus", put(*OUTLINE, 2, 1, more(0.25)), "unfolding"),
+    ("torus", drop(*OUTLINE, 3), "unfolding"),
     ("torus", add_tiny_side, "simple lines"),
-    ("torus", run_outline_clockwise, "simple"),
-    ("torus", knot_outline, "simple unfolding order labels"),
-    ("torus", exchange_vertices, "unfolding"),
-    ("torus", drop_station, "over-under piece-order unfolding joints steps labels"),
-    (
-        "torus",
-        repeat_station,
-        "simple outlines-dxf outlines-svg over-under piece-order unfolding joints labels",
-    ),
-    ("torus", exchange_pieces_of_thread, "piece-order steps"),
-    ("torus", list_piece_twice, "piece-order steps"),
-    ("torus", give_piece_to_other_thread, "over-under piece-order unfolding joints"),
-    ("octahedron", forget_joint_of_piece, "piece-order labels"),
-    ("torus", forget_joint_of_station, "piece-order"),
-    ("torus", carry_joint_in_the_middle, "piece-order"),
+    ("torus", put(*OUTLINE, lambda outline: outline[::-1]), "simple"),
+    # Knotted.
+    ("torus", exchange(*OUTLINE, 0, -1), "simple unfolding order labels"),
+    # Every vertex is still a rail's, but the sides between them are not.
+    ("torus", exchange(*OUTLINE, 2, 3), "unfolding"),
+    ("torus", drop_station, "over-under piece-order unfolding joints steps"),
+    ("torus", repeat_station,
+     "simple outlines-dxf outlines-svg over-under piece-order unfolding joints"),
+    ("torus", exchange("threads", 0, "pieces", 0, 1), "piece-order"),
+    ("torus", put("threads", 1, "pieces", lambda names: [*names, "A1"]), "piece-order"),
+    # The ids stay what they were: only the owner is wrong.
+    ("torus", put("pieces", 0, "thread", 1), "over-under piece-order unfolding joints"),
+    ("octahedron", put("pieces", 0, "joints", 1, None), "piece-order"),
+    ("torus", put("pieces", 0, "stations", -1, "joint", None), "piece-order"),
+    ("torus", put(inner_station, "joint", 1), "piece-order"),
     ("torus", move_joint_to_other_crossing, "piece-order"),
-    ("octahedron", add_idle_joint, "piece-order"),
-    # sheets
-    ("saddle", move_towards_neighbour, "sheets"),
-    ("saddle", move_onto_neighbour, "sheets"),
-    ("saddle", move_into_margin, "sheets"),
-    ("saddle", move_beyond_the_top, "sheets outlines-dxf"),
-]
+    ("octahedron", put("joints", lambda joints: [*joints, {**joints[0], "id": 99}]),
+     "piece-order"),
+    # sheets: the nearest two are 3 mm apart, the gap
+    ("saddle", move_towards_neighbour(0.0, 0.2), "sheets"),
+    ("saddle", move_towards_neighbour(1.0, 2.0), "sheets"),
+    ("saddle", put("pieces", 0, "placement", "x_mm", more(-0.2)), "sheets"),
+    ("saddle", move_beyond_the_top, "sheets"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -406,14 +255,13 @@ SPOILS = [
 )
 def test_exactly_the_right_checks_object(specimen, tmp_path, name, spoil, objecting):
     spoiled = specimen(name)
-    spoil(spoiled)
-    report = verify_job(write_job(spoiled, tmp_path))
-    told = {check.name: check.findings for check in report.checks if not check.ok}
-    torn = any("number of rungs" in text for text in told.get("files", ()))
+    spoil(spoiled.plan, *[spoiled.engraving] * (spoil is mirror_piece))
+    found = told(write_job(spoiled, tmp_path))
+    torn = any("number of rungs" in text for text in found.get("files", ()))
     beside = {"files"} if torn else set()
-    assert set(told) - beside == set(objecting.split()), told
-    assert not report.ok
-    assert all(told.values())
+    assert set(found) - beside == set(objecting.split()), found
+    assert found
+    assert all(found.values())
 
 
 def test_joints_on_top_are_found(tmp_path):
@@ -426,11 +274,10 @@ def test_joints_on_top_are_found(tmp_path):
 
 def test_findings_name_ids_and_numbers(specimen, tmp_path):
     spoiled = specimen("torus")
-    move_hole(spoiled)
-    piece, _ = inner_station(spoiled.plan)
+    inner_station(spoiled.plan)["y"] += 0.05
     report = verify_job(write_job(spoiled, tmp_path))
     (check,) = [check for check in report.checks if not check.ok]
-    assert f"piece {piece['id']}" in check.findings[0]
+    assert f"piece {inner_piece(spoiled.plan)['id']}" in check.findings[0]
     assert check.worst == pytest.approx(0.05, abs=1e-3)
 
 
@@ -444,8 +291,6 @@ def test_tolerances_are_tolerances(specimen, tmp_path, shift):
 def test_two_weaves_of_one_sense_each_are_not_plain_together(tmp_path):
     """Each component alternates; only the helical senses differ."""
     one = make_specimen(octahedron())
-    from verify_specimen import Corners  # noqa: PLC0415 - only here
-
     points = np.concatenate([one.points, one.points + np.array([200.0, 0.0, 0.0])])
     faces = [*one.faces, *[tuple(v + 6 for v in face) for face in one.faces]]
     edges = {Corners(faces).edge(h) for h in Corners(faces).all}

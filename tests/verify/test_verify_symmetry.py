@@ -1,7 +1,5 @@
 """The rotations that a twill was to keep are counted anew, from places and senses of crossings."""
 
-import shutil
-
 import numpy as np
 import pytest
 from sealing import verify_job
@@ -135,13 +133,8 @@ def test_a_crossing_that_is_turned_over_is_found(tmp_path):
 
 @pytest.mark.slow
 def test_a_finished_job_proves_its_rotations(finished, tmp_path):
-    folder = shutil.copytree(
-        finished(
-            "shape:cube", "--size", "200mm", "--refine", "catmull-clark:1", "--pattern", "twill",
-            "--twill-symmetry", "4", "--effort", "quick",
-        ),
-        tmp_path / "job",
-    )  # fmt: skip
+    words = "--size 200mm --refine catmull-clark:1 --pattern twill --twill-symmetry 4"
+    folder = finished.copy(tmp_path / "job", "shape:cube", *words.split(), "--effort", "quick")
     assert verify_job(folder).ok
     for name, old, new, words in (
         ("job.toml", "twill_symmetry = 4", "twill_symmetry = 8", "asks for 8 or more"),

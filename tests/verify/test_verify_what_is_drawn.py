@@ -7,6 +7,7 @@ import struct
 import pytest
 from jobs import OCTAHEDRON
 from sealing import verify_job
+from spoiling import swap
 
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.dxf import read_dxf
@@ -30,20 +31,7 @@ def problems(read, path, text):
 
 def after(first, more):
     """Put something after the first place where a text is."""
-
-    def edit(text):
-        assert first in text, first
-        return text.replace(first, first + more, 1)
-
-    return edit
-
-
-def swap(first, other):
-    def edit(text):
-        assert first in text, first
-        return text.replace(first, other, 1)
-
-    return edit
+    return swap(first, first + more)
 
 
 def drawn(first, other):
@@ -112,15 +100,6 @@ DXF = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", DXF)
-def test_dxf(sheet, tmp_path, name):
-    edit, words = DXF[name]
-    text = sheet.read_text(encoding="utf-8")
-    assert problems(read_dxf, tmp_path / "a.dxf", text) == []
-    said = problems(read_dxf, tmp_path / "a.dxf", edit(text))
-    assert any(words in line for line in said), said
-
-
 SVG = {
     "not shown": (after("<path ", 'display="none" '), "has a display"),
     "see-through lines": (after("<circle ", 'stroke-opacity="0" '), "has a stroke-opacity"),
@@ -139,12 +118,15 @@ SVG = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SVG)
-def test_svg(sheet, tmp_path, name):
-    edit, words = SVG[name]
-    text = sheet.with_suffix(".svg").read_text(encoding="utf-8")
-    assert problems(read_svg, tmp_path / "a.svg", text) == []
-    said = problems(read_svg, tmp_path / "a.svg", edit(text))
+@pytest.mark.parametrize(
+    ("read", "name"), [(read_dxf, name) for name in DXF] + [(read_svg, name) for name in SVG]
+)
+def test_what_is_drawn_otherwise_is_found(sheet, tmp_path, read, name):
+    edit, words = (DXF if read is read_dxf else SVG)[name]
+    suffix = f".{read.__name__[-3:]}"
+    text = sheet.with_suffix(suffix).read_text(encoding="utf-8")
+    assert problems(read, tmp_path / f"a{suffix}", text) == []
+    said = problems(read, tmp_path / f"a{suffix}", edit(text))
     assert any(words in line for line in said), said
 
 

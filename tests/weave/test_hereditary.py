@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes_shared import real_mesh
-from strategies import shuffled
+from strategies import SOLIDS, shuffled
 from twill_oracle import conditions_of, refined
 from weaving_meshes import dual, meshes, slit_sum, walked
 
@@ -128,13 +128,7 @@ def test_slit_sums(m, n, length):
 
 @pytest.mark.parametrize(
     "solid",
-    [
-        solids.tetrahedron,
-        solids.cube,
-        solids.octahedron,
-        solids.icosahedron,
-        solids.dodecahedron,
-    ],
+    SOLIDS,
 )
 def test_solids_never_become_twillable(solid):
     """Nor does the tetrahedron stay so, although it is twillable itself."""

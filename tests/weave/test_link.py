@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from strategies import SOLIDS, merged
 
 from fabweave.core.errors import CannotMakeError
@@ -121,6 +123,24 @@ def spanning_trees(halfedges: Halfedges) -> int:
         laplacian[a, b] -= 1
         laplacian[b, a] -= 1
     return whole_determinant(laplacian[1:, 1:])
+
+
+def faces_of_diagram(diagram: PlanarDiagram) -> int:
+    """Count the regions by walking round them, from the four-tuples alone."""
+    where: dict[int, list[tuple[int, int]]] = {}
+    for row, arcs in enumerate(diagram.crossings.tolist()):
+        for slot, arc in enumerate(arcs):
+            where.setdefault(arc, []).append((row, slot))
+    ends = {pair: other for a, b in where.values() for pair, other in ((a, b), (b, a))}
+    unseen, count = set(ends), 0
+    while unseen:
+        count += 1
+        at = next(iter(unseen))
+        while at in unseen:
+            unseen.discard(at)
+            row, slot = ends[at]
+            at = (row, (slot + 1) % 4)
+    return count
 
 
 def jones(diagram: PlanarDiagram, writhe: int) -> dict[int, int]:
@@ -237,6 +257,28 @@ def links(draw: st.DrawFn):
     return weave_link(mesh, twists)
 
 
+@given(links())
+def test_diagrams_are_planar_and_each_arc_has_two_ends(link):
+    _, threads, diagram = link
+    count = len(diagram.crossings)
+    assert count == threads.n_crossings
+    arcs = np.sort(diagram.crossings, axis=None)
+    assert np.array_equal(arcs, np.repeat(np.arange(1, 2 * count + 1), 2))
+    # Euler's formula, body by body of the diagram: X - 2X + F = 2 each.
+    row = np.argsort(diagram.crossings, axis=None, kind="stable") // 4
+    joined = coo_array((np.ones(2 * count), (row[::2], row[1::2])), shape=(count, count))
+    parts = connected_components(joined, directed=False)[0] if count else 0
+    assert faces_of_diagram(diagram) == count + 2 * parts
+
+
+def test_two_bands_of_one_twist_each_are_the_hopf_link():
+    for sign in (1, -1):
+        _, threads, diagram = weave_link(polygon(3), [sign, 0, sign])
+        assert threads.n_threads == 2
+        assert np.array_equal(np.abs(linking(threads)), [[0, 2], [2, 0]])
+        assert determinant(diagram) == 2
+
+
 # From here an independent package reads the diagram.
 
 
@@ -335,6 +377,7 @@ def test_handles_and_boundaries_are_refused_in_words():
 def test_bodies_lie_apart():
     _, threads, diagram = weave_link(merged(solids.tetrahedron(), polygon(3)), 1)
     assert diagram.n_components == threads.n_threads == 3 + 1
+    assert faces_of_diagram(diagram) == 9 + 2 * 2
     assert determinant(diagram) == 0  # a split link
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.weave.twill.decide import solve_parity
+from fabweave.mesh.topology import solve_parity
 
 equations = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6), st.booleans()), max_size=12)
 

@@ -150,3 +150,26 @@ def test_round_one_quad_runs_one_thread_without_a_crossing():
     _, threads = walked(grids.hypar(1, 1, 1.0, 0.0), turn=True)
     assert (threads.lengths.tolist(), threads.closed.tolist()) == ([0], [True])
     assert len(threads.turn_pass) == 0
+
+
+@given(meshes())
+def test_cut_at_their_turns_rings_are_the_threads_that_end(mesh):
+    (_, ends), (_, rings) = walked(mesh), walked(mesh, turn=True)
+
+    def rows(threads: Threads) -> list[list[int]]:
+        return [threads.crossing[a:b].tolist() for a, b in pairwise(threads.offsets.tolist())]
+
+    def either_way(row: list[int]) -> list[int]:
+        return min(row, row[::-1])
+
+    cut, whole = [], 0
+    for row, first in zip(rows(rings), rings.offsets.tolist(), strict=False):
+        own = rings.turn_pass - first
+        places = np.unique(own[(own >= 0) & (own < len(row))]).tolist()
+        whole += not places
+        for place, end in pairwise([*places, *[at + len(row) for at in places[:1]]]):
+            cut.append(either_way([row[k % len(row)] for k in range(place + 1, end + 1)]))
+    open_rows = [either_way(row) for row, ring in zip(rows(ends), ends.closed, strict=True)
+                 if row and not ring]  # fmt: skip
+    assert sorted(cut) == sorted(open_rows)
+    assert whole == np.count_nonzero(ends.closed)

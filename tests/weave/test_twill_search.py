@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from twill_oracle import (
     broken_by_all,
@@ -19,9 +19,12 @@ from fabweave.weave.twill import bound as bounds
 from fabweave.weave.twill.anneal import (
     N_COPIES,
     couple,
+    cross,
+    optimise_twill,
     pack,
     random_copies,
     resample,
+    score,
     scores,
     sweep,
     unpack,
@@ -35,9 +38,8 @@ from fabweave.weave.twill.conditions import (
     twill_conditions,
 )
 from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.optimise import cross, optimise_twill, score
 from fabweave.weave.twill.voting import best_vote, literal_vote
-from fabweave.weave.twill.weaving import weave_twill
+from fabweave.weave.twill.weaving import TwillSearch, weave_twill
 
 
 def vote_of(mesh: PolyMesh):
@@ -113,7 +115,11 @@ def test_a_weave_is_best_by_its_own_weights(text: str) -> None:
     halfedges, threads = walked(solids.icosahedron())
     weave = [
         weave_twill(
-            halfedges, threads, part_bunches(threads), "ABCDEF", weights=one, effort="quick"
+            halfedges,
+            threads,
+            part_bunches(threads),
+            "ABCDEF",
+            TwillSearch(weights=one, effort="quick"),
         ).weave.broken
         for one in (EQUAL, weights)
     ]
@@ -125,16 +131,24 @@ def test_the_method_of_the_paper_is_left_as_it_comes() -> None:
     mesh = refined(solids.cube(), "catmull-clark:2")
     halfedges, threads = walked(mesh)
     names = [str(number) for number in range(threads.n_threads)]
-    voted = weave_twill(halfedges, threads, part_bunches(threads), names, method="voting")
+    how = TwillSearch(method="voting")
+    voted = weave_twill(halfedges, threads, part_bunches(threads), names, how)
     assert voted.voted == voted.weave.broken == literal_vote_of(mesh).broken
     assert np.array_equal(voted.weave.twist, literal_vote_of(mesh).twist)
+
+
+def started(mesh: PolyMesh, seed: int):
+    """Return couplings of a mesh that has some, and random copies of its twists."""
+    conditions = conditions_of(mesh)
+    assume(conditions.n_crossings)
+    couplings, rng = couple(conditions), np.random.default_rng(seed)
+    return couplings, rng, random_copies(couplings, rng)
 
 
 @given(meshes(), st.integers(0, 2**32 - 1))
 def test_scores_of_copies_and_of_twists_are_the_broken_conditions(mesh: PolyMesh, seed) -> None:
     conditions = conditions_of(mesh)
-    if not conditions.n_crossings:
-        return
+    assume(conditions.n_crossings)
     couplings = couple(conditions)
     twists = np.random.default_rng(seed).random((N_COPIES, conditions.n_crossings)) < 0.5
     counted = [count_broken(conditions, twist).total for twist in twists]
@@ -145,12 +159,7 @@ def test_scores_of_copies_and_of_twists_are_the_broken_conditions(mesh: PolyMesh
 
 @given(meshes(), st.integers(0, 2**32 - 1))
 def test_cold_sweeps_never_break_more_in_any_copy(mesh: PolyMesh, seed) -> None:
-    conditions = conditions_of(mesh)
-    if not conditions.n_crossings:
-        return
-    couplings = couple(conditions)
-    rng = np.random.default_rng(seed)
-    copies = random_copies(couplings, rng)
+    couplings, rng, copies = started(mesh, seed)
     before = scores(couplings, copies)
     for _ in range(4):
         sweep(couplings, copies, 0.0, rng)
@@ -184,12 +193,7 @@ def test_sweeps_keep_the_boltzmann_distribution(temperature: float) -> None:
 
 @given(meshes(), st.integers(0, 2**32 - 1))
 def test_copies_displace_one_another_as_cooling_would_have_it(mesh: PolyMesh, seed) -> None:
-    conditions = conditions_of(mesh)
-    if not conditions.n_crossings:
-        return
-    couplings = couple(conditions)
-    rng = np.random.default_rng(seed)
-    copies = random_copies(couplings, rng)
+    couplings, rng, copies = started(mesh, seed)
     before = scores(couplings, copies)
     share = np.exp(-before * (1 / 2.0 - 1 / 2.1))
     share *= N_COPIES / share.sum()
@@ -206,8 +210,7 @@ def test_copies_displace_one_another_as_cooling_would_have_it(mesh: PolyMesh, se
 @given(meshes(), st.integers(0, 2**32 - 1))
 def test_crossing_is_as_good_as_the_best_choice_of_patches(mesh: PolyMesh, seed) -> None:
     conditions = conditions_of(mesh)
-    if not conditions.n_crossings:
-        return
+    assume(conditions.n_crossings)
     couplings = couple(conditions)
     rng = np.random.default_rng(seed)
     first = rng.random(conditions.n_crossings) < 0.5

@@ -12,7 +12,7 @@ from fabweave.mesh.subdivide.primal import catmull_clark
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.symmetry import find_weave_symmetry
 from fabweave.weave.threads import thread_labels, trace_threads
-from fabweave.weave.twill.weaving import rotation_ties
+from fabweave.weave.twill.weaving import TwillSearch, rotation_ties
 from fabweave.weave.weave_pattern import WeaveResult, weave_pattern
 
 CUBE = parse_shape("shape:cube")
@@ -23,7 +23,7 @@ def symmetric(mesh: PolyMesh, least: int) -> tuple[WeaveResult, int]:
     halfedges, threads = walked(mesh)
     result = weave_pattern(
         "twill", halfedges, threads, part_bunches(threads), thread_labels(threads.n_threads),
-        ties=rotation_ties(mesh, halfedges, threads, least), effort="quick",
+        how=TwillSearch(ties=rotation_ties(mesh, halfedges, threads, least), effort="quick"),
     )  # fmt: skip
     return result, find_weave_symmetry(mesh, halfedges, result.weave).group.n_rotations
 

@@ -160,3 +160,11 @@ def test_rotations_of_any_mesh_carry_its_plain_weave(mesh):
     assert found.group.order == find_symmetry(mesh, halfedges, reflections=False).order
     if weave.threads.n_crossings:
         assert_carried(mesh, halfedges, found)
+
+
+def test_threads_that_turn_at_the_boundary_are_carried():
+    mesh = hypar(4, 4, 10.0, 3.0)
+    halfedges, threads = walked(mesh, turn=True)
+    found = find_weave_symmetry(mesh, halfedges, plain_weave(threads))
+    assert found.group.order == 4
+    assert_carried(mesh, halfedges, found)

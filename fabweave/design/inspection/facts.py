@@ -12,11 +12,10 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.design.candidate import Tried
-from fabweave.design.coarser import is_free
+from fabweave.design.coarser import check_along, is_free
 from fabweave.design.inspection.twill_facts import twill_facts
-from fabweave.design.job import plan_designs
 from fabweave.design.rounds import Search, search_designs
-from fabweave.design.search import ToldDesign, tell_nobody
+from fabweave.design.search import ToldDesign, Trials, plan_designs, tell_nobody
 from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows
@@ -256,16 +255,6 @@ def thread_facts(threads: Threads, labels: Sequence[str], length_mm: FloatArray)
     }
 
 
-def bunch_facts(threads: Threads) -> dict[str, Any]:
-    """Return how many bunches there are."""
-    bunches = find_bunches(threads)
-    return {
-        "count": bunches.n_bunches,
-        "fewest": bunches.fewest,
-        "warp_and_weft": bunches.warp_and_weft,
-    }
-
-
 def fabric_facts(
     halfedges: Halfedges, threads: Threads, labels: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
@@ -294,6 +283,9 @@ def spread(values: FloatArray | IntArray) -> dict[str, float]:
 
 #: The answer alone says what pieces come to up to so many crossings: planning them takes a second.
 _MOST_ANSWERED = 500
+#: ... and of more than so many, if single ribbons cannot be built, it does not look how near they
+#: come to one another, nor for the sizes at which they could.
+_MOST_CLOSELY = 1000
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made, which is most of the work ...
 _MOST_SEARCHED = 100
@@ -389,11 +381,12 @@ def inspect_mesh(
     woven = lay_asked(load_asked(settings, progress, given_mesh), settings, supplies, progress)
     settings, supplies = settle_grain(woven, settings, supplies)
     mesh, threads = woven.mesh, woven.weave.threads
-    depth = _depth(threads.n_crossings, thorough=thorough)
-    if answer:
-        depth = min(depth, Depth.NEAR)
+    depth = _depth(threads.n_crossings, answer=answer, thorough=thorough)
     most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
+    hopeless = _hopeless(woven, settings, supplies, pieces) if answer else None
+    if hopeless is not None:
+        depth = Depth.ALONG
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
@@ -414,8 +407,10 @@ def inspect_mesh(
         return with_grain(check, joined, piece_set.pieces, supplies.rotations)
 
     repeats = joined.repeats if joined is not None else None
-    check = stiff or check_joined(
-        woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR)
+    check = (
+        stiff
+        or hopeless
+        or check_joined(woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR))
     )
     facts: dict[str, Any] = {
         "mesh": mesh_facts(mesh, woven.halfedges, brief=answer),
@@ -433,9 +428,13 @@ def inspect_mesh(
     check = with_all(check)
     level = facts["verdict"]["level"]
     wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
-    woven_facts = _answered if answer else _told_all
+    count = pieces["count"]
     facts |= {
-        **woven_facts(woven, settings, pieces["count"], left_out, progress, thorough=thorough),
+        **(
+            _weave_answer(woven)
+            if answer
+            else _weave_facts(woven, settings, count, left_out, progress, thorough=thorough)
+        ),
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
@@ -459,28 +458,13 @@ def inspect_mesh(
         **_changes(woven),
     }
     told(facts)
-    found = _searched(asked, wanted, progress, executors, given_mesh, told_design)
+    found = _searched(Trials(asked, progress, executors, given_mesh, told=told_design), wanted)
     designs = _shown(found, wanted, asked.search.effort)
     rows = [to_json(one.candidate) for one in designs]
     return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
 
 
-def _threads(woven: WovenObject) -> dict[str, Any]:
-    """Return how many threads there are, and how long."""
-    lengths = thread_lengths(woven.ribbons)
-    return thread_facts(woven.weave.threads, woven.labels, lengths)
-
-
-def _answered(woven: WovenObject, *_rest: Any, thorough: bool) -> dict[str, Any]:  # noqa: ARG001
-    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
-    conditions = twill_conditions(woven.halfedges, woven.weave.threads)
-    return {
-        "threads": _threads(woven),
-        "twill": {"exact": decide_twill(conditions).twillable},
-    }
-
-
-def _told_all(
+def _weave_facts(
     woven: WovenObject,
     settings: Settings,
     n_pieces: int | None,
@@ -490,13 +474,28 @@ def _told_all(
     thorough: bool,
 ) -> dict[str, Any]:
     """Return all that is to be told of the weave; add what is left out to a list."""
-    threads = woven.weave.threads
+    halfedges, threads = woven.halfedges, woven.weave.threads
+    bunches = find_bunches(threads)
     return {
         "symmetry": symmetry_facts(woven, n_pieces),
-        "threads": _threads(woven),
-        "bunches": bunch_facts(threads),
+        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
+        "bunches": {
+            "count": bunches.n_bunches,
+            "fewest": bunches.fewest,
+            "warp_and_weft": bunches.warp_and_weft,
+        },
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-        "fabrics": fabric_facts(woven.halfedges, threads, woven.labels, progress),
+        "fabrics": fabric_facts(halfedges, threads, woven.labels, progress),
+    }
+
+
+def _weave_answer(woven: WovenObject) -> dict[str, Any]:
+    """Return what an answer tells of the weave: its threads, and whether a twill is exact."""
+    threads = woven.weave.threads
+    decision = decide_twill(twill_conditions(woven.halfedges, threads))
+    return {
+        "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
+        "twill": {"exact": decision.twillable},
     }
 
 
@@ -504,7 +503,7 @@ def _costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
+    costs = pieces_costs(piece_set, woven, settings, supplies)
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
 
 
@@ -555,22 +554,12 @@ def tries_designs(settings: Settings) -> bool:
     return not stated and not is_shape(settings.mesh.source)
 
 
-def _searched(
-    settings: Settings,
-    count: int,
-    progress: Progress,
-    executors: Executors,
-    given: PolyMesh | None,
-    told: ToldDesign,
-) -> Search:
+def _searched(trials: Trials, count: int) -> Search:
     """Try some designs from coarse to fine, and others where few of them can be built."""
-    if not count or not tries_designs(settings):
+    if not count or not tries_designs(trials.asked):
         return Search(designs=(), tried=())
-    asked = settings.but(effort="quick")
-    planned = plan_designs(asked, 3 * count, progress, given)[:count]
-    return search_designs(
-        asked, planned, 2 * count, progress=progress, executors=executors, given=given, told=told
-    )
+    quick = replace(trials, asked=trials.asked.but(effort="quick"))
+    return search_designs(quick, plan_designs(quick, 3 * count)[:count], 2 * count)
 
 
 def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
@@ -595,9 +584,19 @@ def _crossings_of(tried: Tried) -> float:
     return np.inf if figures is None else figures.crossings
 
 
-def _depth(n_crossings: int, *, thorough: bool) -> Depth:
+def _hopeless(
+    woven: WovenObject, settings: Settings, supplies: Supplies, pieces: Mapping[str, Any]
+) -> RibbonCheck | None:
+    """Return the check of single ribbons if it tells already that a large mesh cannot be built."""
+    if woven.weave.threads.n_crossings <= _MOST_CLOSELY:
+        return None
+    check = check_along(woven, settings, supplies)
+    return check if _verdict(woven, check, pieces)["level"] == "not makeable" else None
+
+
+def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
     """Return how far ribbons are checked."""
-    if thorough or n_crossings <= _MOST_SEARCHED:
+    if not answer and (thorough or n_crossings <= _MOST_SEARCHED):
         return Depth.SEARCHED
     return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
 

@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from msgspec import convert
+
+from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
-from fabweave.core.records import from_json
 from fabweave.design.candidate import Figures
 from fabweave.design.page import words
-from fabweave.plan.verdict import VERDICTS, Reason
+from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 
 #: Topics of the job's own notes that the facts say better.
@@ -268,7 +270,7 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
     for reason in verdict["reasons"][:most]:
         mixed = verdict["level"] != reason["level"]
         level = f"{reason['level']}: " if mixed else ""
-        rows.append(("", level + from_json(Reason, reason).told))
+        rows.append(("", level + Finding(**reason).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 
@@ -279,7 +281,7 @@ def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     for design in facts["designs"]:
         told = ""
         if design["figures"] is not None:
-            told = f": {words(from_json(Figures, design['figures']))}"
+            told = f": {words(convert(design['figures'], Figures))}"
         rows.append(("design", f"{design['name']}{told}; {design['verdict']['level']}"))
         if design["verdict"]["level"] != "not makeable":
             rows.append(("", design["command"]))

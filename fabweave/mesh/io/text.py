@@ -124,20 +124,14 @@ def number_rows(name: str, lines: Sequence[int], texts: Sequence[bytes]) -> Rows
     except ValueError:
         for line, text in zip(lines, texts, strict=True):
             for word in text.split():
-                if not _is_number(word):
+                try:
+                    float(word)
+                except ValueError:
                     shown = word[:40].decode("latin-1")
                     raise _fault(name, line, f"found {shown!r} instead of a number") from None
         raise
     sizes = np.fromiter((len(text.split()) for text in texts), np.int64, len(texts))
     return Rows(name, np.array(lines, dtype=np.int64), offsets_of(sizes), values)
-
-
-def _is_number(word: bytes) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _fault(name: str, line: int, what: str) -> InputError:

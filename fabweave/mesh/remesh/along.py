@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -29,12 +30,11 @@ from fabweave.mesh.remesh.engines import (
     Task,
     as_near,
     candidate_of,
-    count_faults,
     fitted_to,
     results_of,
     summed_up,
 )
-from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed
 from fabweave.mesh.triangulate import surface_area
 
@@ -320,22 +320,32 @@ def best_along(
     model = model_of(source, wanted)
     good: list[_Result] = []
     failures: dict[str, list[str]] = {engine.name: [] for engine in engines}
-    with closing(results_of(tasks, progress)) as found:
-        for task, result in found:
-            one = (
-                str(result)
-                if isinstance(result, AttemptFailedError)
-                else _result(model, source, result, task, direction, wanted)
+    judge = partial(fitted_to, model, source, wanted)
+    with closing(results_of(tasks, judge, progress)) as found:
+        for task, plain in found:
+            if isinstance(plain, AttemptFailedError):
+                failures[task.engine.name].append(str(plain))
+                continue
+            turned = fit(model, plain, _ROUNDS, along=direction)
+            if check_remeshed(source, turned):
+                turned = plain
+            run = replace(task.run, n_faces=wanted)
+            good.append(
+                _Result(
+                    candidate_of(task.engine, source, turned, run),
+                    task.surface,
+                    mean_turn_deg(turned, direction),
+                    mean_turn_deg(plain, direction),
+                )
             )
-            if isinstance(one, str):
-                failures[task.engine.name].append(one)
-            else:
-                good.append(one)
     told = [text for engine in engines for text in summed_up(engine, failures[engine.name])]
     if not good:
         return None, None, told
     best = _best(good, wanted)
-    return best.candidate, _alignment(direction, good, best, surface), told
+    # The first result for which nothing was done shows what the wish has changed.
+    unturned = next((one.plain_deg for one in good if one.on is surface), math.nan)
+    alignment = Alignment(direction.title, best.turn_deg, unturned, len(good))
+    return best.candidate, alignment, told
 
 
 def _tasks(
@@ -366,30 +376,6 @@ def _tasks(
     ]
 
 
-def _result(
-    model: Model,
-    source: PolyMesh,
-    result: PolyMesh,
-    task: Task,
-    direction: Direction,
-    wanted: int,
-) -> _Result | str:
-    """Fit and turn a result and measure it; say what is wrong with it instead."""
-    plain, faults = fitted_to(model, source, result)
-    faults += count_faults(plain.n_faces, wanted)
-    if faults:
-        return "; ".join(faults)
-    turned = fit(model, plain, _ROUNDS, along=direction)
-    if check_remeshed(source, turned).faults:
-        turned = plain
-    return _Result(
-        candidate_of(task.engine, source, turned, replace(task.run, n_faces=wanted)),
-        task.surface,
-        mean_turn_deg(turned, direction),
-        mean_turn_deg(plain, direction),
-    )
-
-
 def _best(good: Sequence[_Result], wanted: int) -> _Result:
     """Return the best of some results (see best_along)."""
     number = [one.candidate.mesh.n_faces / wanted for one in good]
@@ -400,11 +386,3 @@ def _best(good: Sequence[_Result], wanted: int) -> _Result:
     least = min(one.turn_deg for one in alike)
     close = [one for one in alike if one.turn_deg <= least + _ALIKE_DEG]
     return min(close, key=lambda one: (one.candidate.irregular, one.turn_deg))
-
-
-def _alignment(
-    direction: Direction, good: Sequence[_Result], best: _Result, surface: PolyMesh
-) -> Alignment:
-    """Compare the best result with the first that nothing was done for."""
-    plain = next((one.plain_deg for one in good if one.on is surface), math.nan)
-    return Alignment(direction.title, best.turn_deg, plain, len(good))

@@ -6,7 +6,6 @@ from fabweave.core.arrays import (
     BoolArray,
     IntArray,
     Progress,
-    frozen_value,
     no_progress,
     places_in_groups,
 )
@@ -14,37 +13,17 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.one_rings import corners_in_turn
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed, ready_source
+from fabweave.mesh.remesh.remeshed import Remeshed, ready_source, sound_faults
 from fabweave.mesh.remesh.request import checked_count
-from fabweave.mesh.topology import label_links
+from fabweave.mesh.topology import solve_parity
 
 #: Cages of cages are looked for so often.
 _MOST_STEPS = 12
-
-
-@frozen_value
-class _Sides:
-    """A graph whose nodes have two sides, so that links only lead across.
-
-    Parameters
-    ----------
-    body : (N,) int array
-        The connected component of each node; -1 where the node has no link.
-    side : (N,) int array
-        0 for the first node of a component and all on its side, else 1.
-    whole : (B,) bool array
-        Which components have two sides at all.
-    """
-
-    body: IntArray
-    side: IntArray
-    whole: BoolArray
 
 
 def cages(mesh: PolyMesh) -> list[PolyMesh]:
@@ -116,13 +95,14 @@ def unrefined(mesh: PolyMesh) -> PolyMesh | None:
     rim = np.zeros(count, dtype=bool)
     rim[halfedges.tail[halfedges.twin < 0]] = True
     valence = np.bincount(halfedges.tail, minlength=count) + rim
-    edges = _two_sides(halfedges.tail, halfedges.head, count)
-    if not edges.whole.all():
+    apart = np.ones(halfedges.n_halfedges, dtype=bool)
+    edges = solve_parity(count, halfedges.tail, halfedges.head, apart)
+    if edges.odd_ring:
         return None
     is_face_point = np.zeros(count, dtype=bool)
     kept = np.zeros(count, dtype=bool)
-    for body in range(len(edges.whole)):
-        choice = _best_choice(mesh, edges.body == body, edges.side, valence, rim)
+    for body in np.unique(edges.classes[halfedges.tail]):
+        choice = _best_choice(mesh, edges.classes == body, edges.opposite, valence, rim)
         if choice is None:
             return None
         is_face_point |= choice
@@ -134,7 +114,7 @@ def unrefined(mesh: PolyMesh) -> PolyMesh | None:
 
 
 def _best_choice(
-    mesh: PolyMesh, body: BoolArray, side: IntArray, valence: IntArray, rim: BoolArray
+    mesh: PolyMesh, body: BoolArray, side: BoolArray, valence: IntArray, rim: BoolArray
 ) -> BoolArray | None:
     """Return which vertices of a body are face points, (V,); None if there is no choice."""
     quads = mesh.indices.reshape(-1, 4)
@@ -147,11 +127,14 @@ def _best_choice(
         # Of each quad the diagonal between the two corners that are no edge points.
         start = np.where(on_edges[quads[:, 0]], 1, 0)
         row = np.arange(len(quads))
-        diagonal = _two_sides(quads[row, start], quads[row, start + 2], mesh.n_vertices)
-        if not diagonal.whole.all() or len(diagonal.whole) != 1:
+        ends = quads[row, start], quads[row, start + 2]
+        diagonal = solve_parity(mesh.n_vertices, *ends, np.ones(len(quads), dtype=bool))
+        linked = np.zeros(mesh.n_vertices, dtype=bool)
+        linked[np.concatenate(ends)] = True
+        if diagonal.odd_ring or len(np.unique(diagonal.classes[linked])) != 1:
             continue
         for face_side in (1, 0):
-            centres = (diagonal.body >= 0) & (diagonal.side == face_side)
+            centres = linked & (diagonal.opposite == face_side)
             if rim[centres].any() or np.any(valence[centres] < 3):
                 continue
             first = int(np.flatnonzero(body)[0])
@@ -159,26 +142,6 @@ def _best_choice(
             kept = bool(not centres[first] and not on_edges[first])
             options.append((uneven, not kept, centres))
     return min(options, key=lambda option: option[:2])[2] if options else None
-
-
-def _two_sides(first: IntArray, second: IntArray, count: int) -> _Sides:
-    """Divide the nodes of a graph so that links only lead from one side to the other."""
-    linked = np.zeros(count, dtype=bool)
-    linked[first] = linked[second] = True
-    _, label = label_links(first, second, count)
-    _, body = np.unique(label[linked], return_inverse=True)
-    # In the double cover a component with two sides falls apart into two.
-    double = label_links(
-        np.concatenate([first, first + count]), np.concatenate([second + count, second]), 2 * count
-    )[1]
-    nodes = np.flatnonzero(linked)
-    heads = nodes[np.unique(body, return_index=True)[1]]
-    whole = double[heads] != double[heads + count]
-    side = np.zeros(count, dtype=np.int64)
-    side[nodes] = double[nodes] != double[heads[body]]
-    bodies = np.full(count, -1, dtype=np.int64)
-    bodies[nodes] = body
-    return _Sides(bodies, side, whole)
 
 
 def _parent(
@@ -321,11 +284,7 @@ def nearest_cage(found: list[PolyMesh], n_faces: int) -> tuple[PolyMesh, int]:
 def fitted_cage(source: PolyMesh, cage: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
     """Fit a cage to the refined surface; say what is wrong with it."""
     fitted = fit(model_of(source, cage.n_vertices), cage, _ROUNDS)
-    faults = check_remeshed(source, fitted, None).faults
-    pairs = self_intersections(fitted)
-    if len(pairs) and not len(self_intersections(source)):
-        faults += (agree(len(pairs), "{n} [pair|pairs] of faces run[s|] through one another"),)
-    return fitted, faults
+    return fitted, sound_faults(source, fitted, None)
 
 
 def cage_note(paired: PolyMesh, cage: PolyMesh, steps: int) -> str:

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from fabweave.core.arrays import FloatArray, frozen_value, unit
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.one_rings import sparse_rows
 from fabweave.mesh.polymesh import (
     PolyMesh,
     face_centres,
@@ -279,15 +280,9 @@ def turning_rows(
     height = np.einsum("nd,nd->n", edge, normal)[:, None] * normal
     flat = edge - height
     wanted = np.cos(back) * flat + np.sin(back) * np.cross(normal, flat) + height
-    number = np.arange(len(first))
-    rows = sparse.coo_array(
-        (
-            np.repeat([1.0, -1.0], len(first)),
-            (np.concatenate([number, number]), np.concatenate([head, tail])),
-        ),
-        shape=(len(first), mesh.n_vertices),
-    )
-    return sparse.csr_array(rows), wanted, np.linalg.norm(wished, axis=1)
+    ends = np.column_stack([head, tail])
+    rows = sparse_rows(ends, np.array([1.0, -1.0]), mesh.n_vertices)
+    return rows, wanted, np.linalg.norm(wished, axis=1)
 
 
 def _turns(edges: FloatArray, wished: FloatArray, normals: FloatArray) -> FloatArray:

@@ -10,10 +10,11 @@ import tempfile
 import threading
 import time
 import zipfile
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -352,21 +353,17 @@ def best_run(
     hung: list[str] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
-        runs = _runs(engine, wanted, seed, rim=rim, large=large)
-        with closing(results(engine, surface, runs, progress)) as found:
-            for run, result in found:
-                if isinstance(result, LimitReachedError):
-                    hung.append(str(result))
-                    continue
+        runs = runs_of(engine, wanted, seed, rim=rim, large=large)
+        tasks = [Task(engine, surface, run) for run in runs]
+        judge = partial(fitted_to, model, source, wanted)
+        with closing(results_of(tasks, judge, progress)) as found:
+            for task, result in found:
                 if isinstance(result, AttemptFailedError):
-                    failures.append(str(result))
+                    (hung if isinstance(result, LimitReachedError) else failures).append(
+                        str(result)
+                    )
                     continue
-                fitted, faults = fitted_to(model, source, result)
-                faults += count_faults(fitted.n_faces, wanted)
-                if faults:
-                    failures.append("; ".join(faults))
-                    continue
-                good.append(candidate_of(engine, source, fitted, run))
+                good.append(candidate_of(engine, source, result, task.run))
                 if good[-1].irregular <= enough:
                     break
         if good:
@@ -374,50 +371,50 @@ def best_run(
     return None, summed_up(engine, hung) + summed_up(engine, failures)
 
 
-def results(
-    engine: Engine, surface: PolyMesh, runs: Sequence[Run], progress: Progress = no_progress
-) -> Generator[tuple[Run, PolyMesh | AttemptFailedError]]:
-    """Yield what each run of a remesher gave, as it is, or why it gave nothing.
+def results_of(
+    tasks: Sequence[Task],
+    judge: Callable[[PolyMesh], tuple[PolyMesh, tuple[str, ...]]],
+    progress: Progress = no_progress,
+) -> Generator[tuple[Task, PolyMesh | AttemptFailedError]]:
+    """Yield what came of each run, or why nothing did.
 
     Close it to end runs that are no longer wanted.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+    judge : callable
+        Takes what a remesher gave, and returns what is made of it and what is wrong with that.
+    progress : callable
+        Told about each run.
     """
-    tasks = [Task(engine, surface, run) for run in runs]
-    for task, result in results_of(tasks, progress):
-        yield task.run, result
-
-
-def results_of(
-    tasks: Sequence[Task], progress: Progress = no_progress
-) -> Generator[tuple[Task, PolyMesh | AttemptFailedError]]:
-    """Yield what each run of any remesher on any surface gave, as :func:`results` does."""
     with _started(tasks) as waiting:
         for number, task in enumerate(tasks):
             progress(f"remeshing with {task.engine.title}", number, len(tasks))
+            outcome: PolyMesh | AttemptFailedError
             try:
-                yield task, result_of(waiting[number])
+                outcome, faults = judge(result_of(waiting[number]))
+                if faults:
+                    outcome = AttemptFailedError("; ".join(faults))
             except AttemptFailedError as error:
-                yield task, error
+                outcome = error
+            yield task, outcome
     if tasks:
         progress(f"remeshing with {tasks[-1].engine.title}", len(tasks), len(tasks))
 
 
-def seam_runs(engine: Engine, wanted: int, seed: int, *, large: bool) -> list[Run]:
-    """Return the runs to compare whose edges are to follow the boundary."""
-    return _runs(engine, wanted, seed, rim=True, large=large)
-
-
 def fitted_to(
-    model: Model | None, source: PolyMesh, result: PolyMesh
+    model: Model | None, source: PolyMesh, wanted: int, result: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
-    faults = surface_faults(source, result)
-    if faults:
-        return result, check_remeshed(source, result).faults
-    if model is not None:
+    if model is not None and not surface_faults(source, result):
         fitted = fit(model, result, _ROUNDS)
-        if not check_remeshed(source, fitted).faults:
-            return fitted, ()
-    return result, check_remeshed(source, result).faults
+        if not check_remeshed(source, fitted):
+            result = fitted
+    faults = check_remeshed(source, result)
+    if not wanted / _FAR <= result.n_faces <= wanted * _FAR:
+        faults += (f"{result.n_faces} quads, far from the {wanted} wanted",)
+    return result, faults
 
 
 def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -> Candidate:
@@ -462,14 +459,8 @@ def summed_up(engine: Engine, failures: list[str]) -> list[str]:
     return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
 
 
-def count_faults(made: int, wanted: int) -> tuple[str, ...]:
-    """Say if there are far more or far fewer quads than wanted."""
-    far = not wanted / _FAR <= made <= wanted * _FAR
-    return (f"{made} quads, far from the {wanted} wanted",) if far else ()
-
-
-def _runs(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
-    """Return the runs to compare."""
+def runs_of(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
+    """Return the runs of a remesher to compare."""
     number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
     number = min(number, engine.most_runs)
     runs = []

@@ -16,7 +16,7 @@ from fabweave.core.arrays import (
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.one_rings import edge_middles, sum_at
+from fabweave.mesh.one_rings import edge_middles, sparse_rows, sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_normals, face_of_corner
 from fabweave.mesh.remesh.direction import Direction, turning_rows
 from fabweave.mesh.topology import label_links
@@ -24,13 +24,14 @@ from fabweave.mesh.triangulate import area_samples, plain_triangles
 
 #: Samples of the model: for each vertex of the mesh so many, within these bounds.
 _SAMPLES_EACH, _LEAST_SAMPLES, _MOST_SAMPLES = 20, 8000, 100_000
-#: An edge of the model is sharp where its faces turn by more than this (as in mesh.fair).
-_SHARP_DEG = 50.0
 #: Sharp edges that hang together make a line if they are together as long as this share of the
 #: size; creases of an ear or an eye are shorter.
 _LONG = 1.5
 #: About so many points are spread along the lines of a model.
 _LINE_POINTS = 20_000
+#: An edge is sharp where its faces turn by more than this: a regular octagon's are not, a
+#: hexagon's are.
+_SHARP_DEG = 50.0
 #: An edge of a mesh lies along a sharp line if its quarter points are nearer to it than this share
 #: of its length.
 _ALONG = 0.08
@@ -96,7 +97,9 @@ def model_of(mesh: PolyMesh, n_vertices: int) -> Model:
     places, normals = area_samples(points, triangles, number)
     halfedges = build_halfedges(mesh)
     rim = halfedges.twin[halfedges.edge_halfedge] < 0
-    sharp = ~rim & (_turning(mesh, halfedges) > np.radians(_SHARP_DEG))
+    first, normal = halfedges.edge_halfedge, face_normals(mesh)[halfedges.face]
+    cosine = np.einsum("ed,ed->e", normal[first], normal[halfedges.twin[first]])
+    sharp = ~rim & (cosine < np.cos(np.radians(_SHARP_DEG)) - 1e-9)
     return Model(
         Surface(points, triangles),
         places,
@@ -126,16 +129,6 @@ def line_edges(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> BoolArray:
             )
         on |= near >= 0
     return on
-
-
-def _turning(mesh: PolyMesh, halfedges: Halfedges) -> FloatArray:
-    """Return by how much faces turn at each edge, in radians, (E,); any number at the boundary."""
-    normal = face_normals(mesh)
-    first = halfedges.edge_halfedge
-    one, two = (normal[halfedges.face[side]] for side in (first, halfedges.twin[first]))
-    cosine = np.einsum("nd,nd->n", one, two)
-    angle: FloatArray = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return angle
 
 
 def _long_lines(mesh: PolyMesh, side: IntArray, halfedges: Halfedges) -> IntArray:
@@ -283,7 +276,7 @@ def _model_on_mesh(model: Model, mesh: PolyMesh) -> tuple[sparse.csr_array, Floa
     feet = Surface(points, triangles).feet(model.places)
     # The closest point of a sheet that looks the other way is on the far side of a thin limb.
     fits = np.einsum("nd,nd->n", feet.normals, model.normals) > 0
-    rows = _rows(feet.corners[fits], feet.shares[fits], len(points))
+    rows = sparse_rows(feet.corners[fits], feet.shares[fits], len(points))
     if len(points) > mesh.n_vertices:
         rows = rows @ _with_centres(mesh)
     return rows, model.places[fits], _weights(feet.distances[fits])
@@ -296,7 +289,7 @@ def _mesh_on_model(
     first = halfedges.edge_halfedge
     ends = np.column_stack([halfedges.tail[first], halfedges.head[first]])
     rows = sparse.vstack(
-        [_with_centres(mesh), _rows(ends, np.full(ends.shape, 0.5), mesh.n_vertices)], format="csr"
+        [_with_centres(mesh), sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)], format="csr"
     )
     places = np.concatenate([mesh.vertices, face_centres(mesh), edge_middles(mesh, halfedges)])
     feet = model.surface.feet(places)
@@ -363,8 +356,8 @@ def _line_rows(
             continue
         ends = np.column_stack([halfedges.tail[first[which]], halfedges.head[first[which]]])
         vertex = np.unique(ends)
-        middle = _rows(ends, np.full(ends.shape, 0.5), mesh.n_vertices)
-        rows += [_rows(vertex[:, None], np.ones((len(vertex), 1)), mesh.n_vertices), middle]
+        middle = sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)
+        rows += [sparse_rows(vertex[:, None], np.ones(1), mesh.n_vertices), middle]
         wanted += [line.nearest(mesh.vertices[vertex])[0], line.nearest(middle @ mesh.vertices)[0]]
     if not rows:
         return sparse.csr_array((0, mesh.n_vertices)), np.zeros((0, 3))
@@ -379,12 +372,4 @@ def _with_centres(mesh: PolyMesh) -> sparse.csr_array:
     )
     return sparse.csr_array(
         sparse.vstack([sparse.eye_array(mesh.n_vertices), centres], format="csr")
-    )
-
-
-def _rows(corners: IntArray, shares: FloatArray, count: int) -> sparse.csr_array:
-    """Return rows with some shares at some columns, (N, count)."""
-    offsets = np.arange(len(corners) + 1) * corners.shape[1]
-    return sparse.csr_array(
-        (shares.reshape(-1), corners.reshape(-1), offsets), shape=(len(corners), count)
     )

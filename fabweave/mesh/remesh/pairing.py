@@ -220,8 +220,10 @@ def pair_triangles(mesh: PolyMesh, *, repair: bool | None = None) -> Pairing:
     """
     halfedges = build_halfedges(mesh)
     triangle = mesh.face_sizes == 3
-    halfedge = _candidates(halfedges, triangle)
+    halfedge = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
     twin = halfedges.twin[halfedge]
+    between = triangle[halfedges.face[halfedge]] & triangle[halfedges.face[twin]]
+    halfedge, twin = halfedge[between], twin[between]
     price = _costs(mesh, halfedges, halfedge)
     possible = np.isfinite(price)
     halfedge, twin, price = halfedge[possible], twin[possible], price[possible]
@@ -280,14 +282,6 @@ def merge_pairs(mesh: PolyMesh, pairing: Pairing) -> PolyMesh:
     indices[offsets[:-1][into][:, None] + np.arange(4)] = quads
     stays = sizes > 0
     return PolyMesh(mesh.vertices, offsets_of(sizes[stays]), indices)
-
-
-def _candidates(halfedges: Halfedges, triangle: BoolArray) -> IntArray:
-    """Return one half-edge of each edge between two triangles."""
-    halfedge = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
-    twin = halfedges.twin[halfedge]
-    both: IntArray = halfedge[triangle[halfedges.face[halfedge]] & triangle[halfedges.face[twin]]]
-    return both
 
 
 def _quads(halfedges: Halfedges, one: IntArray, two: IntArray) -> IntArray:

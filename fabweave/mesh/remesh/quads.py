@@ -27,10 +27,11 @@ from fabweave.mesh.remesh.engines import (
     Candidate,
     Engine,
     Run,
+    Task,
     best_run,
-    results,
+    results_of,
     run_engine,
-    seam_runs,
+    runs_of,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
@@ -101,17 +102,18 @@ def symmetric_quads(
     model = model_of(source, wanted)
     good: list[tuple[bool, float, PolyMesh]] = []
     why: list[str] = []
-    runs = seam_runs(engine, wanted // 2, seed, large=half.n_faces > LARGE)
-    for _, found in results(engine, half, runs, progress):
-        if isinstance(found, AttemptFailedError):
-            why.append(str(found))
-            continue
+    runs = runs_of(engine, wanted // 2, seed, rim=True, large=half.n_faces > LARGE)
+
+    def joined(found: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
         result, faults = _joined(found, half, mirror, reach)
         if not faults:
             result = _fitted(model, result, mirror)
-            faults = check_remeshed(source, result).faults
-        if faults:
-            why.append("; ".join(faults))
+            faults = check_remeshed(source, result)
+        return result, faults
+
+    for _, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
+        if isinstance(result, AttemptFailedError):
+            why.append(str(result))
             continue
         clashes = len(self_intersections(result)) > 0
         good.append((clashes, likeness(source, result).in_rms_mm, result))
@@ -376,7 +378,7 @@ def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:
         fewer = run_engine(QSLIM, surface, Run(enough, 0, rim=False))
     except AttemptFailedError:
         return surface
-    return surface if check_remeshed(surface, fewer, 3).faults else fewer
+    return surface if check_remeshed(surface, fewer, 3) else fewer
 
 
 def _mostly_quads(mesh: PolyMesh) -> bool:

@@ -1,15 +1,20 @@
 """Check that a remeshed surface is the surface that was given."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import Irregular, interior_valences
-from fabweave.mesh.polymesh import PolyMesh, face_centres, next_corner, triangle_normals
+from fabweave.mesh.polymesh import (
+    PolyMesh,
+    face_centres,
+    face_normals,
+    next_corner,
+    triangle_normals,
+)
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.direction import Alignment
 from fabweave.mesh.triangulate import fans, triangulate
@@ -63,7 +68,7 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
     InputError
         If it cannot be made one.
     """
-    if check_mesh(mesh).codes & {"index-range", "small-face"} or not mesh.n_faces:
+    if check_mesh(mesh).rules & {"index-range", "small-face"} or not mesh.n_faces:
         prepare_mesh(mesh)  # says what is wrong
     welded, joined, dropped = weld_mesh(mesh)
     notes: list[str] = []
@@ -151,25 +156,7 @@ _REVERSED = 0.05
 _LEAST_EDGES = 3
 
 
-@dataclass(frozen=True)
-class Fit:
-    """How a remeshed surface agrees with the given one.
-
-    Parameters
-    ----------
-    faults : tuple of str
-        What is wrong; empty if the result can be used.
-    off_max, lost_max : float
-        Largest distance of a new vertex from the given surface, and of a given vertex from the
-        new surface, in the mesh's unit; NaN if it was not measured.
-    """
-
-    faults: tuple[str, ...]
-    off_max: float = np.nan
-    lost_max: float = np.nan
-
-
-def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> Fit:
+def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
     """Check a remeshed surface against the given one.
 
     Every face has as many corners as it should; the surface is a consistently oriented manifold
@@ -188,23 +175,39 @@ def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
 
     Returns
     -------
-    Fit
-        What is wrong with the result, and how well it fits.
+    tuple of str
+        What is wrong with the result; empty if nothing is.
 
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import torus
-    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(12, 8, 3.0, 1.0)).faults
+    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(12, 8, 3.0, 1.0))
     ()
-    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0)).faults[0][:42]
+    >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0))[0][:42]
     'vertices are up to 4 off the given surface'
     """
     faults = surface_faults(given, result, corners)
     # Distances are measured by foreign code that must not see a broken mesh.
     if not result.n_faces or check_mesh(result).fatal:
-        return Fit(faults)
-    wrong, off_max, lost_max = _distance_faults(given, result)
-    return Fit((*faults, *wrong), off_max, lost_max)
+        return faults
+    return (*faults, *_distance_faults(given, result))
+
+
+def sound_faults(given: PolyMesh, result: PolyMesh, corners: int | None) -> tuple[str, ...]:
+    """Say what is wrong with a surface that must not run through itself if the given one does not.
+
+    Parameters
+    ----------
+    given, result, corners
+        As for `check_remeshed`.
+    """
+    faults = check_remeshed(given, result, corners)
+    if faults:
+        return faults
+    pairs = self_intersections(result)
+    if not len(pairs) or len(self_intersections(given)):
+        return ()
+    return (agree(len(pairs), "{n} [pair|pairs] of faces run[s|] through one another"),)
 
 
 def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
@@ -233,7 +236,7 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
     ]
     if not after.n_faces:
         faults.append("there are no faces")
-    faults += [problem.message for problem in after.problems if problem.code not in before.codes]
+    faults += [item.text for item in after.findings if item.rule not in before.rules]
     counts = (
         ("bodies", before.n_components, after.n_components),
         ("boundary loops", before.n_boundary_loops, after.n_boundary_loops),
@@ -251,7 +254,7 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
     return tuple(faults)
 
 
-def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], float, float]:
+def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
     """Say how the surface differs in space."""
     old, new = triangulate(given), triangulate(result)
     edge = float(edge_lengths(result).mean())
@@ -269,10 +272,11 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> tuple[list[str], floa
             "follow it better"
         )
     near = _distances(face_centres(result), old)[1]
-    reversed_share = float(np.mean(_inward(result, triangle_normals(old)[near])))
+    outward = np.einsum("nd,nd->n", face_normals(result), triangle_normals(old)[near])
+    reversed_share = float(np.mean(outward < 0))
     if reversed_share > _REVERSED:
         faults.append(f"{reversed_share:.0%} of the faces point the wrong way")
-    return faults, float(off.max()), float(lost.max())
+    return faults
 
 
 def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntArray]:
@@ -285,12 +289,3 @@ def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntAr
         np.array(points), np.array(surface.vertices), triangles
     )
     return np.sqrt(np.maximum(square, 0.0)), np.asarray(nearest, dtype=np.int64).reshape(-1)
-
-
-def _inward(mesh: PolyMesh, outward: FloatArray) -> FloatArray:
-    """Return 1 for each face whose normal points against a given direction, else 0, (F,)."""
-    here = mesh.vertices[mesh.indices]
-    there = here[next_corner(mesh)]
-    origin = np.repeat(face_centres(mesh), mesh.face_sizes, axis=0)
-    normal = np.add.reduceat(np.cross(here - origin, there - origin), mesh.offsets[:-1], axis=0)
-    return (np.einsum("ij,ij->i", normal, outward) < 0).astype(np.float64)

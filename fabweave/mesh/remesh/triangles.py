@@ -5,7 +5,6 @@ from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress, unit
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -17,10 +16,10 @@ from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Engine, Run,
 from fabweave.mesh.remesh.fit import Model, fit, line_edges, model_of
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
-    check_remeshed,
     cut_surface,
     edge_lengths,
     ready_source,
+    sound_faults,
     surface_faults,
 )
 from fabweave.mesh.remesh.request import checked_count
@@ -398,7 +397,7 @@ def _flipped(mesh: PolyMesh, halfedges: Halfedges, edges: IntArray, quads: IntAr
     faces = mesh.indices.reshape(-1, 3).copy()
     faces[halfedges.face[first]] = np.column_stack([d, b, c])
     faces[halfedges.face[halfedges.twin[first]]] = np.column_stack([c, a, d])
-    return PolyMesh(mesh.vertices, mesh.offsets, faces.reshape(-1))
+    return PolyMesh.from_triangles(mesh.vertices, faces)
 
 
 #: Rounds of flips, each with one of fitting, and rounds of fitting after them; and how much
@@ -479,10 +478,13 @@ def remesh_triangles(
         )
     else:
         progress("taking triangles away", 0, 1)
-        coarse = _decimated(surface, n_triangles, engine)
+        try:
+            coarse = run_engine(engine, surface, Run(n_triangles, 0, rim=False))
+        except AttemptFailedError as error:
+            raise _refused(f"{engine.title}: {error}") from error
     model = model_of(source, coarse.n_vertices)
     whole = even_triangles(model, coarse, n_triangles, progress)
-    faults = triangle_faults(source, whole)
+    faults = sound_faults(source, whole, 3)
     symmetric = symmetric_triangles(surface, n_triangles, engine, progress)
     result = whole
     if symmetric is not None and (faults or _not_worse(source, symmetric, whole)):
@@ -533,7 +535,7 @@ def symmetric_triangles(
     coarse = even_triangles(model, coarse, n_triangles // 2, progress)
     reach = _REACH * float(np.ptp(surface.vertices, axis=0).max())
     result = joined_with_image(coarse, mirror, reach)
-    return None if triangle_faults(surface, result) else result
+    return None if sound_faults(surface, result, 3) else result
 
 
 def _not_worse(source: PolyMesh, symmetric: PolyMesh, whole: PolyMesh) -> bool:
@@ -573,33 +575,6 @@ def even_triangles(
         mesh = even_edges(model, mesh, n_triangles)
         mesh = fit(model, flip_edges(model, mesh), 1, _EVEN_FLIPPING)
     return fit(model, mesh, _FITTING, _EVEN_FITTING)
-
-
-def triangle_faults(source: PolyMesh, result: PolyMesh) -> tuple[str, ...]:
-    """Return what is wrong with triangles that stand in for a surface; empty if nothing is.
-
-    Parameters
-    ----------
-    source : PolyMesh
-        The given surface.
-    result : PolyMesh
-        Any mesh.
-    """
-    faults = list(check_remeshed(source, result, 3).faults)
-    if faults:
-        return tuple(faults)
-    pairs = self_intersections(result)
-    if len(pairs) and not len(self_intersections(source)):
-        faults.append(agree(len(pairs), "{n} [pair|pairs] of faces run[s|] through one another"))
-    return tuple(faults)
-
-
-def _decimated(surface: PolyMesh, n_triangles: int, engine: Engine) -> PolyMesh:
-    """Take triangles away in a process of its own."""
-    try:
-        return run_engine(engine, surface, Run(n_triangles, 0, rim=False))
-    except AttemptFailedError as error:
-        raise _refused(f"{engine.title}: {error}") from error
 
 
 def _refused(why: str) -> CannotMakeError:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, places_in_groups
 from fabweave.core.errors import InputError
+from fabweave.mesh.one_rings import mean_at
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.bundles import bundle, slit_columns
@@ -197,9 +198,7 @@ def _walls(
         numbers.append(number)
     places = _first_places(n, edge, handle, height, radius)
     flat = np.concatenate([number.reshape(-1) for number in numbers])
-    shares = np.bincount(flat, minlength=int(total))
-    sums = [np.bincount(flat, places[:, k], len(shares)) for k in range(3)]
-    return np.concatenate(quads), np.column_stack(sums) / shares[:, None]
+    return np.concatenate(quads), mean_at(flat, places)
 
 
 def _first_places(n: int, edge: int, handle: int, height: float, radius: float) -> FloatArray:

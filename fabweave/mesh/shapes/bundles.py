@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
+from fabweave.mesh.one_rings import mean_at
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.grids import grid_quads
@@ -122,7 +123,9 @@ def bundle(sheets: int, inside: BoolArray, n: int, size: float) -> PolyMesh:
         + radius * np.cos(angles)[None, :, :, None] * inward[:, :, None]
         - radius * np.sin(angles)[None, :, :, None] * across[:, :, None]
     )
-    mesh = _gathered(quads, corners, places.reshape(-1, 3))
+    # Each vertex is put at the mean of the places in the uncut tori that it comes from.
+    vertex, source = np.unique(np.stack([quads.ravel(), corners.ravel()]), axis=1)
+    mesh = PolyMesh.from_faces(mean_at(vertex, places.reshape(-1, 3)[source]), quads)
     blend = _BLEND * radius
     surface = soft_tubes(list(curves), radius=radius, blend=blend, closed=True)
     if sheets > 2:
@@ -130,15 +133,6 @@ def bundle(sheets: int, inside: BoolArray, n: int, size: float) -> PolyMesh:
         cores = _cores(curves.mean(axis=0), inside)
         surface |= soft_tubes(cores, radius=radius, blend=blend, closed=False)
     return resize_mesh(settle(mesh, surface), size_mm=size)[0]
-
-
-def _gathered(quads: IntArray, corners: IntArray, places: FloatArray) -> PolyMesh:
-    """Put each vertex at the mean of the places in the uncut tori that it comes from."""
-    count = int(quads.max()) + 1
-    pairs = np.unique(np.column_stack([quads.reshape(-1), corners.reshape(-1)]), axis=0)
-    shares = np.bincount(pairs[:, 0], minlength=count)
-    sums = [np.bincount(pairs[:, 0], places[pairs[:, 1], k], count) for k in range(3)]
-    return PolyMesh.from_faces(np.column_stack(sums) / shares[:, None], quads)
 
 
 def _petals(sheets: int, inside: BoolArray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -1,7 +1,7 @@
 """Name the built-in shapes and read their descriptions, such as ``shape:torus?m=24&n=12``."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -337,15 +337,13 @@ def is_shape(text: str) -> bool:
     return text.startswith(PREFIX)
 
 
-def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
+def parse_shape(text: str) -> PolyMesh:
     """Build the shape that a text describes.
 
     Parameters
     ----------
     text : str
         ``shape:`` and a name, then ``?`` and parameters joined by ``&``.
-    shapes : iterable of Shape
-        The shapes to choose from.
 
     Returns
     -------
@@ -363,7 +361,7 @@ def parse_shape(text: str, shapes: Iterable[Shape] = SHAPES) -> PolyMesh:
     >>> mesh.n_vertices, mesh.n_faces
     (288, 288)
     """
-    shape, values = _described(text, shapes)
+    shape, values = _described(text)
     return shape.make(values)
 
 
@@ -380,16 +378,16 @@ def shape_title(text: str) -> str:
     >>> shape_title("shape:torus"), shape_title("shape:sphere?n=4&radius=9")
     ('Torus, 24 by 12', 'Sphere, 6 times 4 by 4')
     """
-    shape, values = _described(text, SHAPES)
+    shape, values = _described(text)
     return shape.called(values)
 
 
-def _described(text: str, shapes: Iterable[Shape]) -> tuple[Shape, dict[str, str]]:
+def _described(text: str) -> tuple[Shape, dict[str, str]]:
     """Return the shape that a text names, and the parameters that it gives."""
     if not is_shape(text):
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
     name, mark, query = text.removeprefix(PREFIX).partition("?")
-    by_name = {shape.name: shape for shape in shapes}
+    by_name = {shape.name: shape for shape in SHAPES}
     if name not in by_name:
         raise InputError(f"there is no shape {name[:40]!r}; choose one of {', '.join(by_name)}")
     values: dict[str, str] = {}

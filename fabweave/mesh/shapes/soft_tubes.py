@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
-from fabweave.mesh.halfedge import pair_corners
+from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.polymesh import PolyMesh, next_corner
+from fabweave.mesh.polymesh import PolyMesh
 
 # Samples of a skeleton may stand this many blends apart: the sum of their bells then differs
 # from the integral by a factor of 1 ± 4e-5 only (Poisson summation).
@@ -134,20 +134,6 @@ def soft_tubes(curves: list[FloatArray], *, radius: float, blend: float, closed:
     return SoftTubes(np.concatenate(points), np.concatenate(weights), radius, blend)
 
 
-def edges_of(mesh: PolyMesh) -> IntArray:
-    """Return the two end vertices of each edge, (E, 2).
-
-    Examples
-    --------
-    >>> edges_of(PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])).tolist()
-    [[0, 1], [2, 0], [1, 2]]
-    """
-    heads = mesh.indices[next_corner(mesh)]
-    order, starts = pair_corners(mesh.indices, heads, mesh.n_vertices)
-    first = order[starts[:-1]]
-    return np.column_stack([mesh.indices[first], heads[first]])
-
-
 def spread(mesh: PolyMesh, surface: SoftTubes, *, steps: int = 20) -> PolyMesh:
     """Slide the vertices of a mesh over a surface, as if all edges were springs.
 
@@ -169,7 +155,8 @@ def spread(mesh: PolyMesh, surface: SoftTubes, *, steps: int = 20) -> PolyMesh:
     PolyMesh
         The same connectivity on the surface.
     """
-    one, two = edges_of(mesh).T
+    edges = group_edges(mesh)
+    one, two = edges.tail[edges.first], edges.head[edges.first]
     links = sparse.coo_array(
         (np.ones(2 * len(one)), (np.concatenate([one, two]), np.concatenate([two, one]))),
         shape=(mesh.n_vertices, mesh.n_vertices),

@@ -7,6 +7,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.one_rings import mean_at
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import solids
 from fabweave.mesh.shapes.grids import grid_quads
@@ -194,10 +195,7 @@ def tube_net(
     quads = np.concatenate((quads[0], quads[1][..., ::-1])).reshape(-1, 4)
     ways = np.stack((wedge[first], wedge[before[last]], wedge[before[first]], wedge[last]))
     places = _first_places(curves, ways.reshape(2, 2, tubes, 3), radius, along, across)
-    flat = number.reshape(-1)
-    shares = np.bincount(flat)
-    sums = [np.bincount(flat, places[:, k]) for k in range(3)]
-    mesh = PolyMesh.from_faces(np.column_stack(sums) / shares[:, None], quads)
+    mesh = PolyMesh.from_faces(mean_at(number.reshape(-1), places), quads)
     surface = soft_tubes(list(curves), radius=radius, blend=_BLEND * radius, closed=False)
     return settle(mesh, surface)
 

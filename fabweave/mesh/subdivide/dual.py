@@ -4,7 +4,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of, places_in_groups
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.one_rings import Rim, corners_in_turn, edge_middles, find_rim
+from fabweave.mesh.one_rings import Rim, corners_in_turn, edge_middles, find_rim, sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 
 
@@ -122,9 +122,7 @@ def _halved_at_rim(points: FloatArray, half: Halfedges, rim: Rim) -> FloatArray:
     keep = ~rim.on[half.tail[inner]]
     inner, outer = inner[keep], outer[keep]
     number = np.bincount(inner, minlength=len(points))
-    total = np.stack(
-        [np.bincount(inner, weights=x, minlength=len(points)) for x in points[outer].T], axis=1
-    )
+    total = sum_at(inner, points[outer], len(points))
     moved = points.copy()
     near = number > 0
     moved[near] = (points[near] + total[near] / number[near, None]) / 2

@@ -12,8 +12,7 @@ from fabweave.core.records import record
 from fabweave.piece.development import Runs, unfold_runs
 from fabweave.piece.outline import strip_outlines
 from fabweave.piece.piece import Piece
-from fabweave.piece.split.candidate_costs import Bed, sheet_area
-from fabweave.piece.split.candidates import Sites
+from fabweave.piece.split.candidates import Bed, Sites, sheet_area
 from fabweave.piece.split.preferences import (
     Workshop,
     all_sheets_for,
@@ -124,38 +123,6 @@ def compared_threads(sites: Sites) -> IntArray:
     return np.asarray(threads[(len(threads) - 1) % stride // 2 :: stride])
 
 
-def compare_lengths(
-    ribbons: Ribbons,
-    threads: Threads,
-    lengths_mm: Sequence[float],
-    cut: Callable[[float], Runs],
-    workshop: Workshop,
-    bed: Bed,
-    scale: float = 1.0,
-) -> tuple[Choice, ...]:
-    """Cut the threads to each of some lengths, as a job would, and tell what that comes to.
-
-    Parameters
-    ----------
-    ribbons : Ribbons
-    threads : Threads
-    lengths_mm : sequence of float
-        The lengths, ascending.
-    cut : callable
-        Returns the runs that a job would have with a greatest length.
-    workshop : Workshop
-        What pieces are cut from.
-    bed : Bed
-        What pieces must fit on.
-    scale : float
-        How many times the threads that are cut stand for all.
-    """
-    return tuple(
-        foretell(ribbons, threads, cut(length), length, workshop, bed, scale)
-        for length in lengths_mm
-    )
-
-
 def foretell(
     ribbons: Ribbons,
     threads: Threads,
@@ -165,7 +132,22 @@ def foretell(
     bed: Bed,
     scale: float = 1.0,
 ) -> Choice:
-    """Return what some runs come to; parameters as of :func:`compare_lengths`."""
+    """Return what some runs come to, as predicted before anything is nested.
+
+    Parameters
+    ----------
+    ribbons : Ribbons
+    threads : Threads
+    runs : Runs
+        As a job would have them with this greatest length.
+    length_mm : float
+    workshop : Workshop
+        What pieces are cut from.
+    bed : Bed
+        What pieces must fit on.
+    scale : float
+        How many times the threads that are cut stand for all.
+    """
     strips = unfold_runs(ribbons, runs)
     rings = strip_outlines(strips)
     outlines = shapely.polygons([shapely.linearrings(ring) for ring in rings])

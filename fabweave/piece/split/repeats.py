@@ -96,7 +96,7 @@ class Repeats:
     def spread(self, runs: Runs) -> Runs:
         """Return the images of some runs under all rotations."""
         wanted = {tuple(row) for row in self.classes(runs).tolist()}
-        thread, first, last = [], [], []
+        rows: list[tuple[int, int, int]] = []
         for leader, begin, steps in sorted(wanted):
             count, period = int(self.lengths[leader]), max(int(self.period[leader]), 1)
             starts = np.arange(begin, count, period) if count > period else np.array([begin])
@@ -105,12 +105,8 @@ class Repeats:
             for follower in np.flatnonzero(self.leader == leader).tolist():
                 at = starts if self.sign[follower] > 0 else starts + steps
                 at = (self.offset[follower] + self.sign[follower] * at) % max(count, 1)
-                thread.append(np.full(len(at), follower))
-                first.append(at)
-                last.append(at + steps)
-        if not thread:
-            return runs
-        return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))
+                rows += [(follower, begin, begin + steps) for begin in at.tolist()]
+        return Runs.of(rows)
 
 
 def find_repeats(symmetry: WeaveSymmetry, supply: IntArray | None = None) -> Repeats:

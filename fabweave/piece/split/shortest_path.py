@@ -1,6 +1,7 @@
 """Cut a row or a ring of sites into pieces of least total cost, exactly."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -42,36 +43,23 @@ class Joints:
 
     def __init__(self, threads: Threads, near_mm2: float, usable: BoolArray | None) -> None:
         """Begin without any joint."""
-        self._around = neighbours(threads)
-        self._near_mm2 = near_mm2
+        #: The crossings within two steps of each, (X, 20).
+        self.around = neighbours(threads)
+        #: What a joint costs more for each other one beside it.
+        self.near_mm2 = near_mm2
         self._at = np.zeros(threads.n_crossings, dtype=np.int64)
         self._near = np.zeros(threads.n_crossings, dtype=np.int64)
-        narrow = np.zeros(threads.n_crossings, dtype=bool) if usable is None else ~usable
-        self._narrow = np.where(narrow, AVOIDED_MM2, 0.0)
-
-    @property
-    def n_crossings(self) -> int:
-        """Number of crossings."""
-        return len(self._at)
-
-    def around(self, crossings: IntArray) -> IntArray:
-        """Return the crossings within two steps of some, (N, 20)."""
-        return np.asarray(self._around[crossings])
+        self._narrow = np.where(self._at < 0 if usable is None else ~usable, AVOIDED_MM2, 0.0)
 
     def add(self, crossings: IntArray, times: int = 1) -> None:
         """Add joints; or take them away with ``times=-1``."""
         np.add.at(self._at, crossings, times)
-        np.add.at(self._near, self._around[crossings], times)
-
-    @property
-    def near_mm2(self) -> float:
-        """What a joint costs more for each other one beside it."""
-        return self._near_mm2
+        np.add.at(self._near, self.around[crossings], times)
 
     def costs(self, crossings: IntArray) -> FloatArray:
         """Return what it costs, apart from the joint itself, to put a joint at each crossing."""
         taken = np.where(self._at[crossings] > 0, AVOIDED_MM2, 0.0)
-        return np.asarray(taken + self._narrow[crossings] + self._near_mm2 * self._near[crossings])
+        return np.asarray(taken + self._narrow[crossings] + self.near_mm2 * self._near[crossings])
 
 
 def cheapest_row(cost: FloatArray) -> tuple[float, IntArray]:
@@ -372,9 +360,9 @@ class Orbit:
         beside = np.mean([joints.costs(each) for each in crossings], axis=0)
         if len(crossings) > 1 and self.period == count:
             # Beside a joint may be its own images.
-            site = np.full(joints.n_crossings, -1)
+            site = np.full(len(joints.around), -1)
             site[crossings] = np.arange(count)
-            around = joints.around(crossings[0])
+            around = joints.around[crossings[0]]
             near = (site[around] == np.arange(count)[:, None]) & (around != crossings[:1].T)
             beside = beside + joints.near_mm2 * near.sum(axis=1)
         if self.turn is not None:
@@ -422,22 +410,18 @@ class Orbit:
         if not self.closed:
             yield 1, cheapest_row
             if self.turn is not None:
-                yield 1, lambda cost: cheapest_mirrored(cost, count - 1, ring=False)
+                yield 1, partial(cheapest_mirrored, turn=count - 1, ring=False)
             return
         most = count // self.period
         if most > 1:
-            yield 1, lambda cost: cheapest_repeats(cost, self.period)
+            yield 1, partial(cheapest_repeats, period=self.period)
         for times in range(1, most + 1):
             if most % times:
                 continue
             yield times, cheapest_ring
             if self.turn is not None:
                 for turn in {self.turn % self.period, self.turn % self.period + self.period}:
-                    yield times, _mirrored(turn % (count // times))
-
-
-def _mirrored(turn: int) -> Solve:
-    return lambda cost: cheapest_mirrored(cost, turn, ring=True)
+                    yield times, partial(cheapest_mirrored, turn=turn % (count // times), ring=True)
 
 
 def list_orbits(sites: Sites, threads: IntArray, repeats: Repeats | None) -> Iterator[Orbit]:

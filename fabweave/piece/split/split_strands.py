@@ -20,12 +20,11 @@ from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import lap_beyond
 from fabweave.piece.on_stock import rough_nesting, sheet_price
 from fabweave.piece.settings import PieceSettings
-from fabweave.piece.split.candidate_costs import Bed, Candidates, list_candidates
+from fabweave.piece.split.candidates import Bed, Candidates, list_candidates
 from fabweave.piece.split.length_curve import (
     LENGTHS,
     Choice,
     SplitPlan,
-    compare_lengths,
     compared_threads,
     foretell,
     preferred,
@@ -127,8 +126,8 @@ def plan_pieces(
             likes=likes,
         )
 
-    def told(length: float, runs: Runs) -> Choice:
-        return foretell(ribbons, weave.threads, runs, length, workshop, bed)
+    def told(length: float, runs: Runs, scale: float = 1.0) -> Choice:
+        return foretell(ribbons, weave.threads, runs, length, workshop, bed, scale)
 
     if earlier is not None:
         runs = cut(earlier.length_mm)
@@ -141,15 +140,9 @@ def plan_pieces(
     as_asked = None if asked is None else cut(asked)
     some = compared_threads(candidates.sites)
     count = np.diff(candidates.sites.offsets)
-    choices = compare_lengths(
-        ribbons,
-        weave.threads,
-        _lengths(candidates, side, beyond),
-        lambda length: cut(length, some),
-        workshop,
-        bed,
-        float(count.sum() / max(count[some].sum(), 1)),
-    )
+    scale = float(count.sum() / max(count[some].sum(), 1))
+    lengths = _lengths(candidates, side, beyond)
+    choices = tuple(told(length, cut(length, some), scale) for length in lengths)
     if asked is not None and as_asked is not None:
         return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None, likes is not None)
     best = preferred(choices, settings.prefer)

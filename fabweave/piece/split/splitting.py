@@ -10,7 +10,8 @@ of all.
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -20,18 +21,20 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.piece.development import Runs, Strips, unfold_runs
 from fabweave.piece.outline import resting_frame, simple, strip_outlines
-from fabweave.piece.split.candidate_costs import (
+from fabweave.piece.split.candidates import (
     MOST_PASSES,
     SELF_CLEARANCE_MM,
     Bed,
     Candidates,
+    Sites,
     joint_price,
     keeps_clear,
     last_clear,
+    lay_course,
     list_candidates,
     price_candidates,
+    station_of_site,
 )
-from fabweave.piece.split.candidates import Sites, lay_course, station_of_site
 from fabweave.piece.split.repeats import KindPrices, Repeats
 from fabweave.piece.split.shortest_path import Joints, Orbit, Solve, list_orbits
 from fabweave.ribbon.project import Ribbons
@@ -79,28 +82,15 @@ def find_self_crossing(
     crossed = np.flatnonzero(~simple(outlines))
     if not len(crossed):
         return SelfCrossing(some_runs(runs, crossed), some_runs(runs, crossed))
-    shortest = _shortest(ribbons, some_runs(runs, crossed))
-    inside = np.array(
-        [
-            _goes_under(weave, *stretch)
-            for stretch in zip(
-                shortest.thread.tolist(),
-                shortest.first.tolist(),
-                shortest.last.tolist(),
-                strict=True,
-            )
-        ]
-    )
+    shortest = Runs.of([_shortest(ribbons, *run) for run in some_runs(runs, crossed).rows])
+    inside = np.array([_goes_under(weave, *stretch) for stretch in shortest.rows])
     loops = joined_runs(some_runs(shortest, inside), _loops(ribbons, np.unique(shortest.thread)))
     return SelfCrossing(loops, some_runs(shortest, ~inside))
 
 
 def joined_runs(*parts: Runs) -> Runs:
     """Return runs one after another, each once."""
-    rows = np.unique(
-        np.concatenate([np.column_stack((p.thread, p.first, p.last)) for p in parts]), axis=0
-    )
-    return Runs(*rows.T)
+    return Runs.of(sorted({row for part in parts for row in part.rows}))
 
 
 def some_runs(runs: Runs, chosen: IntArray | BoolArray) -> Runs:
@@ -108,21 +98,11 @@ def some_runs(runs: Runs, chosen: IntArray | BoolArray) -> Runs:
     return Runs(runs.thread[chosen], runs.first[chosen], runs.last[chosen])
 
 
-def _shortest(ribbons: Ribbons, runs: Runs) -> Runs:
-    """Return of each run the shortest stretch that crosses itself, the first to be closed.
+def _shortest(ribbons: Ribbons, thread: int, first: int, last: int) -> tuple[int, int, int]:
+    """Return of a run the shortest stretch that crosses itself, the first to be closed."""
 
-    All of it where only the shape of the ends is to blame.
-    """
-    rows = [
-        _shortest_within(ribbons, *run)
-        for run in zip(runs.thread.tolist(), runs.first.tolist(), runs.last.tolist(), strict=True)
-    ]
-    return Runs(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
-
-
-def _shortest_within(ribbons: Ribbons, thread: int, first: int, last: int) -> tuple[int, int, int]:
     def crosses(low: int, high: int) -> bool:
-        run = Runs(*(np.array([value]) for value in (thread, low, high)))
+        run = Runs.of([(thread, low, high)])
         return not simple(strip_outlines(unfold_runs(ribbons, run)))[0]
 
     if not crosses(first, last):
@@ -152,7 +132,7 @@ def _loops(ribbons: Ribbons, threads: IntArray) -> Runs:
         start = int(course.offsets[thread])
         own = start + np.flatnonzero((behind > before)[start : int(course.offsets[thread + 1])])
         rows += [(thread, int(behind[at]) - start, at - start) for at in own.tolist()]
-    return Runs(*np.array(rows, dtype=np.int64).reshape(-1, 3).T)
+    return Runs.of(rows)
 
 
 #: So many stretches are named.
@@ -163,8 +143,7 @@ _LEAST_OVERLAP_MM2 = 0.1
 _APART = ("a smaller --width", "a smoother mesh (--fair)")
 
 
-@dataclass(frozen=True)
-class _Cause:
+class _Cause(NamedTuple):
     """Why a stretch can be no piece.
 
     Parameters
@@ -355,12 +334,13 @@ def choose_runs(
     if threads is None:
         threads = np.flatnonzero(np.diff(candidates.sites.offsets))
     price_mm2 = kind_price * joint_price(candidates)
-    kinds = repeats, price_mm2
     priced = None if likes is None else KindPrices(likes, price_mm2)
-    cuts = _cut(candidates, joints, bed, min(length_mm, max_length_mm), threads, *kinds, priced)
+    shorter = min(length_mm, max_length_mm)
+    cuts = _Cutter(candidates, bed, joints, price_mm2, priced, shorter).cut(threads, repeats)
     lost = _lost(cuts)
     if len(lost) and length_mm < max_length_mm:
-        cuts |= _cut(candidates, joints, bed, max_length_mm, lost, *kinds, priced)
+        longer = _Cutter(candidates, bed, joints, price_mm2, priced, max_length_mm)
+        cuts |= longer.cut(lost, repeats)
         lost = _lost(cuts)
     if len(lost):
         # What contains a stretch that can be no piece cannot be one, either: where there is any
@@ -369,7 +349,7 @@ def choose_runs(
         wider = list_candidates(
             candidates.ribbons, weave, bed, max_length_mm, lost, most, candidates.barred
         )
-        cuts |= _cut(wider, joints, bed, max_length_mm, lost, *kinds)
+        cuts |= _Cutter(wider, bed, joints, price_mm2, None, max_length_mm).cut(lost, repeats)
         stuck = _lost(cuts).tolist()
         if stuck:
             raise CannotMakeError(splitting_refusal(wider, bed, stuck, labels, max_length_mm))
@@ -383,163 +363,136 @@ def _lost(cuts: Mapping[int, IntArray | None]) -> IntArray:
     return np.array([thread for thread, cut in cuts.items() if cut is None], dtype=np.int64)
 
 
-def _cut(
-    candidates: Candidates,
-    joints: Joints,
-    bed: Bed,
-    longest_mm: float,
-    threads: IntArray,
-    repeats: Repeats | None,
-    kind_mm2: float,
-    likes: KindPrices | None = None,
-) -> dict[int, IntArray | None]:
-    """Cut some threads; None for those that cannot be cut so short.
+class _Cutter:
+    """Cuts threads one after another, each at the least cost beside the joints that there are."""
 
-    Returns
-    -------
-    dict
-        For each thread the sites, counted in it, at which its pieces begin.
-    """
-    sites, price = candidates.sites, joint_price(candidates)
-    cost = price_candidates(candidates, bed, longest_mm)
-    fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
-    orbits = list(list_orbits(sites, threads, repeats))
-    outer = sites.outer
-    cuts: dict[int, IntArray | None] = {}
-    width = cost.shape[1]
-    for _sweep in range(2):
-        for orbit in orbits:
+    def __init__(
+        self,
+        candidates: Candidates,
+        bed: Bed,
+        joints: Joints,
+        kind_mm2: float,
+        likes: KindPrices | None,
+        longest_mm: float,
+    ) -> None:
+        self._all, self._bed, self._joints = candidates, bed, joints
+        self._kind_mm2, self._likes = kind_mm2, likes
+        self._outer = candidates.sites.outer
+        self._cost = price_candidates(candidates, bed, longest_mm)
+        self._fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
+
+    def cut(self, threads: IntArray, repeats: Repeats | None) -> dict[int, IntArray | None]:
+        """Cut some threads; None for those that cannot be cut so short.
+
+        Returns
+        -------
+        dict
+            For each thread the sites, counted in it, at which its pieces begin.
+        """
+        sites, price, outer = self._all.sites, joint_price(self._all), self._outer
+        cuts: dict[int, IntArray | None] = {}
+        # In a second sweep, each is cut beside the joints of all others.
+        for orbit in [*list_orbits(sites, threads, repeats)] * 2:
             begin = sites.offsets[orbit.threads]
             rows = begin[:, None] + orbit.there
-            for thread, row in zip(orbit.threads.tolist(), begin, strict=True):
+            for thread in orbit.threads.tolist():
                 earlier = cuts.get(thread)
                 if earlier is not None:
-                    at = row + earlier
-                    joints.add(sites.crossing[at[~outer[at]]], -1)
-                    if likes is not None:
-                        likes.add(at, _ahead(sites, thread, earlier), -1)
-            beside = orbit.beside(sites.crossing[rows], joints)
+                    self._count(thread, earlier, -1)
+            beside = orbit.beside(sites.crossing[rows], self._joints)
             joint = np.where(outer[rows[0]], 0.0, price + beside)
-            more = joint[_targets(orbit, width)]
-            if likes is not None:
-                more += likes.costs(rows[0])
-            cut = _cut_orbit(candidates, orbit, cost, more, fitting, bed, kind_mm2)
+            # The site at which each candidate ends.
+            count, width = rows.shape[1], self._cost.shape[1]
+            target = np.arange(count)[:, None] + np.arange(1, width + 1)
+            more = joint[target % count if orbit.closed else np.minimum(target, count - 1)]
+            if self._likes is not None:
+                more += self._likes.costs(rows[0])
+            cut = self._cut_orbit(orbit, more)
             for number, thread in enumerate(orbit.threads.tolist()):
                 cuts[thread] = None
                 if cut is not None:
                     ways = begin[number] + orbit.ways(cut, number)
-                    inner = ~outer[ways]
-                    prices = np.where(inner, joints.costs(sites.crossing[ways]), 0.0).sum(axis=1)
-                    at = ways[int(np.argmin(np.round(prices, 3)))]
-                    cuts[thread] = chosen = at - begin[number]
-                    joints.add(sites.crossing[at[~outer[at]]])
-                    if likes is not None:
-                        likes.add(at, _ahead(sites, thread, chosen))
-    return cuts
+                    costs = np.where(outer[ways], 0.0, self._joints.costs(sites.crossing[ways]))
+                    best = int(np.argmin(np.round(costs.sum(axis=1), 3)))
+                    cuts[thread] = chosen = ways[best] - begin[number]
+                    self._count(thread, chosen, 1)
+        return cuts
 
+    def _count(self, thread: int, cut: IntArray, times: int) -> None:
+        """Add the joints and the pieces of a thread to those that there are, or take them away."""
+        sites = self._all.sites
+        at = sites.offsets[thread] + cut
+        self._joints.add(sites.crossing[at[~self._outer[at]]], times)
+        if self._likes is not None:
+            self._likes.add(at, self._ahead(thread, cut), times)
 
-def _targets(orbit: Orbit, width: int) -> IntArray:
-    """Return the site at which each candidate of the first thread of an orbit ends, (N, D)."""
-    count = orbit.there.shape[1]
-    target = np.arange(count)[:, None] + np.arange(1, width + 1)
-    return target % count if orbit.closed else np.minimum(target, count - 1)
+    def _ahead(self, thread: int, cut: IntArray) -> IntArray:
+        """Return how many sites beyond the next one each piece of a thread ends."""
+        sites = self._all.sites
+        count = int(sites.offsets[thread + 1] - sites.offsets[thread])
+        after = np.append(cut[1:], cut[0] + count if sites.closed[thread] else count - 1)
+        return np.asarray(after - cut - 1)
 
+    def _cut_orbit(self, orbit: Orbit, more: FloatArray) -> IntArray | None:
+        """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price.
 
-def _ahead(sites: Sites, thread: int, cut: IntArray) -> IntArray:
-    """Return how many sites beyond the next one each piece of a thread ends."""
-    count = int(sites.offsets[thread + 1] - sites.offsets[thread])
-    after = np.append(cut[1:], cut[0] + count if sites.closed[thread] else count - 1)
-    return np.asarray(after - cut - 1)
+        What candidates cost ``more`` than their sheet is known of the first thread only, (n, D).
+        """
+        best, chosen = np.inf, None
+        for times, solve in orbit.plans():
+            total, cut = self._cut_thread(int(orbit.threads[0]), more, solve, times)
+            if cut is None:
+                continue
+            # Pieces of one kind cost the same, so a kind more or less is all that they differ by.
+            total = len(orbit.threads) * times * total + self._kind_mm2 * orbit.kinds(cut)
+            if total < best:
+                best, chosen = total, cut
+        return chosen
 
+    def _cut_thread(
+        self, thread: int, more: FloatArray, solve: Solve, times: int
+    ) -> tuple[float, IntArray | None]:
+        """Cut one thread; the costs of pieces that turn out not to fit become infinite.
 
-def _cut_orbit(
-    candidates: Candidates,
-    orbit: Orbit,
-    cost: FloatArray,
-    more: FloatArray,
-    fitting: BoolArray,
-    bed: Bed,
-    kind_mm2: float,
-) -> IntArray | None:
-    """Cut the first thread of an orbit, so that few kinds come of it if a kind has a price.
+        A ring is cut to so many equal repeats, ``times``.
+        """
+        sites, course = self._all.sites, self._all.course
+        rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
+        count = len(self._cost[rows])
+        if count == 1 and not sites.closed[thread]:
+            station = np.array([course.offsets[thread]])
+            fits = self._fit(station, station).all()
+            return 0.0, np.zeros(1, dtype=np.int64) if fits else None
+        block = count // times
+        while True:
+            total, cut = solve((self._cost[rows] + more)[:block])
+            if not np.isfinite(total):
+                return np.inf, None
+            cut = (np.arange(times)[:, None] * block + cut).ravel()
+            row, ahead = sites.offsets[thread] + cut, self._ahead(thread, cut)
+            doubtful = ~self._fitting[row, ahead]
+            row, ahead = row[doubtful], ahead[doubtful]
+            if not len(row):
+                return total, cut
+            first = station_of_site(course, sites)[row]
+            fit = self._fit(first, first + self._all.windows.passes[row, ahead] - 1)
+            self._fitting[row[fit], ahead[fit]] = True
+            self._cost[row[~fit], ahead[~fit]] = np.inf
+            if fit.all():
+                return total, cut
 
-    What candidates cost ``more`` than their sheet is known of the first thread only, (n, D).
-    """
-    best, chosen = np.inf, None
-    for times, solve in orbit.plans():
-        total, cut = _cut_thread(
-            candidates, int(orbit.threads[0]), cost, more, fitting, bed, solve, times
-        )
-        if cut is None:
-            continue
-        # Pieces of one kind cost the same, so a kind more or less is all that they differ by.
-        total = len(orbit.threads) * times * total + kind_mm2 * orbit.kinds(cut)
-        if total < best:
-            best, chosen = total, cut
-    return chosen
-
-
-def _cut_thread(
-    candidates: Candidates,
-    thread: int,
-    cost: FloatArray,
-    more: FloatArray,
-    fitting: BoolArray,
-    bed: Bed,
-    solve: Solve,
-    times: int,
-) -> tuple[float, IntArray | None]:
-    """Cut one thread; pieces that turn out not to fit are struck off in ``cost``.
-
-    A ring is cut to so many equal repeats, ``times``.
-    """
-    sites = candidates.sites
-    rows = slice(sites.offsets[thread], sites.offsets[thread + 1])
-    ring = bool(sites.closed[thread])
-    count = len(cost[rows])
-    if count == 1 and not ring:
-        station = np.array([candidates.course.offsets[thread]])
-        outline = strip_outlines(candidates.course.stretches(station, station))[0]
-        return 0.0, np.zeros(1, dtype=np.int64) if bed.fits(outline) else None
-    block = count // times
-    while True:
-        total, cut = solve((cost[rows] + more)[:block])
-        if not np.isfinite(total):
-            return np.inf, None
-        cut = (np.arange(times)[:, None] * block + cut).ravel()
-        row, ahead = sites.offsets[thread] + cut, _ahead(sites, thread, cut)
-        doubtful = ~fitting[row, ahead]
-        row, ahead = row[doubtful], ahead[doubtful]
-        if not len(row):
-            return total, cut
-        fits = _fits(candidates, row, ahead, bed)
-        fitting[row[fits], ahead[fits]] = True
-        cost[row[~fits], ahead[~fits]] = np.inf
-        if fits.all():
-            return total, cut
-
-
-def _fits(candidates: Candidates, row: IntArray, ahead: IntArray, bed: Bed) -> BoolArray:
-    """Ask whether candidates fit the stock."""
-    if not len(row):
-        return np.zeros(0, dtype=bool)
-    first = station_of_site(candidates.course, candidates.sites)[row]
-    last = first + candidates.windows.passes[row, ahead] - 1
-    outlines = strip_outlines(candidates.course.stretches(first, last))
-    return np.array([bed.fits(outline) for outline in outlines], dtype=bool)
+    def _fit(self, first: IntArray, last: IntArray) -> BoolArray:
+        """Say which pieces from station to station fit the stock."""
+        outlines = strip_outlines(self._all.course.stretches(first, last))
+        return np.array([self._bed.fits(outline) for outline in outlines], dtype=bool)
 
 
 def _runs_of_cuts(cuts: dict[int, IntArray], sites: Sites) -> Runs:
     """Turn the sites where pieces begin into runs of passes."""
-    thread, first, last = [], [], []
+    rows: list[tuple[int, int, int]] = []
     for number in sorted(cuts):
         count = int(sites.lengths[number])
-        begins = sites.position[sites.offsets[number] + cuts[number]]
+        begins = sites.position[sites.offsets[number] + cuts[number]].tolist()
         end = begins[0] + count if sites.closed[number] else count - 1
-        thread.append(np.full(len(begins), number))
-        first.append(begins)
-        last.append(np.append(begins[1:], end))
-    if not thread:
-        none = np.zeros(0, dtype=np.int64)
-        return Runs(none, none.copy(), none.copy())
-    return Runs(np.concatenate(thread), np.concatenate(first), np.concatenate(last))
+        rows += [(number, first, last) for first, last in pairwise([*begins, end])]
+    return Runs.of(rows)

@@ -1,6 +1,7 @@
 """Check a finished job's folder against the rules of those who cut it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,11 @@ import numpy as np
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Finding
 from fabweave.core.units import parse_length
 from fabweave.options.settings import read_job_options
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight.rules import Flaw, preflight, preflight_record
+from fabweave.plan.preflight.rules import preflight, preflight_record
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.targets import Target, target_named, targets_of
 from fabweave.stock.material import materials_of
@@ -25,7 +27,7 @@ class Preflight:
 
     supplies: Supplies
     target: Target
-    flaws: tuple[Flaw, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def all_clear(self) -> str:
@@ -35,7 +37,7 @@ class Preflight:
     @property
     def record(self) -> dict[str, Any]:
         """The findings as ``preflight.json`` holds them."""
-        return preflight_record(self.flaws, self.supplies.materials, self.target)
+        return preflight_record(self.findings, self.supplies.materials, self.target)
 
 
 def preflight_job(
@@ -57,9 +59,9 @@ def preflight_job(
         If a file of the job is missing or is not what fabweave writes.
     """
     options = read_job_options(directory / "job.toml")
-    try:
+    with finished_job(directory, "can be checked"):
         supplies = supplies_of(options)
-        targets = targets_of(options.get("targets", {}), "the targets in job.toml")
+        targets = targets_of(options.get("rules", {}), "the rules in job.toml")
         if target is not None:
             targets = (*targets, *user_targets)
         named = target_named(target or options.get("target", "default"), targets)
@@ -68,13 +70,20 @@ def preflight_job(
         bunches = np.array([thread.bunch for thread in crossing_map.threads], dtype=np.int64)
         supplies.require(bunches)
         materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
-        flaws = preflight(crossing_map, ribbons.findings, materials, named)
-        return Preflight(supplies, named, flaws)
+        found = preflight(crossing_map, ribbons.findings, materials, named)
+        return Preflight(supplies, named, found)
+
+
+@contextmanager
+def finished_job(directory: Path, purpose: str) -> Iterator[None]:
+    """Say what is wrong with a folder if its files, as they are read, are no finished job's."""
+    try:
+        yield
+    except InputError:
+        raise
     except (LookupError, TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(
-            f"{directory} is not a finished job that can be checked "
+            f"{directory} is not a finished job that {purpose} "
             f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
         ) from error
 
@@ -93,5 +102,5 @@ def supplies_of(options: Mapping[str, Any]) -> Supplies:
         tuple((name, parse_length(text)) for name, text in thickness),
         (("", None),),
         (),
-        materials_of(options.get("materials", {}), "the materials in job.toml"),
+        materials_of(options.get("library", {}), "the library in job.toml"),
     )

@@ -2,61 +2,51 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeAlias
+from itertools import groupby
+from operator import attrgetter
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
+from fabweave.core.records import to_json
 from fabweave.piece.outline import SHORTEST_SIDE_MM
-from fabweave.plan.crossing_map import CrossingMap, HoleRecord, PieceRecord, SheetRecord
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.plan.crossing_map import CrossingMap, PieceRecord, SheetRecord
+from fabweave.ribbon.rules.finding import Finding as BrokenRule
 from fabweave.sheet.targets import Target
 from fabweave.stock.material import Material, hole_edge_mm
 
 SCHEMA = "fabweave.preflight/1"
 
-Rule: TypeAlias = Literal[
-    "hole", "hole-edge", "web", "gap", "piece", "sheet", "segment", "width", "bend"
-]
+#: What each rule forbids, and how the worst case is told.
+_MEANING = {
+    "hole": "{n} hole[|s] smaller than can be cut",
+    "hole-edge": "{n} hole[|s] too close to an edge",
+    "web": "{n} place[|s] with too little material between cuts",
+    "gap": "{n} piece[|s] too close to another",
+    "piece": "{n} piece[|s] larger than the target takes",
+    "sheet": "{n} sheet[|s] larger than the target takes",
+    "segment": "{n} side[|s] of outlines too short to cut cleanly",
+    "width": "{n} stretch[|es] of ribbon too narrow to handle",
+    "bend": "{n} bend[|s] tighter than the material takes",
+}
 
 
-@dataclass(frozen=True)
-class Flaw:
-    """One rule that a piece does not keep: its worst place, and what would help.
-
-    Parameters
-    ----------
-    rule : str
-    piece : str or None
-        The piece; None where the whole sheet or the object is concerned.
-    sheet : int or None
-        Its sheet, from 1.
-    place : (float, float) or None
-        On that sheet, in millimetres.
-    value, limit : float
-        What there is, and what is asked for, in millimetres.
-    count : int
-        In how many places of the piece.
-    remedy : str
-        What would help.
-    """
-
-    rule: Rule
-    piece: str | None
-    sheet: int | None
-    place: tuple[float, float] | None
-    value: float
-    limit: float
-    count: int
-    remedy: str
+def _finding(
+    rule: str, value_mm: float, limit_mm: float, cure: str, where: str = "", count: int = 1
+) -> Finding:
+    """Return what breaks a rule: in how many places, and the worst of them."""
+    value, limit = (f"{round(length, 3):g} mm" for length in (value_mm, limit_mm))
+    text = f"{agree(count, _MEANING[rule])}; worst {value} instead of {limit}"
+    return Finding(rule=rule, level="with care", text=text, cure=cure, where=where)
 
 
 def preflight_record(
-    flaws: tuple[Flaw, ...], materials: Sequence[Material], target: Target
+    findings: Sequence[Finding], materials: Sequence[Material], target: Target
 ) -> dict[str, Any]:
     """Return what ``preflight.json`` holds; a job of several materials lists them all."""
     each = [
@@ -67,66 +57,26 @@ def preflight_record(
         "units": "mm",
         **(each[0] if len(each) == 1 else {"materials": each}),
         "target": target.name,
-        "flaws": [
-            {
-                "rule": flaw.rule,
-                "piece": flaw.piece,
-                "sheet": flaw.sheet,
-                "place": None if flaw.place is None else list(flaw.place),
-                "value_mm": round(flaw.value, 4),
-                "limit_mm": round(flaw.limit, 4),
-                "count": flaw.count,
-                "remedy": flaw.remedy,
-            }
-            for flaw in flaws
-        ],
+        "findings": list(map(to_json, findings)),
     }
 
 
-_MEANING: dict[Rule, str] = {
-    "hole": "hole{s} smaller than can be cut",
-    "hole-edge": "hole{s} too close to an edge",
-    "web": "place{s} with too little material between cuts",
-    "gap": "piece{s} too close to another",
-    "piece": "piece{s} larger than the target takes",
-    "sheet": "sheet{s} larger than the target takes",
-    "segment": "side{s} of outlines too short to cut cleanly",
-    "width": "stretch{es} of ribbon too narrow to handle",
-    "bend": "bend{s} tighter than the material takes",
-}
-
-
-def flaw_lines(flaws: tuple[Flaw, ...]) -> list[str]:
-    """Say for each rule how many places break it, the worst of them, and what would help.
+def finding_lines(findings: Sequence[Finding]) -> list[str]:
+    """Say of each rule what breaks it worst, on how many more pieces it is broken, and the cure.
 
     Examples
     --------
-    >>> flaw = Flaw("hole", "A1", 1, (20.0, 30.5), 0.8, 1.0, 3, "--fastener 1mm")
-    >>> flaw_lines((flaw,))[0]
-    'hole: 3 holes smaller than can be cut on 1 piece; worst 0.80 mm instead of 1.00 mm on A1, \
-sheet 1 at (20.0, 30.5). --fastener 1mm would help'
+    >>> hole = _finding("hole", 0.8, 1.0, "--fastener 1mm", "A1, sheet 1 at (20, 30.5)", 3)
+    >>> finding_lines((hole,))[0]
+    'hole: 3 holes smaller than can be cut; worst 0.8 mm instead of 1 mm on A1, sheet 1 at \
+(20, 30.5). --fastener 1mm would help'
     """
     lines = []
-    for rule, meaning in _MEANING.items():
-        of_rule = [flaw for flaw in flaws if flaw.rule == rule]
-        if not of_rule:
-            continue
-        # A piece may be too large, all else too small.
-        worst = max(of_rule, key=lambda flaw: abs(flaw.limit - flaw.value) / flaw.limit)
-        count = sum(flaw.count for flaw in of_rule)
-        many = count != 1
-        what = meaning.format(s="s" if many else "", es="es" if many else "")
-        pieces = {flaw.piece for flaw in of_rule if flaw.piece is not None}
-        on = agree(len(pieces), " on {n} piece[|s]") if pieces else ""
-        where = "" if worst.piece is None else f" on {worst.piece}"
-        if worst.sheet is not None:
-            where += f", sheet {worst.sheet}" if where else f" on sheet {worst.sheet}"
-        if worst.place is not None:
-            where += f" at ({worst.place[0]:.1f}, {worst.place[1]:.1f})"
-        lines.append(
-            f"{rule}: {count} {what}{on}; worst {worst.value:.2f} mm instead of "
-            f"{worst.limit:.2f} mm{where}. {worst.remedy} would help"
-        )
+    for rule, alike in groupby(findings, attrgetter("rule")):
+        worst, *others = alike
+        where = f" on {worst.where}" if worst.where else ""
+        more = agree(len(others), "; {n} more piece[|s]") if others else ""
+        lines.append(f"{rule}: {worst.text}{where}{more}. {worst.cure} would help")
     return lines
 
 
@@ -134,8 +84,6 @@ Shapes: TypeAlias = npt.NDArray[Any]
 
 # Values this near to a limit are taken to keep it: files hold a millionth of a millimetre.
 _SLACK_MM = 1e-4
-# What is asked of ribbons in space that is asked of pieces, too.
-_RIBBON_RULES: dict[str, Rule] = {"width": "width", "bend": "bend"}
 # Halvings by which the width of a neck is found: a thousandth of the limit, or this if it is less.
 _HALVINGS, _WIDTH_MM = 10, 0.01
 
@@ -164,19 +112,24 @@ class _Cuts(NamedTuple):
     hole_at: FloatArray
     hole_mm: FloatArray
 
+    def where(self, piece: int, at: FloatArray) -> str:
+        """Name a piece and a place on its sheet."""
+        x, y = at.round(3).tolist()
+        return f"{self.names[piece]}, sheet {self.sheet[piece]} at ({x:g}, {y:g})"
+
 
 def preflight(
     crossing_map: CrossingMap,
-    findings: Sequence[Finding],
+    findings: Sequence[BrokenRule],
     materials: Sequence[Material],
     target: Target,
-) -> tuple[Flaw, ...]:
+) -> tuple[Finding, ...]:
     """Check every piece of a job against the rules of its material and a target.
 
     Parameters
     ----------
     crossing_map : CrossingMap
-    findings : sequence of Finding
+    findings : sequence of BrokenRule
         What was found about the ribbons in space; widths and bends count as rules, too.
     materials : sequence of Material
         That of each thread.
@@ -184,8 +137,8 @@ def preflight(
 
     Returns
     -------
-    tuple of Flaw
-        For each rule and piece that breaks it the worst place; by rules, then by pieces.
+    tuple of Finding
+        For each rule and piece that breaks it the worst place; by rules, the worst piece first.
     """
     pieces = crossing_map.to_cut
     cuts = _lay_out(crossing_map, pieces)
@@ -205,11 +158,11 @@ def _lay_out(crossing_map: CrossingMap, pieces: Sequence[PieceRecord]) -> _Cuts:
     outlines, owner, at, size = [], [], [], []
     for index, piece in enumerate(pieces):
         outlines.append(crossing_map.on_sheet(piece, np.array(piece.outline)))
-        holes = [cutout for cutout in piece.cutouts if isinstance(cutout, HoleRecord)]
+        holes = [cutout.hole for cutout in piece.cutouts if cutout.hole is not None]
         owner += [index] * len(holes)
-        size += [hole.diameter_mm for hole in holes]
+        size += [diameter for _, _, diameter in holes]
         if holes:
-            centres = np.array([(hole.x_mm, hole.y_mm) for hole in holes])
+            centres = np.array(holes)[:, :2]
             at.append(crossing_map.on_sheet(piece, centres))
     return _Cuts(
         [piece.id for piece in pieces],
@@ -223,28 +176,26 @@ def _lay_out(crossing_map: CrossingMap, pieces: Sequence[PieceRecord]) -> _Cuts:
 
 def _worst(
     cuts: _Cuts,
-    rule: Rule,
+    rule: str,
     piece: IntArray,
     at: FloatArray,
     values: FloatArray,
     limits: FloatArray,
     remedy: str,
-) -> Iterator[Flaw]:
-    """Yield for each piece the place that falls shortest of its limit, and how many do."""
+) -> Iterator[Finding]:
+    """Yield for each piece the place that falls shortest of its limit, the worst piece first."""
+    share = values / limits
     short = np.flatnonzero(values < limits - _SLACK_MM)
-    order = short[np.lexsort((short, values[short] / limits[short], piece[short]))]
+    order = short[np.lexsort((short, share[short], piece[short]))]
     first = np.flatnonzero(np.diff(piece[order], prepend=-1))
     counts = np.diff(np.append(first, len(order)))
-    for index, count in zip(order[first].tolist(), counts.tolist(), strict=True):
-        place = (round(float(at[index, 0]), 3), round(float(at[index, 1]), 3))
-        number = int(piece[index])
-        yield Flaw(
-            rule, cuts.names[number], int(cuts.sheet[number]), place, float(values[index]),
-            float(limits[index]), count, remedy,
-        )  # fmt: skip
+    for which in np.argsort(share[order[first]], kind="stable").tolist():
+        index, count = int(order[first[which]]), int(counts[which])
+        where = cuts.where(int(piece[index]), at[index])
+        yield _finding(rule, float(values[index]), float(limits[index]), remedy, where, count)
 
 
-def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
+def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Finding]:
     """Check diameters, and how far holes are from edges."""
     piece, at, hole = cuts.hole_piece, cuts.hole_at, cuts.hole_mm
     of_hole = [materials[index] for index in piece.tolist()]
@@ -264,7 +215,7 @@ def _holes(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterat
     yield from _worst(cuts, "hole-edge", piece, at, edge, wanted, remedy)
 
 
-def _webs(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Flaw]:
+def _webs(cuts: _Cuts, materials: Sequence[Material], target: Target) -> Iterator[Finding]:
     """Check what is left between holes of a piece, and where a piece has a thin neck."""
     least = np.array(
         [max(target.web_t * material.thickness_mm, target.web_mm) for material in materials]
@@ -339,7 +290,7 @@ def _neck_place(gone: Any, eaten: Any) -> tuple[float, float]:
     return x, y
 
 
-def _gaps(cuts: _Cuts, target: Target) -> Iterator[Flaw]:
+def _gaps(cuts: _Cuts, target: Target) -> Iterator[Finding]:
     """Check how near pieces of one sheet come to one another."""
     # Sheets lie side by side, too far apart to meet.
     wide = float(shapely.bounds(cuts.polygons)[:, 2].max(initial=0.0)) + 10 * target.gap_mm
@@ -357,32 +308,30 @@ def _gaps(cuts: _Cuts, target: Target) -> Iterator[Flaw]:
     yield from _worst(cuts, "gap", first, at, np.asarray(shapely.length(line)), limits, remedy)
 
 
-def _sizes(cuts: _Cuts, sheets: Sequence[SheetRecord], target: Target) -> Iterator[Flaw]:
+def _sizes(cuts: _Cuts, sheets: Sequence[SheetRecord], target: Target) -> Iterator[Finding]:
     """Check pieces and sheets against the largest that a target takes, either way round."""
     if target.piece_mm is not None:
         boxes = shapely.get_coordinates(shapely.oriented_envelope(cuts.polygons)).reshape(-1, 5, 2)
         sides = np.sort(np.hypot(*np.moveaxis(np.diff(boxes, axis=1)[:, :2], 2, 0)), axis=1)
         most = np.sort(target.piece_mm)
-        for index in np.flatnonzero(np.any(sides > most + _SLACK_MM, axis=1)).tolist():
+        over = (sides - most).max(axis=1)
+        worst_first = np.argsort(-over, kind="stable")
+        for index in worst_first[over[worst_first] > _SLACK_MM].tolist():
             worst = int(np.argmax(sides[index] - most))
-            centre = boxes[index, :4].mean(axis=0).round(3).tolist()
-            yield Flaw(
-                "piece", cuts.names[index], int(cuts.sheet[index]), (centre[0], centre[1]),
-                float(sides[index, worst]), float(most[worst]), 1,
-                f"--max-length {np.floor(most[worst]):g}mm",
-            )  # fmt: skip
+            where = cuts.where(index, boxes[index, :4].mean(axis=0))
+            cure = f"--max-length {np.floor(most[worst]):g}mm"
+            yield _finding("piece", sides[index, worst], most[worst], cure, where)
     if target.sheet_mm is not None:
         most = np.sort(target.sheet_mm)
         for sheet in sheets:
             sides = np.sort([sheet.width_mm, sheet.height_mm])
             worst = int(np.argmax(sides - most))
             if sides[worst] > most[worst] + _SLACK_MM:
-                remedy = f"--sheet {target.sheet_mm[0]:g}x{target.sheet_mm[1]:g}mm"
-                value, limit = float(sides[worst]), float(most[worst])
-                yield Flaw("sheet", None, sheet.number, None, value, limit, 1, remedy)
+                cure = f"--sheet {target.sheet_mm[0]:g}x{target.sheet_mm[1]:g}mm"
+                yield _finding("sheet", sides[worst], most[worst], cure, f"sheet {sheet.sheet}")
 
 
-def _segments(cuts: _Cuts) -> Iterator[Flaw]:
+def _segments(cuts: _Cuts) -> Iterator[Finding]:
     """Check that no side of an outline is too short."""
     points, piece = shapely.get_coordinates(cuts.polygons, return_index=True)
     same = piece[1:] == piece[:-1]
@@ -393,13 +342,12 @@ def _segments(cuts: _Cuts) -> Iterator[Flaw]:
     yield from _worst(cuts, "segment", piece[1:][same], at, sides, limits, remedy)
 
 
-def _ribbons(findings: Sequence[Finding]) -> Iterator[Flaw]:
+def _ribbons(findings: Sequence[BrokenRule]) -> Iterator[Finding]:
     """Take over what was found about widths and bends in space."""
-    for finding in findings:
-        if finding.rule in _RIBBON_RULES:
-            remedy = finding.remedy or "a thinner material"
-            value, limit, count = finding.value, finding.limit, finding.count
-            yield Flaw(_RIBBON_RULES[finding.rule], None, None, None, value, limit, count, remedy)
+    for found in findings:
+        if found.rule in ("width", "bend"):
+            cure = found.remedy or "a thinner material"
+            yield _finding(found.rule, found.value, found.limit, cure, count=found.count)
 
 
 def _up(length_mm: float) -> str:

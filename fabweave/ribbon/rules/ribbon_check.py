@@ -238,7 +238,7 @@ def require_pliable(
             f"crossing {finding.crossing}): use "
             + ", or ".join(ways)
             + (
-                f". It may do as it is: {formed}; --materials takes an entry of your own with that "
+                f". It may do as it is: {formed}; --library takes an entry of your own with that "
                 "radius"
                 if formed is not None
                 else ""

@@ -194,17 +194,28 @@ class Book:
 
     def tick_box(self, x: float, y: float, side: float = 10.0) -> None:
         """Draw a box to tick."""
-        corners = [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
-        self.line(corners, width=0.9, closed=True)
+        self.box(x, y, side, side, width=0.9)
+
+    def box(
+        self,
+        x: float,
+        y: float,
+        wide: float,
+        high: float,
+        *,
+        width: float,
+        grey: float = 0.0,
+        fill: float | None = None,
+    ) -> None:
+        """Draw a rectangle whose lower left corner is given."""
+        corners = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
+        self.line(corners, width=width, grey=grey, closed=True, fill=fill)
 
     def tag(self, x: float, y: float, text: str, *, dark: bool) -> None:
         """Write a text of 9 points in a box whose middle is given."""
         wide, high = tag_size(text)
-        corners = [
-            (x + across * wide / 2, y + up * high / 2)
-            for across, up in ((-1, -1), (1, -1), (1, 1), (-1, 1))
-        ]
-        self.line(corners, width=0.7, closed=True, fill=0.0 if dark else 1.0)
+        left, low = x - wide / 2, y - high / 2
+        self.box(left, low, wide, high, width=0.7, fill=0.0 if dark else 1.0)
         grey = 1.0 if dark else 0.0
         self.text(x, y, text, size=SMALL, bold=True, align=0.5, grey=grey, middle=True)
 

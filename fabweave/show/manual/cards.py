@@ -139,7 +139,7 @@ def what_is_met(
     met = first
     for at, station in enumerate(piece.stations):
         others = strands[station.crossing, not station.over]
-        there = [other for other in others if step_of[other] <= step.number]
+        there = [other for other in others if step_of[other] <= step.step]
         if there and station.crossing in (step.over if station.over else step.under):
             complete = station.crossing in step.fasten and station.crossing not in idle
             met.append(Met(at, station.over, " ".join(there), complete))
@@ -195,7 +195,7 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
 def _levelled(piece: PieceRecord, left: float, wide: float) -> tuple[FloatArray, FloatArray]:
     """Return the outline and the stations of a piece, from start to end, as it is drawn."""
     outline = np.array(piece.outline)
-    places = np.array([(station.x_mm, station.y_mm) for station in piece.stations])
+    places = np.array([(station.x, station.y) for station in piece.stations])
     x, y = places[-1] - places[0]
     length = float(np.hypot(x, y)) or 1.0
     turn = np.array([[x, -y], [y, x]]) / length if x or y else np.eye(2)

@@ -13,7 +13,7 @@ from PIL import Image
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.picture.camera import Frame, View, frame_object
-from fabweave.picture.shading import facet_normals
+from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.piece.development import Stretches, piece_stretches
@@ -21,6 +21,22 @@ from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
+
+
+@frozen_value
+class Palette:
+    """The colours of all pictures of a job.
+
+    Parameters
+    ----------
+    own : (P,) int array
+        The number of each piece's own colour.
+    tones : (C, 8, 3) uint8 array
+        Each own colour as it is shown in place and new, from dark to light.
+    """
+
+    own: IntArray
+    tones: Colours
 
 
 @frozen_value
@@ -37,8 +53,7 @@ class Scene:
     piece, step : (T,) int arrays
         The piece of each triangle, and the step in which it comes, from 0.
     step_of_piece : (P,) int array
-    colours : (P, 3) uint8 array
-        The own colour of each piece.
+    palette : Palette
     stretches : Stretches
         The rungs of each piece, and its stations on them.
     """
@@ -49,7 +64,7 @@ class Scene:
     piece: IntArray
     step: IntArray
     step_of_piece: IntArray
-    colours: Colours
+    palette: Palette
     stretches: Stretches
 
     @property
@@ -115,7 +130,7 @@ def build_scene(
         piece,
         step_of_piece[piece],
         step_of_piece,
-        colours,
+        make_palette(colours),
         stretches,
     )
 
@@ -133,6 +148,8 @@ _LEVELS = len(THERE) + len(NEW)
 #: black, and what is still to come.
 PAPER, OUTLINE, BLACK, COMING = range(4)
 FIXED = ((255, 255, 255), (119, 119, 119), (0, 0, 0), (242, 242, 242))
+#: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
+_HATCH_PX, _HATCH_LINE_PX = 9, 2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _KEY = (-0.42, 0.62, 0.66)
 
@@ -164,22 +181,6 @@ def packed(pixels: Colours) -> Painted:
     return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes()))
 
 
-@frozen_value
-class Palette:
-    """The colours of all pictures of a job.
-
-    Parameters
-    ----------
-    own : (P,) int array
-        The number of each piece's own colour.
-    tones : (C, 8, 3) uint8 array
-        Each own colour as it is shown in place and new, from dark to light.
-    """
-
-    own: IntArray
-    tones: Colours
-
-
 def make_palette(colours: Colours) -> Palette:
     """Return the tones of pieces that have given colours, (P, 3)."""
     own, number = np.unique(colours, axis=0, return_inverse=True)
@@ -203,14 +204,13 @@ def _toned(light: FloatArray, luminance: float) -> FloatArray:
 
 
 def paint(
-    scene: Scene, palette: Palette, frame: Frame, step: int, first_new: int, *, coming: bool
+    scene: Scene, frame: Frame, step: int, first_new: int, *, coming: bool
 ) -> tuple[Painted, FloatArray, IntArray]:
     """Paint what is in place after a step.
 
     Parameters
     ----------
     scene : Scene
-    palette : Palette
     frame : Frame
         What is beyond it is not painted.
     step, first_new : int
@@ -244,13 +244,22 @@ def paint(
         )
         code[ahead >= 0] = COMING
     levels = _levels(scene, frame, first_new)
-    code[there] = (len(FIXED) + palette.own[scene.piece] * _LEVELS + levels)[triangle]
+    code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
     piece = np.full(seen.shape, -1, dtype=np.int64)
     piece[there] = scene.piece[triangle]
     new = np.zeros(seen.shape, dtype=bool)
     new[there] = scene.step[triangle] >= first_new
     _draw_ends(code, piece, near, new)
-    tones = np.concatenate((np.array(FIXED, dtype=np.uint8), palette.tones.reshape(-1, 3)))
+    # A strip winds around the object: hatching shows where it goes on behind what is in front.
+    fresh = placed[scene.step[placed] >= first_new]
+    whole, _ = nearest_triangles(
+        points, scene.triangles[fresh], width=frame.width_px, height=frame.height_px
+    )
+    down, across = np.indices(whole.shape)
+    hatched = (whole >= 0) & ~new & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
+    dark = len(FIXED) + scene.palette.own[scene.piece[fresh]] * _LEVELS + len(THERE)
+    code[hatched] = dark[whole[hatched]]
+    tones = np.concatenate((np.array(FIXED, dtype=np.uint8), scene.palette.tones.reshape(-1, 3)))
     return packed(tones[code]), near, piece
 
 

@@ -37,7 +37,7 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
     parts = list(kinds.values())
     own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
     level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
-    names = {sheet.number: sheet.name for sheet in crossing_map.sheets}
+    names = {sheet.sheet: sheet.name for sheet in crossing_map.sheets}
     told = [_places(pieces, names, drawn) for pieces in parts]
     book.page(PARTS)
     # Few kinds are drawn large: in as few columns as a page has room for.
@@ -67,6 +67,8 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
         low = book.y - cells.heights[number]
         for column, at in enumerate(row):
             points, piece, count = level[at], parts[at][0], len(parts[at])
+            wanted = sum(one.id in own for one in parts[at])
+            more = agree(count - wanted, " and {n} spare[|s]") if count > wanted else ""
             x = book.left + column * cells.width
             y = book.y - cells.highs[number]
             shift = np.array([x, y]) - points.min(axis=0) * cells.scale
@@ -77,7 +79,7 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
             book.text(
                 x + text_width(key, 12.0, bold=True) + 6.0,
                 y,
-                ("" if count == 1 else f"{_times(parts[at], own)}: ")
+                ("" if count == 1 else f"x {wanted}{more}: ")
                 + f"{np.ptp(points[:, 0]):.0f} mm, "
                 + agree(len(piece.stations), "{n} [station|stations]"),
                 size=SMALL,
@@ -126,13 +128,6 @@ def _cells(
         for high, row in zip(highs, rows, strict=True)
     )
     return _Cells(width, scale, rows, places, highs, heights)
-
-
-def _times(pieces: Sequence[PieceRecord], own: set[str]) -> str:
-    """Say how often a kind is wanted, and how many spares there are."""
-    wanted = sum(piece.id in own for piece in pieces)
-    spares = len(pieces) - wanted
-    return f"x {wanted}" + (agree(spares, " and {n} spare[|s]") if spares else "")
 
 
 def _places(

@@ -100,7 +100,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
     several = len({(sheet.material, sheet.thickness_mm) for sheet in crossing_map.sheets}) > 1
     lines = {
         piece.id: crossing_map.on_sheet(
-            piece, np.array([(station.x_mm, station.y_mm) for station in piece.stations])
+            piece, np.array([(station.x, station.y) for station in piece.stations])
         )
         for piece in crossing_map.to_cut
     }

@@ -8,15 +8,13 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
-from fabweave.picture.zbuffer import all_fragments
+from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.show.manual.painting import (
     POINTS_PX,
     PX_MM,
     Painted,
-    Palette,
     Scene,
-    make_palette,
     paint,
 )
 
@@ -242,22 +240,18 @@ VIEWS = (
 )
 #: Pixels of the pictures by which views are compared.
 _TRIAL_PX = (180, 140)
-#: Prices of a turn, where a view in which nothing new is seen costs 1: the least counts with which
-#: the object is turned in no more than this share of the steps.
-_TURNS, MOST_TURNS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.9, 1.3, 2.0, 4.0, 9.0), 1 / 8
-#: A view that shows less than this share of what the best one shows costs up to so much more.
-_LITTLE, _POOR = 0.35, 2.0
-#: What a view costs in which a new piece cannot be seen at all, besides.
-_BLIND = 5.0
+#: Every step is seen from where at least such a share of its new pieces is seen as from the best
+#: view: the greatest of these with which no more than this share of the steps turns the object.
+_ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
 def views_of_steps(scene: Scene) -> IntArray:
     """Return the number of the view of each step: the object is turned in an eighth of them."""
     seen = seen_from_views(scene)
-    chosen = np.zeros(0, dtype=np.int64)
-    for turn in _TURNS:
-        chosen = choose_views(seen[:, :, 0], seen[:, :, 1], turn)
+    shares = shown_shares(seen[:, :, 0], seen[:, :, 1])
+    for enough in _ENOUGH:
+        chosen = choose_views(shares, enough)
         if np.count_nonzero(np.diff(chosen)) <= MOST_TURNS * len(chosen):
             break
     return chosen
@@ -274,81 +268,74 @@ def seen_from_views(scene: Scene) -> FloatArray:
     return np.array([_seen(scene, view) for view in VIEWS])
 
 
-def choose_views(least: FloatArray, total: FloatArray, turn: float) -> IntArray:
-    """Choose a view for each step so that new pieces are seen and few steps turn the object.
+def shown_shares(least: FloatArray, total: FloatArray) -> FloatArray:
+    """Return how well each view shows each step's new pieces, beside the best view, (V, S).
 
     Parameters
     ----------
     least : (V, S) float array
         For each view and step, how much is seen of the new piece that is seen least.
     total : (V, S) float array
-        How much is seen of all new pieces.
-    turn : float
-        The price of a turn.
+        The same of all new pieces together; it counts a tenth.
+    """
+    # A view that hides a piece is worth nothing where another one shows all of them.
+    blind = (least <= 0.0) & (least.max(axis=0) > 0.0)
+    worth = np.where(blind, 0.0, least + 0.1 * total)
+    best = worth.max(axis=0)
+    return np.asarray(np.where(best > 0.0, worth / np.maximum(best, 1e-9), 1.0))
+
+
+def choose_views(shares: FloatArray, enough: float) -> IntArray:
+    """Choose a view for each step so that each shows enough, and fewest steps turn the object.
+
+    Whoever turns as late as can be turns least often; of views that serve as long, that which
+    shows most is taken.
+
+    Parameters
+    ----------
+    shares : (V, S) float array
+        As of :func:`shown_shares`.
+    enough : float
+        What each step's view shows at least; no more than 1.
 
     Returns
     -------
     (S,) int array
-        The sequence of views with the least sum of what is not seen, as the square of its share
-        of the most that any view shows, more where little is seen, and of the prices of all
-        turns.
 
     Examples
     --------
-    >>> seen = np.array([[9.0, 8.0, 0.0, 9.0], [5.0, 9.0, 9.0, 8.0]])
-    >>> choose_views(seen, seen, 0.1).tolist(), choose_views(seen, seen, 0.5).tolist()
-    ([0, 1, 1, 1], [1, 1, 1, 1])
+    >>> choose_views(np.array([[1.0, 0.6, 0.1], [0.2, 1.0, 1.0]]), 0.5).tolist()
+    [0, 0, 1]
     """
-    worth = least + 0.1 * total
-    share = worth / np.maximum(worth.max(axis=0), 1e-9)
-    lost = (1.0 - share) ** 2 + _POOR * np.maximum(1.0 - share / _LITTLE, 0.0)
-    lost = lost + _BLIND * ((least <= 0.0) & (least.max(axis=0) > 0.0))
-    n_views, n_steps = lost.shape
-    best = np.zeros((n_steps, n_views), dtype=np.int64)
-    cost = lost[:, 0]
-    for step in range(1, n_steps):
-        other = int(np.argmin(cost))
-        turns = cost[other] + turn < cost
-        best[step] = np.where(turns, other, np.arange(n_views))
-        cost = np.where(turns, cost[other] + turn, cost) + lost[:, step]
-    chosen = np.empty(n_steps, dtype=np.int64)
-    chosen[-1] = int(np.argmin(cost))
-    for step in range(n_steps - 1, 0, -1):
-        chosen[step - 1] = best[step, chosen[step]]
-    return chosen
+    chosen: list[int] = []
+    while len(chosen) < shares.shape[1]:
+        left = shares[:, len(chosen) :]
+        good = left >= enough
+        lasts = np.where(good.all(axis=1), left.shape[1], good.argmin(axis=1))
+        longest = int(lasts.max())
+        shown = np.where(lasts == longest, left[:, :longest].sum(axis=1), -1.0)
+        chosen += [int(np.argmax(shown))] * longest
+    return np.array(chosen, dtype=np.int64)
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
-    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all."""
-    triangle = _first_seen(scene, scene.frame(view, _TRIAL_PX))
-    area = np.bincount(scene.piece[triangle], minlength=len(scene.step_of_piece)).astype(float)
+    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all.
+
+    Steps are painted one over the other: of a piece that counts which is nearer than all before.
+    """
+    frame = scene.frame(view, _TRIAL_PX)
+    points, (wide, high) = frame.pixels(scene.points), _TRIAL_PX
+    order = np.argsort(scene.step, kind="stable")
+    bounds = np.searchsorted(scene.step[order], np.arange(1, scene.n_steps))
+    area = np.zeros(len(scene.step_of_piece))
+    before = np.full((high, wide), -np.inf)
+    for own in np.split(order, bounds):
+        seen, near = nearest_triangles(points, scene.triangles[own], width=wide, height=high)
+        area += np.bincount(scene.piece[own[seen[near > before]]], minlength=len(area))
+        np.maximum(before, near, out=before)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area)
     return np.column_stack((least, np.bincount(scene.step_of_piece, area, scene.n_steps)))
-
-
-def _first_seen(scene: Scene, frame: Frame) -> IntArray:
-    """Return the triangle of everything that is seen when it is placed, once for each pixel.
-
-    Of the layers at a pixel those count that are nearer than all that came before them.
-    """
-    triangle, pixel, near = all_fragments(
-        frame.pixels(scene.points), scene.triangles, width=frame.width_px, height=frame.height_px
-    )
-    if not len(near):
-        return triangle
-    share = (near - near.min()) / max(float(np.ptp(near)), 1e-9)
-    # Pixel, step and nearness in one number: a quarter of the time of sorting by each in turn.
-    place = pixel * (int(scene.step.max()) + 1) + scene.step[triangle]
-    bits = 62 - int(place.max()).bit_length()
-    order = np.argsort(
-        (place << bits) + ((1.0 - share) * 2.0**bits).astype(np.int64), kind="stable"
-    )
-    triangle, pixel, share = triangle[order], pixel[order], share[order]
-    # Each pixel has a range of its own, so one running maximum serves them all.
-    level = np.maximum.accumulate(share + 2.0 * pixel)
-    wins = np.flatnonzero(share + 2.0 * pixel > np.concatenate(([-1.0], level[:-1])))
-    return np.asarray(triangle[wins])
 
 
 def side_words(view: View) -> str:
@@ -460,15 +447,15 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
     list of WholePicture
         Of all steps together, in order.
     """
-    palette, drawn = make_palette(scene.colours), Drawn(scene, crossing_map)
+    drawn = Drawn(scene, crossing_map)
     chosen = views_of_steps(scene).tolist()
     pictures: list[WholePicture] = []
     for number, run in groupby(range(scene.n_steps), key=lambda at: chosen[at]):
         view = VIEWS[number]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
-            details = tuple(_detail(drawn, palette, view, at) for at in own)
-            pictures.append(WholePicture(*_whole(drawn, palette, view, own), view, turned, details))
+            details = tuple(_detail(drawn, view, at) for at in own)
+            pictures.append(WholePicture(*_whole(drawn, view, own), view, turned, details))
     return pictures
 
 
@@ -488,25 +475,23 @@ def _parted(run: Sequence[int], crossing_map: CrossingMap) -> list[list[int]]:
 
 
 def _whole(
-    drawn: Drawn, palette: Palette, view: View, steps: Sequence[int]
+    drawn: Drawn, view: View, steps: Sequence[int]
 ) -> tuple[Painted, tuple[Mark, ...], FloatArray]:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     frame = drawn.scene.frame(view, _pixels(WHOLE))
-    painted, _, piece = paint(
-        drawn.scene, palette, frame, steps[-1], steps[0], coming=steps[0] == 0
-    )
+    painted, _, piece = paint(drawn.scene, frame, steps[-1], steps[0], coming=steps[0] == 0)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, piece, number) for number in new)
     return painted, marks, on_page(frame.pixels(lines), frame)
 
 
-def _detail(drawn: Drawn, palette: Palette, view: View, at: int) -> StepPicture:
+def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
     scene, step = drawn.scene, drawn.steps[at]
     ends = [scene.rung_ends(number) for number in drawn.new(at)]
     ratio, size, frame = _window(np.concatenate(ends).reshape(-1, 3), view)
-    painted, near, piece = paint(scene, palette, frame, at, at, coming=False)
+    painted, near, piece = paint(scene, frame, at, at, coming=False)
     places = Places(drawn, frame, near, at)
     marks = [
         *(new_mark(drawn, frame, piece, number) for number in drawn.new(at)),

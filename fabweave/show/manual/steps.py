@@ -39,23 +39,22 @@ _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
 _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
-    "A picture of the whole object shows where the next pieces go; then each step has a picture "
-    "of its own, seen from the same side. New pieces have their full colour and a heavy outline, "
-    "and a black name; pieces in place are pale. A name with a disc is that of a piece that the "
-    "new one lies over, with a ring that of one that it runs under, as it is engraved beside "
-    "crossings; # is a joint. An arrow shows where an end slides beneath others, and a circle with "
-    "a cross where all layers are now in place. A card shows the new piece flat, its outer face up "
-    "and its start at the left: in order from there, all that crosses it and is in place, with a "
-    "disc where the piece goes over it and a ring where it runs under. Grey lines are strands to "
-    "come."
+    "A picture of the whole object shows where the next pieces go. Then each step has a picture of "
+    "its own, seen from the same side. New pieces are dark, with a heavy outline and a black name; "
+    "hatching shows where other pieces hide them. Pieces in place are pale. A name with a disc is "
+    "a piece that the new one lies over; a name with a ring is one that it runs under. # marks a "
+    "joint. An arrow shows where an end slides under other pieces, and a circle with a cross shows "
+    "where all layers are now in place. A card shows the new piece flat, outer face up, start at "
+    "the left. It names all that crosses the piece and is in place: a disc where the piece goes "
+    "over it, a ring where it runs under. Grey lines are strands to come."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
     "and assembly.html each step on it, where that could be made."
 )
 RINGED = (
-    " Crossings that the ring around an opening holds get their fasteners with it, at the end: "
-    "until then, clips are enough there."
+    " Crossings under the ring around an opening get their fasteners with it, at the end: "
+    "until then, clips hold them."
 )
 BOXES = " Tick the box of a piece when it is in its place."
 
@@ -143,7 +142,7 @@ class _Writer:
         # Where no fastener goes, nobody needs to know that the last layer has come.
         self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
         self._joints = {joint.id: joint for joint in crossing_map.joints}
-        self._step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+        self._step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
         self._columns = 1 if pictured else 2
         self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
         self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
@@ -169,11 +168,13 @@ class _Writer:
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
-        head = steps_words(steps[0].number, steps[-1].number)
+        first, last = steps[0].step, steps[-1].step
+        head = f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
         book.text(x, y - 16.0, head, size=14.0, bold=True)
         seen = view_words(whole.view, turned=whole.turned)
         end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
-        progress = progress_words(self._there, len(self._pieces))
+        all_of_them = agree(len(self._pieces), "{n} [piece is|pieces are]")
+        progress = f"With these, {self._there} of {all_of_them} in place."
         book.block(x, end, progress, room, size=_TEXT)
         left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
         book.image(whole.painted, left, low, *WHOLE)
@@ -269,10 +270,10 @@ class _Writer:
     ) -> None:
         """Write the number of a step, its time, and its pieces with their boxes."""
         book = self._book
-        seconds = self._seconds[step.number - 1]
+        seconds = self._seconds[step.step - 1]
         self._so_far += seconds
         y -= 0.84 * _NUMBER
-        head = f"Step {step.number}"
+        head = f"Step {step.step}"
         book.text(x, y, head, size=_NUMBER, bold=True)
         time = time_words(seconds, self._so_far)
         book.text(x + room, y, time, size=_TEXT, align=1.0)
@@ -289,7 +290,7 @@ class _Writer:
         by_kind = self._map.cut.labels == "kinds"
         names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
         names += [f"{name} (rim)" for name in step.ring or ()]
-        left = room - text_width(f"Step {step.number}", _NUMBER, bold=True) - 84.0
+        left = room - text_width(f"Step {step.step}", _NUMBER, bold=True) - 84.0
         rows: list[list[str]] = [[]]
         for name in names:
             wide = self._name_width(name)
@@ -317,12 +318,9 @@ class _Writer:
         tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
         self._draw_tags(tags, corner, ringed=False)
         ratio = f"1 : {picture.ratio:g}"
-        left, top = x + wide - CORNER[0], y + CORNER[1]
-        corners = [(left, y), (x + wide, y), (x + wide, top), (left, top)]
-        book.line(corners, width=0.0, closed=True, fill=1.0)
+        book.box(x + wide - CORNER[0], y, *CORNER, width=0.0, fill=1.0)
         book.text(x + wide - 2.0, y + 2.5, ratio, size=_TEXT, align=1.0)
-        frame = [(x, y), (x + wide, y), (x + wide, y + high), (x, y + high)]
-        book.line(frame, width=0.4, grey=0.55, closed=True)
+        book.box(x, y, wide, high, width=0.4, grey=0.55)
 
     def _draw_tags(self, tags: Sequence[Tag], corner: FloatArray, *, ringed: bool) -> None:
         """Draw names, and lines to what they name: dashed to what is hidden."""
@@ -337,16 +335,13 @@ class _Writer:
                 book.ring(*(tag.mark.at + corner).tolist())
         for tag in tags:
             dark = tag.mark.kind == "new"
-            (left, low), (right, top) = (
-                (tag.middle + way * tag.half + corner).tolist() for way in (-1.0, 1.0)
-            )
-            box = [(left, low), (right, low), (right, top), (left, top)]
-            book.line(box, width=0.7, closed=True, fill=0.0 if dark else 1.0)
-            middle = (low + top) / 2
+            (left, low), (wide, high) = (tag.middle - tag.half + corner).tolist(), 2.0 * tag.half
+            book.box(left, low, wide, high, width=0.7, fill=0.0 if dark else 1.0)
+            x, y = (tag.middle + corner).tolist()
             if tag.mark.kind in ("over", "under"):
-                book.sign(left + 2.0 + SIGN / 2, middle, over=tag.mark.kind == "over")
-                left += SIGN - 1.0
-            book.text((left + right) / 2, middle, tag.mark.text, size=TAG, bold=True, align=0.5,
+                book.sign(left + 2.0 + SIGN / 2, y, over=tag.mark.kind == "over")
+                x += (SIGN - 1.0) / 2
+            book.text(x, y, tag.mark.text, size=TAG, bold=True, align=0.5,
                       grey=1.0 if dark else 0.0, middle=True)  # fmt: skip
 
 
@@ -440,28 +435,6 @@ def view_words(view: View, *, turned: bool) -> str:
     """
     side = side_words(view)
     return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
-
-
-def steps_words(first: int, last: int) -> str:
-    """Name a run of steps that comes next.
-
-    Examples
-    --------
-    >>> steps_words(3, 3), steps_words(3, 7)
-    ('Next: step 3', 'Next: steps 3 to 7')
-    """
-    return f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
-
-
-def progress_words(there: int, pieces: int) -> str:
-    """Say how many pieces are in place after some steps.
-
-    Examples
-    --------
-    >>> progress_words(12, 96)
-    'With these, 12 of 96 pieces are in place.'
-    """
-    return f"With these, {there} of {agree(pieces, '{n} [piece is|pieces are]')} in place."
 
 
 def time_words(seconds: float, so_far: float) -> str:

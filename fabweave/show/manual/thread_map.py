@@ -1,12 +1,12 @@
 """Draw the map of the manual: each thread as a band with its pieces, joints and what crosses it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import groupby
+from typing import TypeAlias
 
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
-from fabweave.plan.crossing_map import CrossingMap, PieceRecord, ThreadRecord
+from fabweave.plan.crossing_map import CrossingMap, PieceRecord, StationRecord, ThreadRecord
 from fabweave.show.manual.book import LEADING, SMALL, Book, text_width, wrapped
 
 MAP = "Threads and their pieces"
@@ -28,15 +28,8 @@ _LEAST = 8.0
 _HEAD, _ABOVE, _BELOW, _STRAND = 14.0, 34.0, 36.0, 1.9
 
 
-@dataclass(frozen=True)
-class _Stop:
-    """A crossing on the way along a thread, who is met, and, if two pieces lap, the joint."""
-
-    crossing: int
-    over: bool
-    partner: str
-    piece: str
-    joint: int | None
+#: A crossing on the way along a thread as one of its pieces sees it, and which piece.
+_Stop: TypeAlias = tuple[StationRecord, str]
 
 
 def thread_stops(thread: ThreadRecord, pieces: Mapping[str, PieceRecord]) -> list[_Stop]:
@@ -54,10 +47,7 @@ def thread_stops(thread: ThreadRecord, pieces: Mapping[str, PieceRecord]) -> lis
     for key in thread.pieces:
         piece = pieces[key]
         shared = 1 if stops and piece.joints[0] is not None else 0
-        stops += [
-            _Stop(station.crossing, station.over, station.partner, key, station.joint)
-            for station in piece.stations[shared:]
-        ]
+        stops += [(station, key) for station in piece.stations[shared:]]
     return stops
 
 
@@ -66,7 +56,7 @@ def write_map(book: Book, crossing_map: CrossingMap, colours: Colours) -> None:
     book.page(MAP)
     book.y = book.block(book.left, book.y, _INTRO, book.right - book.left, size=SMALL)
     pieces = {piece.id: piece for piece in crossing_map.pieces}
-    step_of = {key: step.number for step in crossing_map.steps for key in step.pieces}
+    step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     wide = book.right - book.left
     per_row = int(wide / _PITCH) - 1
     for thread in crossing_map.threads:
@@ -100,7 +90,7 @@ def _row_end(stops: list[_Stop], start: int, most: int) -> int:
     end = min(start + most, len(stops))
     if end == len(stops):
         return end
-    joints = (at + 1 for at in range(end - 1, start, -1) if stops[at].joint is not None)
+    joints = (at + 1 for at in range(end - 1, start, -1) if stops[at][0].joint is not None)
     return next(joints, end)
 
 
@@ -108,16 +98,16 @@ def _write_row(book: Book, stops: list[_Stop], pitch: float, colours: Colours) -
     """Draw a part of a thread; the middle of its band is where the book stands."""
     y = book.y
     places = [book.left + (number + 1) * pitch for number in range(len(stops))]
-    for x, stop in zip(places, stops, strict=True):
+    for x, (stop, _) in zip(places, stops, strict=True):
         if stop.over:
             _strand(book, x, y)
-    halves = [tuple(part) for stop in stops for part in colours[stop.crossing, int(stop.over)]]
+    halves = [tuple(part) for stop, _ in stops for part in colours[stop.crossing, int(stop.over)]]
     left = book.left + pitch / 2
     for colour, run in groupby(halves):
         wide = len(list(run)) * pitch / 2
         book.area(left, y - _HALF, wide, 2 * _HALF, colour)
         left += wide
-    for x, stop in zip(places, stops, strict=True):
+    for x, (stop, _) in zip(places, stops, strict=True):
         if not stop.over:
             _strand(book, x, y)
         if stop.joint is not None:
@@ -128,10 +118,10 @@ def _write_row(book: Book, stops: list[_Stop], pitch: float, colours: Colours) -
         book.text(x, low, stop.partner, size=SMALL, align=1.0, angle_deg=90.0, middle=True)
     first = 0
     for at in range(1, len(stops) + 1):
-        if at == len(stops) or stops[at].piece != stops[first].piece:
+        if at == len(stops) or stops[at][1] != stops[first][1]:
             # From the joint where the piece begins, which is the stop before, to its last stop.
             left = places[first] - pitch if first else places[0]
-            _name_piece(book, stops[first].piece, left, places[at - 1], y + _PIECES_UP)
+            _name_piece(book, stops[first][1], left, places[at - 1], y + _PIECES_UP)
             first = at
 
 
@@ -144,6 +134,4 @@ def _name_piece(book: Book, key: str, left: float, right: float, y: float) -> No
 
 def _strand(book: Book, x: float, y: float) -> None:
     """Draw the strand that crosses a band."""
-    low, high = y - _HALF - 3.5, y + _HALF + 1.5
-    corners = [(x - _STRAND, low), (x + _STRAND, low), (x + _STRAND, high), (x - _STRAND, high)]
-    book.line(corners, width=0.5, closed=True, fill=1.0)
+    book.box(x - _STRAND, y - _HALF - 3.5, 2 * _STRAND, 2 * _HALF + 5.0, width=0.5, fill=1.0)

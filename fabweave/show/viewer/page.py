@@ -7,6 +7,7 @@ import re
 from base64 import b64encode
 from collections.abc import Sequence
 from importlib import resources
+from importlib.resources.abc import Traversable
 from itertools import accumulate, groupby, pairwise
 from typing import Any
 
@@ -96,23 +97,6 @@ SCHEMA = "fabweave.viewer/1"
 #: Numbers of the map are rounded to a thousandth in the page, which is for looking.
 _DECIMALS = 3
 
-#: Our own scripts, in the order in which they build on one another.
-_SCRIPTS = (
-    "plan.js",
-    "hands.js",
-    "colours.js",
-    "camera.js",
-    "shaders.js",
-    "strips.js",
-    "flight.js",
-    "tags.js",
-    "space.js",
-    "flat.js",
-    "panels.js",
-    "finding.js",
-    "page.js",
-)
-
 #: three.js as trimesh carries it, from its licence to the end of its one expression.
 _THREE = re.compile(
     r"/\*\*\s*\* @license\s*\* Copyright [\d-]+ Three\.js Authors.*?"
@@ -174,7 +158,7 @@ def viewer_page(
         "STYLE": _page_file("page.css"),
         "DATA": _compact(data),
         "THREE": three_script(),
-        "SCRIPT": "\n".join(_page_file(name) for name in _SCRIPTS),
+        "SCRIPT": _scripts(),
     }
     # One pass, so that nothing that is put in is looked at again.
     return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
@@ -208,10 +192,19 @@ def three_script() -> str:
     return script[0] if script else ""
 
 
+def _scripts() -> str:
+    """Return our own scripts; that which ties the others together comes last."""
+    names = (file.name for file in _page_folder().iterdir() if file.name.endswith(".js"))
+    return "\n".join(map(_page_file, sorted(names, key=lambda name: (name == "page.js", name))))
+
+
+def _page_folder() -> Traversable:
+    return resources.files("fabweave.show.viewer").joinpath("viewer_page")
+
+
 def _page_file(name: str) -> str:
     """Return one of the files that the page is made of."""
-    folder = resources.files("fabweave.show.viewer").joinpath("viewer_page")
-    return folder.joinpath(name).read_text("utf-8")
+    return _page_folder().joinpath(name).read_text("utf-8")
 
 
 def _compact(value: Any) -> str:

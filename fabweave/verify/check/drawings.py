@@ -15,11 +15,11 @@ from fabweave.verify.drawing import (
     NOTES,
     OUTLINES,
     Drawing,
-    Flags,
     Floats,
     Ints,
     Shape,
     chords_of,
+    traced,
 )
 from fabweave.verify.measure.geometry import distances
 from fabweave.verify.read.job_files import READY, Job, required, sheet_drawings
@@ -47,34 +47,36 @@ def check_lines(job: Job, tally: Tally) -> None:
 
 def _check_segments(drawing: Drawing, place: Place) -> None:
     """Check that every segment is long enough, and that none lies on another, all or in part."""
-    owner = np.repeat(np.arange(len(drawing.sizes)), drawing.sizes)
-    following = np.arange(1, len(owner) + 1)
-    following[drawing.start[1:] - 1] = drawing.start[:-1]
-    last = np.zeros(len(owner), dtype=bool)
-    last[drawing.start[1:] - 1] = True
-    drawn = np.flatnonzero((~last | drawing.closed[owner]) & np.isnan(drawing.radius[owner]))
-    start, end = drawing.points[drawn], drawing.points[following[drawn]]
+    shapes = [shape for shape in drawing.shapes if shape.radius is None]
+    runs = [shape.run for shape in shapes]
+    begin, goal = (
+        np.concatenate([np.zeros((0, 3)), *(run[part] for run in runs)])
+        for part in (slice(None, -1), slice(1, None))
+    )
+    of = np.repeat(np.arange(len(runs)), [len(run) - 1 for run in runs])
+    start, end, bulges = begin[:, :2], goal[:, :2], begin[:, 2]
     length = np.hypot(*(end - start).T)
     if len(length):
         at = int(np.argmin(length))
-        name = drawing.shape(int(owner[drawn[at]])).where
+        name = shapes[of[at]].where
         place.at_least("segment_mm", float(length[at]), LEAST_MM, f"a side of {name} is {{}} long")
     # From either end; from the other one, left is right.
     back = (start[:, 0] > end[:, 0]) | ((start[:, 0] == end[:, 0]) & (start[:, 1] > end[:, 1]))
     low, high = (np.where(back[:, None], b, a) for a, b in ((start, end), (end, start)))
-    height = np.where(back, -1.0, 1.0) * drawing.bulges[drawn] * length / 2.0
+    height = np.where(back, -1.0, 1.0) * bulges * length / 2.0
     keys = np.rint(np.column_stack([low, high, height]) / _GRID_MM).astype(np.int64)
     _, first, counts = np.unique(keys, axis=0, return_index=True, return_counts=True)
     place.count(len(keys))
     for at in first[counts > 1].tolist():
-        name = drawing.shape(int(owner[drawn[at]])).where
+        name = shapes[of[at]].where
         place.fail(f"a side of {name} is drawn more than once")
     # Nobody burns notes: what is dashed there may lie along an edge.
-    burnt = np.array([layer != NOTES for layer in drawing.layer], dtype=bool)
-    straight = burnt[owner[drawn]] & (drawing.bulges[drawn] == 0.0)
-    for at in drawn[straight][_on_others(start[straight], end[straight])].tolist():
-        name = drawing.shape(int(owner[at])).where
-        place.fail(f"a side of {name} lies on another line for a part of its length")
+    burnt = np.array([shape.layer != NOTES for shape in shapes], dtype=bool)
+    straight = np.flatnonzero(burnt[of] & (bulges == 0.0))
+    for at in straight[_on_others(start[straight], end[straight])].tolist():
+        place.fail(
+            f"a side of {shapes[of[at]].where} lies on another line for a part of its length"
+        )
 
 
 def _on_others(start: Floats, end: Floats) -> Ints:
@@ -145,18 +147,16 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
     for piece in pieces.values():
         outlines, cutouts = drawing.of(OUTLINES, piece.id), drawing.of(HOLES, piece.id)
         here = place.at(f"piece {piece.id}")
-        check_piece_drawn(piece, plan.holes[piece.id], drawing, (outlines, cutouts), here)
+        check_piece_drawn(piece, plan.holes[piece.id], outlines, cutouts, here)
 
 
 def check_piece_drawn(
-    piece: Piece, holes: list[Hole], drawing: Drawing, shapes: tuple[Ints, Ints], place: Place
+    piece: Piece, holes: list[Hole], outlines: list[Shape], cutouts: list[Shape], place: Place
 ) -> None:
-    """Check which shapes of a drawing are a piece's outline, and which its cut-outs."""
-    outlines, cutouts = shapes
-    circle = ~np.isnan(drawing.radius[cutouts])
-    _check_outline(piece, [drawing.shape(at) for at in outlines.tolist()], place)
-    _check_holes(piece, holes, drawing, cutouts[circle], place)
-    _check_slots(piece, [drawing.shape(at) for at in cutouts[~circle].tolist()], place)
+    """Check the shapes that are a piece's outline, and those that are its cut-outs."""
+    _check_outline(piece, outlines, place)
+    _check_holes(piece, holes, [one for one in cutouts if one.radius is not None], place)
+    _check_slots(piece, [one for one in cutouts if one.radius is None], place)
 
 
 def _check_outline(piece: Piece, shapes: Sequence[Shape], place: Place) -> None:
@@ -222,13 +222,13 @@ def _side_distance(ring: Floats, wanted: Floats) -> float:
 
 
 def _check_holes(
-    piece: Piece, holes: Sequence[Hole], drawing: Drawing, shapes: Ints, place: Place
+    piece: Piece, holes: Sequence[Hole], shapes: Sequence[Shape], place: Place
 ) -> None:
     """Check the holes of a piece."""
     if not place.equal(f"the number of circles on {HOLES}", len(shapes), len(holes)) or not holes:
         return
     wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
-    centres = drawing.points[drawing.start[shapes]]
+    centres = np.array([shape.points[0] for shape in shapes])
     distance = distances(wanted, centres)
     nearest = np.argmin(distance, axis=1)
     place.expect(
@@ -237,7 +237,7 @@ def _check_holes(
     for hole, at, off in zip(holes, nearest.tolist(), distance.min(axis=1).tolist(), strict=True):
         what = f"the hole at ({hole.x:.3f}, {hole.y:.3f})"
         place.at_most("hole_mm", off, SAME_MM, f"{what} is {{}} from where it should be")
-        diameter = 2.0 * float(drawing.radius[shapes[at]])
+        diameter = 2.0 * (shapes[at].radius or 0.0)
         change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
         place.at_most(
             "diameter_mm",
@@ -249,51 +249,26 @@ def _check_holes(
 
 def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
     """Check that SVG and DXF draw the same shapes on every layer of every piece."""
-    pairs = [
-        (key, drawing.of(*key), other.of(*key))
-        for key in sorted({*drawing.groups, *other.groups}, key=str)
-    ]
-    even = [(mine, theirs) for _, mine, theirs in pairs if len(mine) == len(theirs)]
-    none = np.zeros(0, dtype=np.int64)
-    first, second = (np.concatenate([none, *(pair[side] for pair in even)]) for side in (0, 1))
-    apart = _apart_in_order(drawing, first, other, second)
-    done = 0
-    for (layer, name), mine, theirs in pairs:
+    for layer, name in sorted({*drawing.groups, *other.groups}, key=str):
+        mine, theirs = drawing.of(layer, name), other.of(layer, name)
         here = place.at(f"{layer} of piece {name}" if name else layer)
         if here.equal("the number of shapes, which the DXF has, too,", len(mine), len(theirs)):
-            off = float(apart[done : done + len(mine)].max())
-            done += len(mine)
+            off = shapes_apart(mine, theirs)
             here.at_most("formats_mm", off, SAME_MM, "it differs from the DXF by {}")
 
 
-def _apart_in_order(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> Floats:
-    """Return the distance of each two shapes, side by side; infinite for unlike shapes."""
-    sizes, radii, others = drawing.sizes[mine], drawing.radius[mine], other.radius[theirs]
-    alike = (
-        (sizes == other.sizes[theirs])
-        & (drawing.closed[mine] == other.closed[theirs])
-        & (np.isnan(radii) == np.isnan(others))
-    )
-    result = np.full(len(mine), np.inf)
-    if np.any(alike):
-        one, two = drawing.slots(mine[alike]), other.slots(theirs[alike])
-        ends = np.cumsum(sizes[alike])
-        starts = ends - sizes[alike]
-        points = drawing.points[one]
-        chords = chords_of(points)
-        chords[ends - 1] = points[starts] - points[ends - 1]
-        bend = np.abs(drawing.bulges[one] - other.bulges[two]) * np.hypot(*chords.T) / 2.0
-        apart = np.hypot(*(points - other.points[two]).T) + bend
-        result[alike] = np.maximum.reduceat(apart, starts)
-        result[alike] += np.nan_to_num(np.abs(radii - others))[alike]
-    return result
-
-
-def shapes_apart(drawing: Drawing, mine: Ints, other: Drawing, theirs: Ints) -> float:
+def shapes_apart(mine: Sequence[Shape], theirs: Sequence[Shape]) -> float:
     """Return the largest distance of shapes side by side; infinite for unlike ones."""
     if len(mine) != len(theirs):
         return float("inf")
-    return float(np.max(_apart_in_order(drawing, mine, other, theirs), initial=0.0))
+    return max((_apart(*pair) for pair in zip(mine, theirs, strict=True)), default=0.0)
+
+
+def _apart(one: Shape, two: Shape) -> float:
+    """Return the distance of two shapes from the first point on; infinite for unlike ones."""
+    if one.closed != two.closed or (one.radius is None) != (two.radius is None):
+        return float("inf")
+    return _side_distance(one.ring, two.ring) + abs((one.radius or 0.0) - (two.radius or 0.0))
 
 
 _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
@@ -318,7 +293,7 @@ def _check_sequence(drawing: Drawing, place: Place) -> None:
     rank = 0
     noted = False
     # Only the first of a run of shapes of one piece on one layer can be out of order by itself.
-    shapes = list(zip(drawing.layer, drawing.piece, strict=True))
+    shapes = [(shape.layer, shape.piece) for shape in drawing.shapes]
     starts = [at for at, shape in enumerate(shapes) if at == 0 or shape != shapes[at - 1]]
     for start, end in pairwise([*starts, len(shapes)]):
         layer, piece = shapes[start]
@@ -336,74 +311,43 @@ def _check_sequence(drawing: Drawing, place: Place) -> None:
         layer_rank = _RANK.get(layer, rank)
         place.count(end - start)
         if layer_rank < rank:
-            for name in drawing.name[start:end]:
-                place.fail(f"{name} of piece {piece} on {layer} comes after a later operation")
+            for shape in drawing.shapes[start:end]:
+                place.fail(
+                    f"{shape.name} of piece {piece} on {layer} comes after a later operation"
+                )
         rank = max(rank, layer_rank)
 
 
 def _check_inside(drawing: Drawing, place: Place) -> None:
     """Check that holes lie strictly inside their outlines and engraving does not leave them."""
-    names = [
-        name
-        for (layer, name), shapes in drawing.groups.items()
-        if layer == OUTLINES and drawing.sizes[shapes[0]] > 2
-    ]
-    firsts = np.array([drawing.groups[OUTLINES, name][0] for name in names], dtype=np.int64)
-    points, ring = drawing.traced(firsts)
-    outlines = shapely.make_valid(shapely.polygons(shapely.linearrings(points, indices=ring)))
-    shapely.prepare(outlines)
-    number = {name: at for at, name in enumerate(names)}
-    for layers, inside in (((HOLES,), _holes_inside), (ENGRAVE_LAYERS, _lines_inside)):
-        groups = [
-            (shapes, number[name])
-            for (layer, name), shapes in drawing.groups.items()
-            if layer in layers and name in number
-        ]
-        if not groups:
+    for (layer, name), shapes in drawing.groups.items():
+        if layer != OUTLINES or len(shapes[0].points) < 3:
             continue
-        shapes = np.concatenate([group for group, _ in groups])
-        owner = np.repeat([at for _, at in groups], [len(group) for group, _ in groups])
-        place.count(len(shapes))
-        for at in shapes[~inside(drawing, shapes, outlines, owner)].tolist():
-            place.fail(f"{drawing.shape(at).where} on {drawing.layer[at]} leaves the outline")
+        outline = shapely.make_valid(shapely.Polygon(traced(shapes[0])))
+        holes = drawing.of(HOLES, name)
+        engraved = [one for each in ENGRAVE_LAYERS for one in drawing.of(each, name)]
+        # Edge ticks may begin on the outline, whose points are rounded; a point is no line.
+        wide = shapely.buffer(outline, SAME_MM)
+        shapely.prepare(wide)
+        inside = [_holds(outline, hole) for hole in holes]
+        inside += shapely.covers(wide, lines_of(engraved)).tolist()
+        place.count(len(inside))
+        for shape, held in zip([*holes, *engraved], inside, strict=True):
+            if not held:
+                place.fail(f"{shape.where} on {shape.layer} leaves the outline")
 
 
-def _lines_inside(
-    drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
-) -> Flags:
-    """Return whether what is engraved stays inside the outline of its piece."""
-    points, line = drawing.traced(shapes)
-    result = np.bincount(line, minlength=len(shapes)) > 1  # a point is no line
-    kept = result[line]
-    lines = np.full(len(shapes), None, dtype=object)
-    lines[result] = shapely.linestrings(points[kept], indices=np.cumsum(result)[line[kept]] - 1)
-    # All lines of a piece in one question; one by one only if some are not inside.
-    order = np.flatnonzero(result)[np.argsort(owner[result], kind="stable")]
-    pieces, number = np.unique(owner[order], return_inverse=True)
-    together = shapely.multilinestrings(lines[order], indices=number)
-    outside = ~shapely.covers(outlines[pieces], together)
-    # Edge ticks may begin on the outline, whose points are rounded.
-    wide = shapely.buffer(outlines[pieces[outside]], SAME_MM)
-    shapely.prepare(wide)
-    outside[outside] = ~shapely.covers(wide, together[outside])
-    for piece in pieces[outside].tolist():
-        rows = np.flatnonzero(result & (owner == piece))
-        result[rows] = shapely.covers(shapely.buffer(outlines[piece], SAME_MM), lines[rows])
-    return result
-
-
-def _holes_inside(
-    drawing: Drawing, shapes: Ints, outlines: npt.NDArray[np.object_], owner: Ints
-) -> Flags:
-    """Return whether holes and slots lie strictly inside an outline."""
-    starts = drawing.start[shapes]
-    radius = drawing.radius[shapes]
-    cutouts = np.asarray(shapely.points(drawing.points[starts]))
-    slots = np.flatnonzero(np.isnan(radius))
-    if len(slots):
-        points, ring = drawing.traced(shapes[slots])
-        cutouts[slots] = shapely.polygons(shapely.linearrings(points, indices=ring))
-    borders = shapely.boundary(outlines)[owner]
+def _holds(outline: shapely.Geometry, hole: Shape) -> bool:
+    """Return whether a hole or slot lies strictly inside an outline."""
+    whole = hole.radius is not None
+    cutout = shapely.Point(hole.points[0]) if whole else shapely.Polygon(traced(hole))
     # Written so that NaN objects; a slot that crosses the border is not clear of it.
-    clear = shapely.distance(borders, cutouts) > np.where(np.isnan(radius), 0.0, radius)
-    return np.asarray(clear & shapely.contains(outlines[owner], cutouts))
+    clear = shapely.distance(shapely.boundary(outline), cutout) > (hole.radius or 0.0)
+    return bool(clear and shapely.contains(outline, cutout))
+
+
+def lines_of(shapes: Sequence[Shape]) -> npt.NDArray[np.object_]:
+    """Return shapes as lines; None for what is a point."""
+    runs = [traced(shape) for shape in shapes]
+    lines = [shapely.LineString(run) if len(run) > 1 else None for run in runs]
+    return np.array(lines, dtype=object)

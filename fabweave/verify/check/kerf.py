@@ -68,7 +68,7 @@ def _check_same(drawing: Drawing, nominal: Drawing, place: Place) -> None:
         if key[0] in (*ENGRAVE_LAYERS, NOTES):
             place.at_most(
                 "engraving_mm",
-                shapes_apart(drawing, drawing.of(*key), nominal, nominal.of(*key)),
+                shapes_apart(drawing.of(*key), nominal.of(*key)),
                 SAME_MM,
                 f"{key[0]} of {key[1]} is {{}} from where it was",
             )
@@ -79,10 +79,10 @@ def _check_piece(
 ) -> None:
     """Check the outline and the cut-outs of a piece; ``ring`` is its nominal outline."""
     half = ready.kerf_mm / 2.0
-    runs = drawing.shapes_of(OUTLINES, piece)
+    runs = drawing.of(OUTLINES, piece)
     if _check_runs(runs, ready, place):
         _check_offset(_joined(runs), ring, half, place.at("outline"))
-    cut, whole = (sheet.shapes_of(HOLES, piece) for sheet in (drawing, nominal))
+    cut, whole = (sheet.of(HOLES, piece) for sheet in (drawing, nominal))
     if not place.equal("the number of cut-outs", len(cut), len(whole)):
         return
     for hole, wanted in zip(cut, whole, strict=True):

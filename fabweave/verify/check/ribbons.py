@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.crossing_map import CrossingMap
+from fabweave.verify.crossing_map import CrossingMap, RibbonReport
 from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.bending import measure_bending
 from fabweave.verify.measure.nearness import Near, cut_steps, near_parts
@@ -29,7 +29,7 @@ _ACROSS_DEG, _ANGLE_DEG = 45.0, 0.02
 
 
 def _check_finding(
-    rule: str, ribbons: dict[str, Any], fewest: Any, most: Any, place: Place,
+    rule: str, ribbons: RibbonReport, fewest: Any, most: Any, place: Place,
     is_worst: Callable[[float, float], Any],
 ) -> None:  # fmt: skip
     """Check the finding about a rule, or that it holds if there is none.
@@ -56,7 +56,7 @@ def _check_finding(
     )
 
 
-def _limits_of(ribbons: dict[str, Any], label: str) -> object:
+def _limits_of(ribbons: RibbonReport, label: str) -> object:
     """Return the limits of a thread, or else those of all."""
     own = (one.get("limits") for one in ribbons["threads"] if one.get("thread") == label)
     return next(own, None) or ribbons.get("limits")
@@ -110,7 +110,7 @@ def check_bends(job: Job, tally: Tally) -> None:
             _check_rule(rule, figures[:, np.isfinite(figures[:2]).all(axis=0)], ribbons, place)
 
 
-def _check_rule(rule: str, figures: Floats, ribbons: dict[str, Any], place: Place) -> None:
+def _check_rule(rule: str, figures: Floats, ribbons: RibbonReport, place: Place) -> None:
     """Check the finding about a rule, given values, limits and how unsure values are, (3, N)."""
     value, limit, slack = figures
     slack = slack + _SHARE * value

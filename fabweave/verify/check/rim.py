@@ -134,13 +134,13 @@ def _check_piece(
     if drawing is None:
         place.fail(f"{piece['sheet']}.dxf could not be read")
         return
-    circles = drawing.shapes_of(HOLES, str(piece["id"]))
+    circles = drawing.of(HOLES, str(piece["id"]))
     drawn = np.array([(*one.points.mean(axis=0), 2.0 * (one.radius or 0.0)) for one in circles])
     matched = len(drawn) == len(holes) and bool(
         np.abs(drawn[np.lexsort(drawn.T)] - holes[np.lexsort(holes.T)]).max() < _SAME_MM
     )
     place.expect(matched, "the drawing has other holes than the record")
-    lines = drawing.shapes_of(OUTLINES, str(piece["id"]))
+    lines = drawing.of(OUTLINES, str(piece["id"]))
     if not place.expect(len(lines) == 1 and lines[0].closed, "it has not one closed outline"):
         return
     outline = traced(lines[0])

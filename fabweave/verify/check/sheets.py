@@ -268,13 +268,13 @@ def _check_angles(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> N
 
 #: Sizes of sheets agree to this.
 _SIZE_MM = 0.011
-_SIZE = re.compile(r"([\d.]+)x([\d.]+)mm")
 
 
 def check_materials(job: Job, tally: Tally) -> None:
     """Check that pieces lie on sheets of what the settings cut their threads from.
 
-    Threads of one bunch do not cross one another where settings name materials by bunch.
+    Where settings name materials by bunch, they name every bunch, and threads of one bunch do not
+    cross one another.
     """
     plan = required(job.map)
     for sheet in plan.sheets:
@@ -286,8 +286,15 @@ def check_materials(job: Job, tally: Tally) -> None:
                 f"it is of {supply.material}, {supply.thickness_mm} mm, and lies on "
                 f"{sheet.name} of {sheet.material}, {sheet.thickness_mm} mm",
             )
-    named = [set(by_bunch(job.options.get(key))) for key in ("material", "thickness", "gap")]
-    for crossing in plan.crossings if set().union(*named) - {None} else ():
+    bunches, parted = {thread.bunch for thread in plan.threads}, False
+    for key in ("material", "thickness", "gap"):
+        named = set(by_bunch(job.options.get(key))) - {None}
+        parted = parted or bool(named)
+        tally.at("job.toml", key).same("bunches", named or bunches, bunches)
+    gaps = [supply.gap_mm for supply in job.supplies.values() if supply.gap_mm is not None]
+    least, place = min(gaps, default=plan.layout.gap_mm), tally.at("crossing_map.json")
+    place.against("job.toml").number("the least gap", plan.layout.gap_mm, least, within=1e-6)
+    for crossing in plan.crossings if parted else ():
         one, other = (plan.thread[s.thread] for s in (crossing.over, crossing.under))
         tally.at(f"crossing {crossing.id}").expect(
             one is other or one.bunch != other.bunch,
@@ -302,7 +309,7 @@ def _check_sheets_of_bunches(job: Job, plan: CrossingMap, tally: Tally) -> None:
     for text in job.options.get("sheet", ()):
         # All sizes for one bunch, or for all under None.
         for bunch, size in by_bunch(text).items():
-            match = _SIZE.match(size)
+            match = _PLAIN.match(size)
             if match is not None:
                 kept.append((bunch, float(match[1]), float(match[2])))
     for sheet in plan.sheets if any(bunch is not None for bunch, *_ in kept) else ():

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import math
 import re
 import tomllib
@@ -12,7 +11,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from fabweave.verify.crossing_map import CrossingMap, Sheet, read_crossing_map
+from fabweave.verify.crossing_map import (
+    CrossingMap,
+    RibbonReport,
+    RimRecord,
+    Sheet,
+    read_crossing_map,
+    read_json,
+)
 from fabweave.verify.drawing import Drawing, ReadError
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
@@ -34,10 +40,6 @@ RIM, RIM_RECORD = "rim", "rim/rim.json"
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
 SERVICE, TABLE = "service", "parts.csv"
-COLUMNS = (
-    "file", "quantity", "kind", "pieces", "material", "thickness_mm", "length_mm", "width_mm",
-    "area_mm2", "cut_length_mm", "holes",
-)  # fmt: skip
 #: Everything is on this layer of a DXF file for a service.
 PLAIN_LAYER = "0"
 _PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
@@ -120,13 +122,12 @@ def read_ready(
     return ready if names else None
 
 
-def read_rim(
-    directory: Path, read: Read, read_lists: Callable[[Path], dict[str, Any]]
-) -> Rim | None:
-    """Read all that is in the folder of rings, their record by a reader; None if there is none."""
+def read_rim(directory: Path, read: Read) -> Rim | None:
+    """Read all that is in the folder of rings; None if there is none."""
     if not (directory / RIM).is_dir():
         return None
-    rim = Rim(rings=(read(RIM_RECORD, read_lists) or {"rings": []})["rings"])
+    record = read(RIM_RECORD, lambda path: read_json(path, RimRecord))
+    rim = Rim(rings=record["rings"] if record else [])
     for path in sorted((directory / RIM).glob("*.dxf")):
         rim.add(path.stem, f"{RIM}/{path.stem}", read)
     return rim
@@ -141,23 +142,11 @@ def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
 
 
 def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
-    """Read a service's folder; what a row names and cannot be read is told.
-
-    Raises
-    ------
-    ReadError
-        If the table has not the columns that it should.
-    """
-    with io.StringIO(read_text(directory / TABLE), newline="") as file:
-        try:
-            table = list(csv.reader(file, strict=True))
-        except csv.Error as error:
-            raise ReadError(f"it is not CSV: {error}") from error
-    if not table or tuple(table[0]) != COLUMNS or any(len(row) != len(COLUMNS) for row in table):
-        raise ReadError(f"its rows do not all have the columns {list(COLUMNS)}")
+    """Read a service's folder; what a row names and cannot be read is told."""
+    rows = list(csv.DictReader(io.StringIO(read_text(directory / TABLE), newline=""), strict=True))
     paths = (path for path in directory.rglob("*") if path.is_file())
     service = Service(
-        rows=[dict(zip(COLUMNS, row, strict=True)) for row in table[1:]],
+        rows=rows,
         files=tuple(sorted(path.relative_to(directory).as_posix() for path in paths)),
     )
     for name in (row["file"] for row in service.rows):
@@ -237,7 +226,7 @@ class Job:
     dxf: dict[int, Drawing] = field(default_factory=dict)
     svg: dict[int, Drawing] = field(default_factory=dict)
     settings: dict[str, Any] | None = None
-    ribbons: dict[str, Any] | None = None
+    ribbons: RibbonReport | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
     ready: Ready | None = None
     #: The mesh that the job was made from, if it is at hand.
@@ -398,17 +387,14 @@ def load_job(directory: Path, tally: Tally) -> Job:
         dxf={number[name]: drawing for name, drawing in drawn.dxf.items()},
         svg={number[name]: drawing for name, drawing in drawn.svg.items()},
         settings=settings,
-        ribbons=read(
-            "ribbons.json",
-            lambda path: _read_lists(path, "fabweave.ribbons/1", "threads", "findings"),
-        ),
+        ribbons=read("ribbons.json", lambda path: read_json(path, RibbonReport)),
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, number, read, tally),
         service=read(SERVICE, lambda path: read_service(path, tally.fail))
         if (directory / SERVICE).is_dir()
         else None,
         offcuts=read_offcuts(directory, read),
-        rim=read_rim(directory, read, lambda path: _read_lists(path, "fabweave.rim/1", "rings")),
+        rim=read_rim(directory, read),
     )
 
 
@@ -418,26 +404,3 @@ def _read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(read_text(path))
     except tomllib.TOMLDecodeError as error:
         raise ReadError(f"it is not TOML: {error}") from error
-
-
-def _read_lists(path: Path, schema: str, *keys: str) -> dict[str, Any]:
-    """Read JSON that has lists of records."""
-    document = _read_document(path, schema)
-    for key in keys:
-        records = document.get(key)
-        if not isinstance(records, list) or not all(isinstance(one, dict) for one in records):
-            raise ReadError(f"it has no list of {key}")
-    return document
-
-
-def _read_document(path: Path, schema: str) -> dict[str, Any]:
-    """Read JSON of a schema, in millimetres."""
-    try:
-        document = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        raise ReadError(f"it is not JSON: {error}") from error
-    if not isinstance(document, dict) or document.get("schema") != schema:
-        raise ReadError(f"its schema is not {schema!r}")
-    if document.get("units") != "mm":
-        raise ReadError("its units are not 'mm'")
-    return document

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape
 from fabweave.verify.read.content import read_content
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -77,30 +77,19 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
     if len(box) != 4 or not np.all(box[2:] > 0.0):
         raise ReadError(f"viewBox is not four numbers: {root.get('viewBox')!r}")
     scale = size / box[2:]
-    shapes = _Shapes(LAYERS if layered else ("",), float(scale[0]))
+    reader = _Reader(LAYERS if layered else ("",), box[:2], scale, float(size[1]))
     if abs(scale[0] / scale[1] - 1.0) > 1e-6:
-        shapes.problems.append(
+        reader.problems.append(
             f"one unit of the viewBox is {scale[0]:g} mm wide and {scale[1]:g} high"
         )
-    shapes.judge(root, "svg")
-    shapes.read(root, None)
-    points = (np.concatenate([np.zeros((0, 2)), *shapes.points]) - box[:2]) * scale
-    points[:, 1] = size[1] - points[:, 1]
-    if not np.all(np.isfinite(points)):
-        raise ReadError("a coordinate is not finite")
+    reader.judge(root, "svg")
+    reader.read(root, None)
     return Drawing(
-        layer=[layer for layer, _, _ in shapes.owners],
-        piece=[piece for _, piece, _ in shapes.owners],
-        name=[name for _, _, name in shapes.owners],
-        points=points,
-        bulges=np.concatenate([np.zeros(0), *shapes.bulges]),
-        start=np.concatenate([[0], np.cumsum(shapes.sizes, dtype=np.int64)]),
-        closed=np.array(shapes.closed, dtype=bool),
-        radius=np.array(shapes.radius, dtype=np.float64) * shapes.scale,
-        layers=tuple(shapes.layers),
+        shapes=tuple(reader.shapes),
+        problems=tuple(reader.problems),
+        layers=tuple(reader.layers),
         width_mm=float(size[0]),
         height_mm=float(size[1]),
-        problems=tuple(shapes.problems),
     )
 
 
@@ -117,17 +106,14 @@ def _millimetres(root: ET.Element, name: str) -> float:
 
 
 @dataclass
-class _Shapes:
-    """Walk the elements and collect shapes, in the file's coordinates, layers and problems."""
+class _Reader:
+    """Walk the elements and collect shapes on their sheet, layers and problems."""
 
     known: tuple[str, ...]
-    scale: float
-    owners: list[tuple[str, str | None, str]] = field(default_factory=list)
-    points: list[Floats] = field(default_factory=list)
-    bulges: list[Floats] = field(default_factory=list)
-    sizes: list[int] = field(default_factory=list)
-    closed: list[bool] = field(default_factory=list)
-    radius: list[float] = field(default_factory=list)
+    corner: Floats
+    scale: Floats
+    high_mm: float
+    shapes: list[Shape] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
@@ -167,22 +153,24 @@ class _Shapes:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") != "none":
             self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
-        radius = float("nan")
+        radius = None
         if kind == "path":
             runs = path_runs(element.get("d", ""))
         else:
             ends = (("cx", "cy"),) if kind == "circle" else (("x1", "y1"), ("x2", "y2"))
             points = np.array([[_number(element, key) for key in end] for end in ends])
             runs = Runs(points, np.zeros(len(points)), [len(points)], [False])
-            radius = _number(element, "r") if kind == "circle" else radius
+            radius = _number(element, "r") * float(self.scale[0]) if kind == "circle" else None
         if kind == "path" and 1 in runs.sizes:
             self.problems.append(f"{name} has a run of a single point")
-        self.points.append(runs.points)
-        self.bulges.append(runs.bulges)
-        self.owners.extend([(layer, piece, name)] * len(runs.sizes))
-        self.sizes.extend(runs.sizes)
-        self.closed.extend(runs.closed)
-        self.radius.extend([radius] * len(runs.sizes))
+        points = (runs.points - self.corner) * self.scale
+        points[:, 1] = self.high_mm - points[:, 1]
+        if not np.all(np.isfinite(points)):
+            raise ReadError("a coordinate is not finite")
+        ends_at = np.cumsum(runs.sizes)[:-1]
+        parts = np.split(points, ends_at), np.split(runs.bulges, ends_at), runs.closed
+        for run, bulges, closed in zip(*parts, strict=True):
+            self.shapes.append(Shape(layer, piece, name, run, bulges, closed, radius))
 
 
 def _number(element: ET.Element, name: str) -> float:

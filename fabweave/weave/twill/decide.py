@@ -2,102 +2,10 @@
 
 import numpy as np
 from scipy import optimize, sparse
-from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.mesh.topology import ParityClasses, label_links, solve_parity
 from fabweave.weave.twill.conditions import TwillConditions
-
-
-@frozen_value
-class ParityClasses:
-    """Nodes that depend on one another, each equal or opposite to its class.
-
-    Parameters
-    ----------
-    classes : (N,) int array
-        The class of each node, numbered in the order of the first node of each.
-    opposite : (N,) bool array
-        Whether a node is opposite to the first node of its class; without meaning in a class
-        that contradicts itself.
-    odd_ring : tuple of int
-        Nodes in order round a ring of equations that contradict one another; empty if there is
-        none.
-    """
-
-    classes: IntArray
-    opposite: BoolArray
-    odd_ring: tuple[int, ...]
-
-    @property
-    def n_classes(self) -> int:
-        """Number of classes."""
-        return int(self.classes.max(initial=-1)) + 1
-
-
-def solve_parity(count: int, first: IntArray, second: IntArray, differ: BoolArray) -> ParityClasses:
-    """Solve a system of equations, each saying that two nodes are equal or opposite.
-
-    Two copies of every node, one for each value, are linked as the equations say. A class that
-    agrees falls into two components, one that contradicts itself into one.
-
-    Parameters
-    ----------
-    count : int
-        Number of nodes, N.
-    first, second : (M,) int arrays
-        The nodes of each equation.
-    differ : (M,) bool array
-        Whether they are opposite.
-
-    Returns
-    -------
-    ParityClasses
-        The solution, but for one free choice a class, or a contradiction.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> solution = solve_parity(4, np.array([0, 1]), np.array([1, 3]), np.array([True, True]))
-    >>> solution.classes.tolist(), solution.opposite.tolist()
-    ([0, 0, 1, 0], [False, True, False, False])
-    >>> ring = np.array([1, 2, 3])
-    >>> sorted(solve_parity(4, np.r_[0, ring], np.r_[1, 2, 3, 1], np.ones(4, dtype=bool)).odd_ring)
-    [1, 2, 3]
-    """
-    across = second + count * differ
-    rows = np.concatenate((first, first + count))
-    columns = np.concatenate((across, (across + count) % (2 * count)))
-    double = sparse.coo_array(
-        (np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * count, 2 * count)
-    ).tocsr()
-    _, component = csgraph.connected_components(double, directed=False)
-    # Of the two components of a class the smaller number stands for it.
-    low = np.minimum(component[:count], component[count:])
-    _, first_node, classes = np.unique(low, return_index=True, return_inverse=True)
-    rank = np.empty(len(first_node), dtype=np.int64)
-    rank[np.argsort(first_node, kind="stable")] = np.arange(len(first_node))
-    opposite = component[:count] != component[first_node[classes]]
-    torn = np.flatnonzero(component[:count] == component[count:])
-    ring = _ring(double, int(torn[0]), count) if len(torn) else ()
-    return ParityClasses(rank[classes.reshape(-1)], opposite, ring)
-
-
-def _ring(double: sparse.csr_array, start: int, count: int) -> tuple[int, ...]:
-    """Return a ring of equations that leads some node near another to its own opposite."""
-    _, before = csgraph.breadth_first_order(double, start, directed=False, return_predecessors=True)
-    way = [start + count]
-    while way[-1] != start:
-        way.append(int(before[way[-1]]))
-    # The way may go to a ring, round it and back again: keep the ring.
-    seen: dict[int, int] = {}
-    bounds = (0, len(way) - 1)
-    for at, node in enumerate(way):
-        since = seen.get(node % count)
-        if since is not None and at - since < bounds[1] - bounds[0]:
-            bounds = (since, at)
-        seen[node % count] = at
-    return tuple(node % count for node in way[bounds[1] : bounds[0] : -1])
-
 
 #: With at most this many free bits in a body of the mesh, all their choices are tried.
 _ENUMERATED_BITS = 12
@@ -168,19 +76,14 @@ def decide_twill(conditions: TwillConditions) -> Decision:
     ([True, False, True, False], False)
     """
     none = np.zeros(0, dtype=np.int64)
-    linked = _classes(conditions)
+    first, last = conditions.edge.T
+    linked = solve_parity(conditions.n_crossings, first, last, np.ones(len(first), dtype=bool))
     if linked.odd_ring:
         return Decision(None, -1, np.array(linked.odd_ring, dtype=np.int64), none)
     values, clauses = _solve_classes(conditions, linked)
     if values is None:
         return Decision(None, linked.n_classes, none, clauses)
     return Decision(linked.opposite ^ values[linked.classes], linked.n_classes, none, none)
-
-
-def _classes(conditions: TwillConditions) -> ParityClasses:
-    """Return the classes of crossings that the edge conditions link."""
-    first, last = conditions.edge.T
-    return solve_parity(conditions.n_crossings, first, last, np.ones(len(first), dtype=bool))
 
 
 def _solve_classes(
@@ -202,16 +105,7 @@ def _solve_classes(
     first, second = (np.unique(column, return_inverse=True)[1] for column in pairs.T)
     rows = np.sort(np.unique(first * len(pairs) + second, return_index=True)[1])
     windows, signs = linked.classes[gaps[rows]], linked.opposite[gaps[rows]]
-    _, body = csgraph.connected_components(
-        sparse.coo_array(
-            (
-                np.ones(3 * len(windows), dtype=np.int8),
-                (np.repeat(windows[:, 0], 3), windows[:, 1:].ravel()),
-            ),
-            shape=(n_bits, n_bits),
-        ),
-        directed=False,
-    )
+    body = label_links(np.repeat(windows[:, 0], 3), windows[:, 1:].ravel(), n_bits)[1]
     values = np.zeros(n_bits, dtype=bool)
     for number in range(int(body.max(initial=-1)) + 1):
         bits = np.flatnonzero(body == number)

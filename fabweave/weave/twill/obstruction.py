@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.irregular import interior_valences
@@ -64,48 +63,29 @@ def explain(
     if decision.twillable:
         return None
     return (
-        _irregular_vertex(halfedges, conditions)
-        or _irregular_face(halfedges, conditions)
+        _irregular(halfedges, conditions)
         or _uneven_thread(threads, labels)
         or _chain(threads, conditions, decision, labels)
     )
 
 
-def _irregular_vertex(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction | None:
-    """Find a vertex whose surroundings cannot be woven in twill."""
+def _irregular(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction | None:
+    """Find a vertex, or else a face, whose surroundings cannot be woven in twill."""
     vertices, valences = interior_valences(halfedges)
-    irregular = valences % 4 != 0
-    vertices, valences = vertices[irregular], valences[irregular]
-    first = _first_unweavable(halfedges, conditions, halfedges.tail, vertices)
-    if first is None:
-        return None
-    text = f"vertex {vertices[first]} has valence {valences[first]}"
-    if len(vertices) > 1:
-        text += f"; in all, {len(vertices)} vertices have a valence that is not a multiple of 4"
-    return Obstruction(text, vertices=(int(vertices[first]),))
-
-
-def _irregular_face(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction | None:
-    """Find a face whose surroundings cannot be woven in twill."""
-    sizes = np.bincount(halfedges.face)
-    faces = np.flatnonzero(sizes % 4)
-    first = _first_unweavable(halfedges, conditions, halfedges.face, faces)
-    if first is None:
-        return None
-    face = int(faces[first])
-    text = f"face {face} has {sizes[face]} sides"
-    if len(faces) > 1:
-        text += f"; in all, {len(faces)} faces have a number of sides that is not a multiple of 4"
-    return Obstruction(text, faces=(face,))
-
-
-def _first_unweavable(
-    halfedges: Halfedges, conditions: TwillConditions, owner: IntArray, suspects: IntArray
-) -> int | None:
-    """Return the place of the first vertex or face, owner of half-edges, with no twill around."""
-    for place, suspect in enumerate(suspects[:_LOOKED_AT].tolist()):
-        if not _weavable_around(halfedges, conditions, owner == suspect):
-            return place
+    sides = np.bincount(halfedges.face)
+    for kind, owner, places, sizes, has, number in (
+        ("vertices", halfedges.tail, vertices, valences, "vertex {} has valence {}", "a valence"),
+        ("faces", halfedges.face, np.arange(len(sides)), sides, "face {} has {} sides",
+         "a number of sides"),
+    ):  # fmt: skip
+        odd = np.flatnonzero(sizes % 4)
+        for at in odd[:_LOOKED_AT].tolist():
+            place = int(places[at])
+            if not _weavable_around(halfedges, conditions, owner == place):
+                text = has.format(place, sizes[at])
+                if len(odd) > 1:
+                    text += f"; in all, {len(odd)} {kind} have {number} that is not a multiple of 4"
+                return Obstruction(text, **{kind: (place,)})
     return None
 
 

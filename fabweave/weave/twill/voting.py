@@ -4,6 +4,7 @@ import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 
@@ -30,16 +31,11 @@ class VotingRule:
         votes along a thread weigh as much as its bunch is long (section 6.3).
     face, vertex : float
         Weights of face and vertex votes (section 6.4); that of an edge vote is 1.
-    literal : bool
-        Whether the vote is held as the paper does: it begins with all edges of a vertex, which
-        twist alike, and the power of bunches is in face and vertex votes, too. Else it begins with
-        one edge and their power is in edge votes alone, which mostly breaks less.
     """
 
     groups: bool = False
     face: float = 1.0
     vertex: float = 1.0
-    literal: bool = False
 
 
 #: The paper's rules: sections 6.2, 6.3 and 6.4.
@@ -59,8 +55,14 @@ class Vote:
     broken: Broken
 
 
-def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) -> Vote:
-    """Vote by every rule of the paper and return the outcome that breaks least.
+def best_vote(
+    conditions: TwillConditions,
+    threads: Threads,
+    bunches: IntArray,
+    rules: Sequence[VotingRule] = RULES,
+    around: list[list[int]] | None = None,
+) -> Vote:
+    """Vote by every rule and return the outcome that breaks least.
 
     Parameters
     ----------
@@ -70,6 +72,12 @@ def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) 
         Its threads.
     bunches : (T,) int array
         The bunch of each thread.
+    rules : sequence of VotingRule
+        Those of the paper by default.
+    around : list, optional
+        For each crossing, those that begin with it, twisted alike, if it is the first, as in the
+        paper; then the power of a bunch is in face and vertex votes, too. Else one crossing begins,
+        and their power is in edge votes alone, which mostly breaks less.
 
     Returns
     -------
@@ -94,7 +102,15 @@ def best_vote(conditions: TwillConditions, threads: Threads, bunches: IntArray) 
     >>> best_vote(twill_conditions(halfedges, threads), threads, part_bunches(threads)).broken
     Broken(edge=0, face=0, vertex=0)
     """
-    return _best(conditions, threads, bunches, RULES, None)
+    ballot = _Ballot(conditions)
+    votes = []
+    for rule in rules:
+        powers = _powers(conditions, threads, bunches, rule, literal=around is not None)
+        twist = _extend(ballot, _ranks(threads, bunches, rule), powers, around)
+        votes.append(Vote(twist, count_broken(conditions, twist)))
+        if votes[-1].broken.total == 0:
+            break
+    return min(votes, key=lambda vote: vote.broken.total)
 
 
 def literal_vote(
@@ -128,13 +144,12 @@ def literal_vote(
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects", Computers & Graphics 35
     (2011), section 6.
     """
+    face, vertex = float(weights.face), float(weights.vertex)
     rules = [
-        replace(rule, literal=True)
-        if weights.equal or rule.face == 1.0
-        else replace(rule, literal=True, face=float(weights.face), vertex=float(weights.vertex))
+        rule if weights.equal or rule.face == 1.0 else replace(rule, face=face, vertex=vertex)
         for rule in RULES
     ]
-    return _best(conditions, threads, bunches, rules, _around_vertices(halfedges, threads))
+    return best_vote(conditions, threads, bunches, rules, _around_vertices(halfedges, threads))
 
 
 def _around_vertices(halfedges: Halfedges, threads: Threads) -> list[list[int]]:
@@ -146,25 +161,6 @@ def _around_vertices(halfedges: Halfedges, threads: Threads) -> list[list[int]]:
             around[tail].append(one)
     ends = np.minimum(halfedges.tail, halfedges.head)[threads.crossing_halfedge]
     return [around[end] for end in ends.tolist()]
-
-
-def _best(
-    conditions: TwillConditions,
-    threads: Threads,
-    bunches: IntArray,
-    rules: Sequence[VotingRule],
-    around: list[list[int]] | None,
-) -> Vote:
-    """Vote by each rule in turn, and return the outcome that breaks least."""
-    ballot = _Ballot(conditions)
-    votes = []
-    for rule in rules:
-        powers = _powers(conditions, threads, bunches, rule)
-        twist = _extend(ballot, _ranks(threads, bunches, rule), powers, around)
-        votes.append(Vote(twist, count_broken(conditions, twist)))
-        if votes[-1].broken.total == 0:
-            break
-    return min(votes, key=lambda vote: vote.broken.total)
 
 
 class _Ballot:
@@ -219,17 +215,17 @@ def _ranks(threads: Threads, bunches: IntArray, rule: VotingRule) -> list[int]:
     return rank[group].tolist()
 
 
-@frozen_value
-class _Powers:
-    """The weight of each edge vote, of each face or vertex vote, and of the crossing that votes."""
-
-    edge: FloatArray
-    gap: FloatArray
-    voter: FloatArray
+#: The weight of each edge vote, of each face or vertex vote, and of the crossing that votes.
+_Powers: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _powers(
-    conditions: TwillConditions, threads: Threads, bunches: IntArray, rule: VotingRule
+    conditions: TwillConditions,
+    threads: Threads,
+    bunches: IntArray,
+    rule: VotingRule,
+    *,
+    literal: bool,
 ) -> _Powers:
     """Return what each vote weighs by a rule."""
     edge: FloatArray = np.ones(len(conditions.edge))
@@ -239,12 +235,12 @@ def _powers(
         length = np.bincount(bunches[conditions.thread], minlength=int(bunches.max()) + 1)
         bunch_length = length[bunches[conditions.thread]]
         edge = edge * bunch_length / bunch_length.mean()
-        if rule.literal:
+        if literal:
             # A crossing has the power of both bunches that cross there.
             of_pass = length[bunches[threads.thread_of_pass]]
             power = np.bincount(threads.crossing, of_pass, minlength=threads.n_crossings)
             voter = power / power.mean()
-    return _Powers(edge, gap, voter)
+    return edge, gap, voter
 
 
 def _extend(
@@ -256,8 +252,7 @@ def _extend(
     on the frontier and has the least weight of votes against its majority, then the greatest
     majority, and has waited longest. ``around`` names the crossings that begin together.
     """
-    edge_weight, gap_weight = powers.edge.tolist(), powers.gap.tolist()
-    voter = powers.voter.tolist()
+    edge_weight, gap_weight, voter = (power.tolist() for power in powers)
     twist = [-1] * ballot.count
     votes = ([0.0] * ballot.count, [0.0] * ballot.count)
     standing: list[tuple[float, float] | None] = [None] * ballot.count

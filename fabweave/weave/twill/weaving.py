@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry import Symmetry, find_symmetry, orbits
 from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.threads import Threads, crossing_of_halfedges
-from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.anneal import couple, optimise_twill
 from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import (
     EQUAL,
@@ -25,7 +26,6 @@ from fabweave.weave.twill.conditions import (
 )
 from fabweave.weave.twill.decide import decide_twill
 from fabweave.weave.twill.obstruction import Obstruction, explain
-from fabweave.weave.twill.optimise import optimise_twill
 from fabweave.weave.twill.voting import best_vote, literal_vote
 
 #: At most so many groups of rotations are tried, those of the fewest rotations first.
@@ -100,15 +100,38 @@ def rotation_ties(
     )
 
 
+@dataclass(frozen=True)
+class TwillSearch:
+    """How a twill is looked for.
+
+    Parameters
+    ----------
+    method : {"search", "voting"}
+        Whether to search, or to leave it at the paper's voting, for those who
+        compare. An exact twill is woven by either.
+    weights : TwillWeights
+        What counts how much in the search, and in votes that are weighted. The bound counts
+        conditions, all alike.
+    effort : {"quick", "normal", "best"}
+        How long to search, and how much work goes into the bound.
+    seed : int
+        Same seed, same weave.
+    ties : sequence of Tie
+        Of which one must hold: crossings that rotations carry to one another are twisted alike.
+    """
+
+    method: str = "search"
+    weights: TwillWeights = EQUAL
+    effort: str = "normal"
+    seed: int = 0
+    ties: Sequence[Tie] = ()
+
+
+USUAL = TwillSearch()
+
+
 def tied_twill(
-    conditions: TwillConditions,
-    ties: Sequence[Tie],
-    *,
-    weights: TwillWeights = EQUAL,
-    effort: str = "normal",
-    seed: int = 0,
-    least: int = 0,
-    progress: Progress = no_progress,
+    conditions: TwillConditions, how: TwillSearch, least: int, progress: Progress = no_progress
 ) -> BoolArray:
     """Return twists that are alike on each orbit, and break as few conditions as can be found.
 
@@ -119,10 +142,12 @@ def tied_twill(
     ----------
     conditions : TwillConditions
         Of the whole mesh.
-    ties : sequence of Tie
-        The groups to compare, one at least.
-    weights, effort, seed, least, progress
-        As for `optimise_twill`.
+    how : TwillSearch
+        With the groups to compare, one at least.
+    least : int
+        No twist breaks fewer.
+    progress : callable
+        Told what is being done.
 
     Returns
     -------
@@ -130,7 +155,7 @@ def tied_twill(
         Of those that break the fewest conditions, the ones of the most rotations.
     """
     best: tuple[tuple[int, int], BoolArray] | None = None
-    for tie in ties:
+    for tie in how.ties:
         small = TwillConditions(
             n_crossings=int(tie.orbit.max(initial=-1)) + 1,
             edge=tie.orbit[conditions.edge],
@@ -141,15 +166,15 @@ def tied_twill(
         exact = decide_twill(small).twist
         if exact is None:
             start = np.ones(small.n_crossings, dtype=bool)
+            couplings = couple(small, how.weights)
             exact = optimise_twill(
-                couple(small, weights), start,
-                effort=effort, seed=seed, least=least, progress=progress,
-            )  # fmt: skip
+                couplings, start, effort=how.effort, seed=how.seed, least=least, progress=progress
+            )
         found = exact[tie.orbit]
         broken = count_broken(conditions, found)
-        _, face, vertex = weights.whole
-        rank = (weights.whole[0] * broken.edge + face * broken.face + vertex * broken.vertex,
-                -tie.order)  # fmt: skip
+        edge, face, vertex = how.weights.whole
+        weight = edge * broken.edge + face * broken.face + vertex * broken.vertex
+        rank = weight, -tie.order
         if best is None or rank < best[0]:
             best = rank, found
     if best is None:
@@ -167,7 +192,8 @@ def _groups(group: Symmetry, least: int) -> list[frozenset[int]]:
             _generated(table, [*one, *two])
             for one, two in combinations(sorted(cyclic, key=sorted), 2)
         }
-    enough = sorted((part for part in known if len(part) >= least), key=_rank)
+    enough = [part for part in known if len(part) >= least]
+    enough.sort(key=lambda part: (len(part), sorted(part)))
     inverse = np.argmax(table == 0, axis=1)
     found: list[frozenset[int]] = []
     sorts: set[frozenset[int]] = set()
@@ -178,10 +204,6 @@ def _groups(group: Symmetry, least: int) -> list[frozenset[int]]:
         for by in range(group.order):
             sorts.add(frozenset(table[table[by, one], inverse[by]].item() for one in part))
     return found[:_MOST_GROUPS]
-
-
-def _rank(part: frozenset[int]) -> tuple[int, list[int]]:
-    return len(part), sorted(part)
 
 
 def _products(group: Symmetry) -> IntArray:
@@ -257,12 +279,8 @@ def weave_twill(
     threads: Threads,
     bunches: IntArray,
     labels: Sequence[str],
+    how: TwillSearch = USUAL,
     *,
-    method: str = "search",
-    weights: TwillWeights = EQUAL,
-    effort: str = "normal",
-    seed: int = 0,
-    ties: Sequence[Tie] = (),
     progress: Progress = no_progress,
 ) -> Twill:
     """Weave a mesh in 2/2 twill.
@@ -278,18 +296,8 @@ def weave_twill(
         The bunch of each thread.
     labels : sequence of str
         Names of the threads, for the words.
-    method : {"search", "voting"}
-        Whether to search, or to leave it at the paper's voting, for those who
-        compare. An exact twill is woven by either.
-    weights : TwillWeights
-        What counts how much in the search, and in votes that are weighted. The bound counts
-        conditions, all alike.
-    effort : {"quick", "normal", "best"}
-        How long to search, and how much work goes into the bound.
-    seed : int
-        Same seed, same weave.
-    ties : sequence of Tie
-        Of which one must hold: crossings that rotations carry to one another are twisted alike.
+    how : TwillSearch
+        How it is looked for.
     progress : callable
         Told what is being done.
 
@@ -318,27 +326,25 @@ def weave_twill(
     decision = decide_twill(conditions)
     if decision.twist is not None:
         exact = Twill(_twill(threads, decision.twist, Broken()), conditions.count)
-        return _tied(exact, conditions, threads, ties, weights, effort, seed, progress)
+        return _tied(exact, conditions, threads, how, progress)
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
     couplings = couple(conditions)
     bound = prove_bound(
         couplings,
         irregular_seeds(halfedges, threads),
-        wider_work=WIDER_WORK[effort],
+        wider_work=WIDER_WORK[how.effort],
         progress=progress,
     )
-    if method == "voting":
-        vote = literal_vote(conditions, halfedges, threads, bunches, weights)
+    if how.method == "voting":
+        vote = literal_vote(conditions, halfedges, threads, bunches, how.weights)
         twist = vote.twist
     else:
-        twist = optimise_twill(
-            couplings, vote.twist, effort=effort, seed=seed, least=bound.least, progress=progress
-        )
-        if not weights.equal:
+        optimise = partial(optimise_twill, effort=how.effort, seed=how.seed, progress=progress)
+        twist = optimise(couplings, vote.twist, least=bound.least)
+        if not how.weights.equal:
             # Where some weigh more, order is harder to come to: it begins where all weigh alike.
-            weighed = couple(conditions, weights)
-            twist = optimise_twill(weighed, twist, effort=effort, seed=seed, progress=progress)
+            twist = optimise(couple(conditions, how.weights), twist)
     broken = count_broken(conditions, twist)
     # What is not twillable breaks one condition at least, and what reaches the bound is the best.
     least = max(bound.least, 1)
@@ -349,21 +355,22 @@ def weave_twill(
         vote.broken,
         Bound(least, optimum=bound.optimum or least == broken.total),
     )
-    return _tied(free, conditions, threads, ties, weights, effort, seed, progress)
+    return _tied(free, conditions, threads, how, progress)
 
 
 def _tied(
-    free: Twill, conditions: TwillConditions, threads: Threads, ties: Sequence[Tie],
-    weights: TwillWeights, effort: str, seed: int, progress: Progress,
-) -> Twill:  # fmt: skip
+    free: Twill,
+    conditions: TwillConditions,
+    threads: Threads,
+    how: TwillSearch,
+    progress: Progress,
+) -> Twill:
     """Return a twill that keeps rotations in place of a free one, if that is asked for."""
-    if not ties:
+    if not how.ties:
         return free
     least = 0 if free.bound is None else free.bound.least
-    twist = tied_twill(
-        conditions, ties, weights=weights, effort=effort, seed=seed, least=least, progress=progress
-    )
-    kept = Kept(min(tie.order for tie in ties), free.weave.broken or Broken())
+    twist = tied_twill(conditions, how, least, progress)
+    kept = Kept(min(tie.order for tie in how.ties), free.weave.broken or Broken())
     broken = count_broken(conditions, twist)
     return replace(free, weave=_twill(threads, twist, broken), kept=kept)
 

@@ -86,9 +86,8 @@ function jobColours(plan) {
 function legendOf(plan, { groups }) {
   if (!groups)
     return `<li>step 1</li><li class="ramp" style="background:linear-gradient(to right, ${RAMP.join(", ")})"></li><li>step ${plan.steps.length}</li>`;
-  const numbered = groups.length > 1 && groups.every(({ name }) => name.startsWith("colour group "));
   const rows = groups.slice(0, MOST_NAMED).map(({ name, colour }, k) => `<li><button type="button" data-group="${k}" title="Show alone">
-    <span class="swatch" style="background:${colour}"></span>${escaped(numbered ? name.replace("colour group ", "") : name)}</button></li>`);
+    <span class="swatch" style="background:${colour}"></span>${escaped(name)}</button></li>`);
   if (groups.length > MOST_NAMED) rows.push(`<li>and ${groups.length - MOST_NAMED} more</li>`);
-  return (numbered ? "<li>Colour groups</li>" : "") + rows.join("");
+  return rows.join("");
 }

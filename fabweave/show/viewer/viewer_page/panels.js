@@ -27,11 +27,11 @@ function makePanels(by, plan, clock, state) {
       panel.innerHTML = `<p class="hint">Choose a piece: tap it on the object or on its sheet, or search for its label.</p>`;
       return;
     }
-    const piece = plan.pieces[chosen], thread = plan.thread(piece), bunch = plan.bunchName(thread);
+    const piece = plan.pieces[chosen], thread = plan.thread(piece);
     const size = [0, 1].map((k) => piece.outline.map((point) => point[k])).map((values) => Math.max(...values) - Math.min(...values));
     panel.innerHTML = `<h2><span class="swatch" style="background:${plan.colour[chosen]}"></span>${escaped(plan.named(chosen))}</h2>
       <p>Piece ${thread.pieces.indexOf(piece.id) + 1} of ${thread.pieces.length} of thread ${escaped(thread.label)}${
-        bunch && ` (${bunch})`}, ${size[0].toFixed(0)} × ${size[1].toFixed(0)} mm.
+        plan.bunchWords(thread)}, ${size[0].toFixed(0)} × ${size[1].toFixed(0)} mm.
         <button type="button" class="link" data-sheet="${plan.sheetAt.get(piece.sheet)}">Sheet ${piece.sheet}</button>,
         <button type="button" class="link" data-step="${plan.stepOf[chosen] + 1}">step ${plan.stepOf[chosen] + 1}</button>.</p>
       ${pieceDrawing(plan, chosen, state.station, step)}

@@ -1,4 +1,5 @@
-"use strict";
+/** A bunch is called by so many of its threads; the others are counted. */
+const MOST_LABELS = 6;
 
 /** Read what the page holds, and index it. */
 function readPlan(text) {
@@ -13,14 +14,28 @@ function readPlan(text) {
   const stepOf = new Int32Array(pieces.length).fill(-1);
   steps.forEach((step, index) => step.pieces.forEach((id) => (stepOf[pieceAt.get(id)] = index)));
 
-  /** Name the bunch of a thread for people: with two, warp and weft. */
-  const bunches = new Set(threads.map((thread) => thread.bunch));
+  /** Name the bunch of a thread for people: with two, warp and weft; of more, by its threads. */
+  const bunches = new Set(threads.map((thread) => thread.bunch)), bunchOf = new Map();
+  for (const thread of threads) bunchOf.set(thread.bunch, [...(bunchOf.get(thread.bunch) || []), thread.label]);
   const warp = new Set(data.plan.weave.warp || []);
   const woven = warp.size > 0;
   function bunchName(thread) {
     if (woven) return warp.has(thread.id) ? "warp" : "weft";
     if (bunches.size === 2) return thread.bunch === 0 ? "warp" : "weft";
-    return bunches.size === 1 ? "" : `colour group ${thread.bunch + 1}`;
+    return bunches.size === 1 ? "" : few(bunchOf.get(thread.bunch));
+  }
+
+  /** Some labels, and how many more there are. */
+  function few(labels) {
+    const rest = labels.length - MOST_LABELS;
+    return labels.slice(0, MOST_LABELS).join(", ") + (rest > 0 ? ` and ${rest} more` : "");
+  }
+
+  /** Say to which bunch a thread belongs, where there are several; else nothing. */
+  function bunchWords(thread) {
+    const others = bunchOf.get(thread.bunch).filter((label) => label !== thread.label);
+    if (woven || bunches.size <= 2) return bunchName(thread) && ` (${bunchName(thread)})`;
+    return others.length ? ` (it crosses none of ${few(others)})` : "";
   }
 
   /** The distance of every station of a piece from its first one, in millimetres. */
@@ -127,7 +142,7 @@ function readPlan(text) {
     colour: [],
     data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
+    bunchName, bunchWords, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
   };
 }
 

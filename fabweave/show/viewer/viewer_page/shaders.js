@@ -57,7 +57,8 @@ void main() {
   vec3 colour = vTint * (0.58 + 0.45 * lit) * (1.0 - (brought ? 0.2 : 0.35) * below * below);
   if (side < 0.0) colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.35) * 0.8;
   float middle = abs(vAcross - 0.5) * 2.0, edge = 1.0 - HALO * smoothstep(0.0, 0.8, side * vDip);
-  if (code == 2.0) colour = mix(paper, colour, there);
+  // Towards a grey between the paper and the middle: a pale strip would be lost in the paper itself.
+  if (code == 2.0) colour = mix(mix(paper, vec3(0.5), 0.3), colour, there);
   if (code == 4.0) {
     // Chevrons point along the thread.
     float wave = fract(vAlong / pitch + middle * 0.3);

@@ -49,7 +49,7 @@ def slimmed(asked: Settings, found: Found) -> Settings:
     return design.narrower(_SLIM) if twists and asked.narrowable else design
 
 
-def farther(asked: Settings, design: Settings) -> list[Settings]:
+def first_alternatives(asked: Settings, design: Settings) -> list[Settings]:
     """Return a design that cannot be built much larger, from much thinner sheet, and from card.
 
     Parameters
@@ -66,15 +66,15 @@ def farther(asked: Settings, design: Settings) -> list[Settings]:
     ]
 
 
-def closer(asked: Settings, design: Settings, found: Sequence[Found]) -> list[Settings]:
+def next_alternatives(asked: Settings, design: Settings, found: Sequence[Found]) -> list[Settings]:
     """Return what to try after that: less where it helped, and more where it did not.
 
     Parameters
     ----------
     asked, design : Settings
-        As for :func:`farther`.
+        As for :func:`first_alternatives`.
     found : sequence of (Settings, Candidate)
-        What :func:`farther` came to.
+        What :func:`first_alternatives` came to.
     """
     built = [one for one, candidate in found if candidate.makeable]
     more = []
@@ -111,7 +111,7 @@ def _thinner(asked: Settings, design: Settings, factor: float) -> Iterator[Setti
         yield design.but(thickness_mm=thickness)
 
 
-def instead_text(
+def why_text(
     asked: Settings,
     candidates: Sequence[Candidate],
     helps: Sequence[Found],
