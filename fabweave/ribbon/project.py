@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.width import WidthRule, shares_of
@@ -124,12 +124,11 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
     loops = before[threads.crossing[before] == threads.crossing[following[before]]]
     if len(loops):
         faces = np.sort(halfedges.face[halfedges.twin[threads.halfedge[loops]]])
-        names = ", ".join(map(str, faces[:6].tolist())) + (", …" if len(faces) > 6 else "")
         raise CannotMakeError(
             f"{agree(len(faces), '{n} [face hangs|faces hang]')} on by a single edge "
-            f"({agree(len(faces), '[face|faces]')} {names}); a ribbon that turns around such a "
-            "face overlaps itself and cannot be cut flat: remove or refine these faces, or use "
-            "--boundary end"
+            f"({agree(len(faces), '[face|faces]')} {few_of(faces.tolist())}); a ribbon that turns "
+            "around such a face overlaps itself and cannot be cut flat: remove or refine these "
+            "faces, or use --boundary end"
         )
 
 
