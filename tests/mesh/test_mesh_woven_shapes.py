@@ -315,26 +315,3 @@ def test_checks_of_this_file_can_fail():
     with pytest.raises(AssertionError):
         assert_sound(good.with_vertices(folded), 2)
     assert not twillable(build_halfedges(parse_shape("shape:cube")))
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "slit?genus=0",
-        "slit?m=9&n=5",
-        "slit?genus=5&m=12",
-        "knot?p=4&q=6",
-        "knot?tube=60",
-        "bipyramid?height=200",
-        "regular?face=6",
-        "regular?face=16&genus=3",
-        "regular?face=8&valence=8&genus=4",
-        "regular?face=8&valence=12&genus=5",
-        "cage?faces=5",
-        "cage?m=5&n=6",
-        "regular?face=4&genus=2",
-    ],
-)
-def test_what_cannot_be_built_says_why(text):
-    with pytest.raises(InputError):
-        parse_shape(f"shape:{text}")

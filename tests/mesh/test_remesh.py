@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import trimesh
 from meshes_shared import real_mesh
 from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 
@@ -51,19 +52,9 @@ needs_proc = pytest.mark.skipif(
 
 
 def icosphere(levels, radius=50.0):
-    """Return an icosahedron whose triangles are cut in four and blown up to a sphere."""
-    mesh = solids.icosahedron()
-    points, faces = mesh.vertices, mesh.indices.reshape(-1, 3)
-    for _ in range(levels):
-        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]))
-        known, number = np.unique(edges, axis=0, return_inverse=True)
-        ab, bc, ca = (number.reshape(3, -1) + len(points)).reshape(3, -1)
-        a, b, c = faces.T
-        points = np.concatenate([points, points[known].mean(axis=1)])
-        corners = [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
-        faces = np.concatenate([np.column_stack(corner) for corner in corners])
-    points = radius * points / np.linalg.norm(points, axis=1, keepdims=True)
-    return PolyMesh.from_faces(points, faces)
+    """Return a sphere of triangles, none of which look like split quads."""
+    ball = trimesh.creation.icosphere(levels, radius)
+    return PolyMesh.from_triangles(ball.vertices, ball.faces)
 
 
 def stub(folder, body, name="stub"):
