@@ -101,6 +101,11 @@ class MeshReport:
         return self.edge_manifold and self.vertex_manifold
 
     @property
+    def kind(self) -> tuple[int, int, int]:
+        """What remeshing keeps: Euler characteristic, components and boundary loops."""
+        return self.euler, self.n_components, self.n_boundary_loops
+
+    @property
     def genus(self) -> int | None:
         """Genus of all components together, or None where one has none."""
         known = [genus for genus in self.component_genus if genus is not None]

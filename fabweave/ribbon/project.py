@@ -117,9 +117,7 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
     A face that hangs by one edge only is such a place: the ribbon comes in across that edge and
     goes out across it, and in the plane its two ends lie on one another.
     """
-    following = np.arange(1, len(threads.crossing) + 1)
-    crossed = threads.woven
-    following[threads.offsets[1:][crossed] - 1] = threads.offsets[:-1][crossed]
+    following = following_rung(threads.offsets, threads.closed)
     before = np.unique(threads.turn_pass)
     loops = before[threads.crossing[before] == threads.crossing[following[before]]]
     if len(loops):
