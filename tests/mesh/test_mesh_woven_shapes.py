@@ -10,9 +10,10 @@ from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import build_halfedges, group_edges
+from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
@@ -44,12 +45,6 @@ def corner_angles_deg(mesh):
     cosine = (before * after).sum(axis=2)
     cosine /= np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-
-
-def edge_lengths(mesh):
-    edges = group_edges(mesh)
-    one, two = mesh.vertices[edges.tail[edges.first]], mesh.vertices[edges.head[edges.first]]
-    return np.linalg.norm(one - two, axis=1)
 
 
 def assert_sound(mesh, genus, *, size=100.0):
