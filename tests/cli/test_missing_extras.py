@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from irregular_meshes import together
 from jobs import run
+from strategies import merged
 
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -56,7 +56,7 @@ def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
         assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
     if extra == "join":
         cube = parse_shape("shape:cube")
-        write_mesh(tmp_path / "two.obj", together(cube, cube.with_vertices(cube.vertices + 1.0)))
+        write_mesh(tmp_path / "two.obj", merged(cube, cube.with_vertices(cube.vertices + 1.0)))
     before = sorted(tmp_path.rglob("*"))
     script = (
         "import sys\n"
