@@ -109,7 +109,6 @@ def run_job(
     mesh: PolyMesh | None = None,
     loaded: LoadedMesh | None = None,
     workers: int = 0,
-    executors: Executors | None = None,
     replaced: Collection[Path] = (),
     recorded: Path | None = None,
 ) -> FinishedJob:
@@ -126,9 +125,8 @@ def run_job(
         A mesh from memory, in place of the file; it is kept in the folder under that name.
     loaded : LoadedMesh, optional
         What the settings make of the mesh, if that is known already.
-    workers, executors
-        Processes beside this one, and what opens other ones to nest very many pieces; the same
-        bytes are written with any.
+    workers : int
+        Processes beside this one; the same bytes are written with any number.
     replaced : collection of Path
         Files of that older job that may have been changed, as the settings were read from them.
     recorded : Path, optional
@@ -139,10 +137,9 @@ def run_job(
     job_folder.check_destination(directory, replaced, mesh=source)
     with ExitStack() as stack:
         start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
-        nesting = executors or processes(workers)
         job = make_job(
-            settings, progress, mesh=mesh, loaded=loaded, start=start, executors=nesting,
-            recorded=recorded,
+            settings, progress, mesh=mesh, loaded=loaded, start=start,
+            executors=processes(workers), recorded=recorded,
         )  # fmt: skip
         # Processes end before the folder is moved, or removed: no file comes to it late.
         with told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():

@@ -8,7 +8,6 @@ import click
 
 from fabweave.cli.options import (
     SectionedCommand,
-    cluster_option,
     folder_option,
     job_options,
     job_settings,
@@ -33,13 +32,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="How many designs to try at most.",
 )
-@cluster_option("Try them")
 @json_option
 @quiet_option
 def design(
     output: Path,
     tries: int,
-    cluster: str | None,
     as_json: bool,
     quiet: bool,
     mesh: str | None,
@@ -58,7 +55,6 @@ def design(
       fabweave design scan.stl --size 50cm --material birch-veneer --tries 100 -o designs
     """
     with held_back():
-        from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
         from fabweave.design.job import run_design
         from fabweave.design.page import best_of, design_json, told_design
@@ -66,7 +62,7 @@ def design(
         from fabweave.mesh.shapes.catalogue import object_title
 
     settings = job_settings(mesh, options)
-    executors = processes(os.cpu_count() or 1) if cluster is None else cluster_at(cluster)
+    executors = processes(os.cpu_count() or 1)
     with progress_bar(quiet or as_json) as progress:
 
         def tell(candidate: "Candidate") -> None:

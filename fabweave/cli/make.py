@@ -11,7 +11,6 @@ import click
 
 from fabweave.cli.options import (
     SectionedCommand,
-    cluster_option,
     folder_option,
     job_options,
     job_settings,
@@ -143,13 +142,11 @@ def main_notes(notes: Sequence[str]) -> list[str]:
     metavar="WISHES",
     help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
 )
-@cluster_option("Nest very many pieces")
 @json_option
 @quiet_option
 @verbose_option
 def make(
     output: Path,
-    cluster: str | None,
     as_json: bool,
     quiet: bool,
     verbose: bool,
@@ -169,7 +166,6 @@ def make(
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
         from fabweave.core.job_folder import check_destination, clear_abandoned
-        from fabweave.core.parallel.cluster import cluster_at
         from fabweave.core.parallel.executors import processes
         from fabweave.design.making import make_or_advise, meet_wishes
         from fabweave.design.search import Trials
@@ -178,7 +174,6 @@ def make(
     wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
     config = options["config"]
-    executors = None if cluster is None else cluster_at(cluster)
     for note in clear_abandoned(output):
         click.echo(note, err=True)
     workers, replaced = os.cpu_count() or 1, [config] if config is not None else []
@@ -186,14 +181,13 @@ def make(
     with progress_bar(quiet or as_json) as progress:
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            trials = Trials(settings, progress, executors or processes(workers))
+            trials = Trials(settings, progress, processes(workers))
             settings, why = meet_wishes(trials, wishes)
         made, _, coarser = make_or_advise(
             settings,
             output,
             progress,
             workers=workers,
-            executors=executors,
             replaced=replaced,
         )
     why = "\n".join(filter(None, (why, coarser)))

@@ -20,7 +20,7 @@ Decorator: TypeAlias = Callable[[Any], Any]
 #: The sections of options that are not in the table: they stand before and after all others.
 OUTPUT, REST = "Output", "Besides"
 #: What few have: ``--help-all`` shows it.
-_RARE = ("cluster", "goal")
+_RARE = ("goal",)
 #: Longer rows of words give way to a name for them in the first help, and longer defaults to none.
 _LONGEST_METAVAR = 16
 #: How ``--set`` says what has no value.
@@ -194,15 +194,6 @@ def folder_option(text: str) -> Decorator:
         metavar="DIR",
         required=True,
         help=text,
-    )
-
-
-def cluster_option(work: str) -> Decorator:
-    """Return what gives a command other computers to do its work, worded as in "Nest them"."""
-    return click.option(
-        "--cluster",
-        metavar="ADDRESS",
-        help=f"{work} on a Dask cluster, such as tcp://192.168.1.20:8786 (extra cluster).",
     )
 
 

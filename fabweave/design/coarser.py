@@ -18,7 +18,7 @@ from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.stock.ribbon_limits import thread_limits
@@ -111,7 +111,7 @@ def is_free(asked: Settings) -> bool:
     )
 
 
-def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
+def foreseen(asked: Settings, loaded: LoadedMesh) -> list[BrokenRule]:
     """Find why a mesh obviously cannot be built, within a second or so for 20,000 triangles.
 
     Parameters
@@ -122,7 +122,7 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[Finding]:
 
     Returns
     -------
-    list of Finding
+    list of BrokenRule
         The rules that are broken whatever its pieces are, the width first; none where it takes a
         plan of these to say.
     """
@@ -255,12 +255,12 @@ def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:
     return f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
 
 
-def needs(finding: Finding) -> str:
+def needs(finding: BrokenRule) -> str:
     """Say what a mesh would need that breaks a rule.
 
     Examples
     --------
-    >>> needs(Finding("width", "warn", 0.21, 1.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120))
+    >>> needs(BrokenRule("width", "warn", 0.21, 1.0, "mm", "A", 3, 17, None, (0, 0, 0), 50, 120))
     'would need strips of 0.2 mm'
     """
     length = f"{finding.value:.0f}" if finding.value >= 1.0 else f"{finding.value:.1g}"

@@ -10,7 +10,7 @@ import numpy as np
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
-from fabweave.core.parallel.executors import Executors, processes
+from fabweave.core.parallel.executors import processes
 from fabweave.design.alternatives import SOFT
 from fabweave.design.candidate import Candidate
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
@@ -155,7 +155,6 @@ def make_or_advise(
     *,
     mesh: PolyMesh | None = None,
     workers: int = 0,
-    executors: Executors | None = None,
     replaced: Collection[Path] = (),
 ) -> Made:
     """Make a job as ``run_job`` does; where it cannot be built, on a coarser mesh, or say what can.
@@ -178,7 +177,6 @@ def make_or_advise(
             mesh=mesh,
             loaded=loaded,
             workers=workers,
-            executors=executors,
             replaced=replaced,
         )
 

@@ -101,6 +101,11 @@ class MeshReport:
         return self.edge_manifold and self.vertex_manifold
 
     @property
+    def kind(self) -> tuple[int, int, int]:
+        """What remeshing keeps: Euler characteristic, components and boundary loops."""
+        return self.euler, self.n_components, self.n_boundary_loops
+
+    @property
     def genus(self) -> int | None:
         """Genus of all components together, or None where one has none."""
         known = [genus for genus in self.component_genus if genus is not None]
@@ -413,9 +418,7 @@ def _without_extent(mesh: PolyMesh, edges: EdgeGroups) -> tuple[BoolArray, BoolA
 
 def _on_seams(mesh: PolyMesh, edges: EdgeGroups) -> IntArray:
     """Return the vertices on the boundary that have another at the same place."""
-    half = edges.first[edges.sizes == 1]
-    rim = np.unique(np.concatenate([edges.tail[half], edges.head[half]]))
-    rim = rim[np.isfinite(mesh.vertices[rim]).all(axis=1)]
+    rim = edges.rim[np.isfinite(mesh.vertices[edges.rim]).all(axis=1)]
     group = same_position_groups(mesh.vertices[rim])
     return rim[np.bincount(group, minlength=1)[group] > 1]
 

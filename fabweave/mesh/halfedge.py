@@ -120,6 +120,11 @@ class EdgeGroups:
         return self.order[at], self.order[at + 1]
 
     @cached_property
+    def rim(self) -> IntArray:
+        """Vertices on the boundary, (R,), in rising order."""
+        return np.unique(self.ends(np.flatnonzero(self.sizes == 1)))
+
+    @cached_property
     def same_way(self) -> IntArray:
         """Edges whose two faces run along them the same way, (N,)."""
         first, second = self.pairs

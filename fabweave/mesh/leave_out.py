@@ -501,9 +501,7 @@ def _rim(
             f"the opening at the {side} would have {rims} rims; make it narrower or wider, or "
             "name its faces"
         )
-    alone = edges.order[edges.starts[:-1][edges.sizes == 1]]
-    fixed = np.concatenate([edges.tail[alone], edges.head[alone]])
-    return rim, np.setdiff1d(rim, fixed)
+    return rim, np.setdiff1d(rim, edges.rim)
 
 
 def _touching(mesh: PolyMesh, vertices: IntArray) -> BoolArray:

@@ -172,6 +172,12 @@ def likeness(source: PolyMesh, result: PolyMesh) -> Likeness:
     )
 
 
+def nearly_as_like(source: PolyMesh, result: PolyMesh, other: PolyMesh, factor: float) -> bool:
+    """Tell whether a surface is as like its model as another, up to a factor on its distances."""
+    one, two = likeness(source, result), likeness(source, other)
+    return one.in_rms_mm <= factor * two.in_rms_mm and one.greatest_mm <= factor * two.greatest_mm
+
+
 def _distances(
     mesh: PolyMesh, triangles: tuple[FloatArray, IntArray], other: Surface
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

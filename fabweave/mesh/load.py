@@ -25,7 +25,6 @@ from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.direction import (
     AXES,
     CURVATURE,
-    Alignment,
     Along,
     axis_direction,
     read_directions,
@@ -88,8 +87,6 @@ class LoadedMesh:
         was not remeshed.
     loss : LossMap or None
         What of the given mesh was lost where, if it was remeshed.
-    alignment : Alignment or None
-        How well new quads follow the direction that was wished for.
     openings : tuple of Opening
         What was left out of it.
     portals : (H,) float array or None
@@ -110,7 +107,6 @@ class LoadedMesh:
     left_out: float = 0.0
     likeness: Likeness | None = None
     loss: LossMap | None = None
-    alignment: Alignment | None = None
     openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
     remeshed: Remeshed | None = None
@@ -231,7 +227,6 @@ def load_mesh(
         left_out=left_out,
         likeness=like,
         loss=loss,
-        alignment=None if remeshed is None else remeshed.alignment,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
         remeshed=remeshed,

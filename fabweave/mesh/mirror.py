@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.nearest import Feet, Surface
 from fabweave.mesh.polymesh import PolyMesh, without_loose
@@ -251,6 +252,13 @@ def _cut(crossing: IntArray, points: FloatArray, height: FloatArray) -> tuple[In
         pieces += [[ring[0], ring[k], ring[k + 1]] for k in range(1, len(ring) - 1)]
     faces = np.array(pieces, dtype=np.int64).reshape(-1, 3)
     return faces, np.concatenate([points, new])
+
+
+def sound_half(surface: PolyMesh, mirror: Mirror) -> PolyMesh | None:
+    """Return the half of a surface of triangles; None if that is no open surface."""
+    half = half_of(surface, mirror)
+    report = check_mesh(half)
+    return None if not half.n_faces or report.fatal or report.closed else half
 
 
 def joined_with_image(half: PolyMesh, mirror: Mirror, reach: float) -> PolyMesh:

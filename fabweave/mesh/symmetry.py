@@ -5,17 +5,15 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.topology import label_links
+from fabweave.mesh.topology import label_links, walk_from
 from fabweave.mesh.upright import largest_dimension
 
 #: Every unit vector has a component above this, which is just below 1 / sqrt(3).
@@ -211,18 +209,11 @@ def plan_walks(halfedges: Halfedges, roots: IntArray) -> Walks:
     """
     count = halfedges.n_halfedges
     inner = halfedges.twin >= 0
-    bounds = np.concatenate(([0], np.cumsum(1 + inner), [count + inner.sum() + len(roots)]))
+    bounds = offsets_of(1 + inner)
     links = np.empty(bounds[-1], dtype=np.int64)
-    links[bounds[:count]] = halfedges.next
-    links[bounds[:count][inner] + 1] = halfedges.twin[inner]
-    links[bounds[count] :] = roots
-    graph = sparse.csr_array(
-        (np.ones(len(links), dtype=np.int8), links.astype(np.int32), bounds.astype(np.int32)),
-        shape=(count + 1, count + 1),
-    )
-    reached, came_from = csgraph.breadth_first_order(graph, count, directed=True)
-    order: IntArray = reached[1:].astype(np.int64)
-    before: IntArray = came_from[order].astype(np.int64)
+    links[bounds[:-1]] = halfedges.next
+    links[bounds[:-1][inner] + 1] = halfedges.twin[inner]
+    order, before = walk_from(roots, bounds, links)
     before[: len(roots)] = order[: len(roots)]
     place = np.empty(count, dtype=np.int64)
     place[order] = np.arange(len(order))

@@ -1,12 +1,17 @@
 """Find the edges, components, fans, orientations and boundary loops of any polygon mesh."""
 
+from typing import Any, TypeAlias
+
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import EdgeGroups
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
+
+_Integers: TypeAlias = npt.NDArray[np.integer[Any]]
 
 
 def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
@@ -28,7 +33,10 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from typing import Any, TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
     >>> label_links(np.array([0, 3]), np.array([2, 2]), 5)[1].tolist()
     [0, 1, 0, 0, 2]
     """
@@ -37,6 +45,38 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
     graph = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))
     number, labels = connected_components(graph, directed=False)
     return int(number), labels.astype(np.int64)
+
+
+def walk_from(roots: _Integers, offsets: _Integers, links: _Integers) -> tuple[IntArray, IntArray]:
+    """Walk a graph from some nodes at once, step after step.
+
+    Parameters
+    ----------
+    roots : (R,) int array
+        Where the walks begin.
+    offsets, links : (N + 1,) and (L,) int arrays
+        Node ``n`` leads to ``links[offsets[n]:offsets[n + 1]]``.
+
+    Returns
+    -------
+    order : (K,) int array
+        The nodes that are reached, the roots first.
+    before : (K,) int array
+        From which node each was reached; N for the roots.
+
+    Examples
+    --------
+    >>> order, before = walk_from(np.array([2]), np.array([0, 1, 1, 2]), np.array([1, 0]))
+    >>> order.tolist(), before.tolist()
+    ([2, 0, 1], [3, 2, 0])
+    """
+    count = len(offsets) - 1
+    every = np.concatenate((links, roots)).astype(np.int32)
+    bounds = np.append(offsets, len(every)).astype(np.int32)
+    shape = (count + 1, count + 1)
+    graph = csr_array((np.ones(len(every), dtype=np.int8), every, bounds), shape=shape)
+    reached, came_from = breadth_first_order(graph, count, directed=True)
+    return reached[1:].astype(np.int64), came_from[reached[1:]].astype(np.int64)
 
 
 @frozen_value
@@ -90,7 +130,10 @@ def solve_parity(count: int, first: IntArray, second: IntArray, differ: BoolArra
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from typing import Any, TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
     >>> solution = solve_parity(4, np.array([0, 1]), np.array([1, 3]), np.array([True, True]))
     >>> solution.classes.tolist(), solution.opposite.tolist()
     ([0, 0, 1, 0], [False, True, False, False])
@@ -276,7 +319,10 @@ def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from typing import Any, TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
     >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [1, 2, 3]])
     >>> keep_faces(mesh, np.array([False, True])).faces()
     [[1, 2, 3]]
@@ -343,7 +389,10 @@ def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from typing import Any, TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
     >>> quad = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
     >>> turn_faces(quad, np.array([True])).faces()
     [[0, 3, 2, 1]]

@@ -156,8 +156,7 @@ def weld_seams(mesh: PolyMesh, wanted: bool | None) -> tuple[PolyMesh, tuple[str
     among: BoolArray | None = None
     if wanted is None:
         among = np.zeros(mesh.n_vertices, dtype=bool)
-        edges = group_edges(mesh)
-        among[edges.ends(np.flatnonzero(edges.sizes == 1)).ravel()] = True
+        among[group_edges(mesh).rim] = True
         group = coincident_groups(mesh.vertices[among])
         alike = int(np.count_nonzero(np.bincount(group)[group] > 1)) if len(group) else 0
         if alike <= _MOST * len(group):

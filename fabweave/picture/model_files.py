@@ -20,7 +20,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.picture.bodies import Body, common_colour, joined_bodies
 from fabweave.picture.surfaces import rung_colours
 from fabweave.ribbon.project import Ribbons
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.stretches import facet_vertices
 
 #: glTF counts in metres.
@@ -255,7 +255,7 @@ def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
 
 
 def woven_glb(
-    ribbons: Ribbons, labels: Sequence[str], colours: Colours, findings: Sequence[Finding] = ()
+    ribbons: Ribbons, labels: Sequence[str], colours: Colours, findings: Sequence[BrokenRule] = ()
 ) -> bytes:
     """Return the woven object as binary glTF: one node for each thread, named by its label.
 
@@ -292,7 +292,7 @@ def woven_glb(
     return glb_bytes(scene)
 
 
-def _markers(ribbons: Ribbons, findings: Sequence[Finding]) -> list[trimesh.Trimesh]:
+def _markers(ribbons: Ribbons, findings: Sequence[BrokenRule]) -> list[trimesh.Trimesh]:
     """Return a ball at the place of each finding."""
     corners = np.concatenate((ribbons.left, ribbons.right))
     size = float(np.ptp(corners, axis=0).max()) if len(corners) else 0.0

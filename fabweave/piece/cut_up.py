@@ -26,7 +26,7 @@ from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.lay import WovenObject
-from fabweave.ribbon.rules.finding import FAR, Finding
+from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
@@ -152,7 +152,7 @@ def with_grain(
     worst = int(np.argmax(degrees))
     thread, crossing = int(threads.thread_of_pass[at[worst]]), int(threads.crossing[at[worst]])
     x, y, z = (round(float(value), 3) for value in woven.ribbons.centre[crossing])
-    found = Finding(
+    found = BrokenRule(
         rule="grain",
         severity="warn",
         value=float(degrees[worst]),

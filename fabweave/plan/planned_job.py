@@ -27,7 +27,7 @@ from fabweave.plan.nest_pieces import nest_pieces
 from fabweave.plan.refinement import try_refinement
 from fabweave.plan.verdict import NotMakeableError, Verdict, judge
 from fabweave.ribbon.lay import WovenObject
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.supplies import Supplies
@@ -111,7 +111,7 @@ class PlannedJob:
         """Whether it can be built."""
         return self._judged((), 0)
 
-    def _judged(self, holes: Sequence[Finding], unnamed: int) -> Verdict:
+    def _judged(self, holes: Sequence[BrokenRule], unnamed: int) -> Verdict:
         """Return the verdict with what is known of holes and labels."""
         return judge(
             (*self.check.findings, *holes),

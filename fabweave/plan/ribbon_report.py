@@ -16,19 +16,19 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans
-from fabweave.ribbon.rules.finding import FAR, Finding, sentence, written
+from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule, sentence, written
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import Material, forming_advice, min_bend_radius_mm
 from fabweave.stock.ribbon_limits import Limits
 
 
-def hole_findings(planned: PlannedJob) -> list[Finding]:
+def hole_findings(planned: PlannedJob) -> list[BrokenRule]:
     """Find the crossings that have no room for a hole with its distance to every edge.
 
     Returns
     -------
-    list of Finding
+    list of BrokenRule
         One or none. Its size is that at which all crossings have room.
     """
     piece_set, rules, woven = planned.piece_set, planned.rules, planned.woven
@@ -44,7 +44,7 @@ def hole_findings(planned: PlannedJob) -> list[Finding]:
     thread, other = threads.thread_of_pass[[upper, lower]].tolist()
     x, y, z = (round(float(value), 3) for value in woven.ribbons.centre[crossing])
     return [
-        Finding(
+        BrokenRule(
             rule="hole",
             severity="warn",
             value=float(piece_set.room_mm[crossing]),
@@ -132,7 +132,7 @@ class RibbonReport:
     units: Literal["mm"]
     limits: LimitRecord
     smallest_size_mm: int | None
-    findings: tuple[Finding, ...]
+    findings: tuple[BrokenRule, ...]
     threads: tuple[ThreadRibbon, ...]
 
 
@@ -140,7 +140,7 @@ def ribbon_report(
     check: RibbonCheck,
     ribbons: Ribbons,
     labels: Sequence[str],
-    holes: Sequence[Finding] = (),
+    holes: Sequence[BrokenRule] = (),
 ) -> RibbonReport:
     """Return the figures of the ribbons as they are made, and the findings.
 
@@ -151,7 +151,7 @@ def ribbon_report(
         As they are cut.
     labels : sequence of str
         Names of the threads.
-    holes : sequence of Finding
+    holes : sequence of BrokenRule
         What :func:`hole_findings` found.
     """
     limits = check.limits

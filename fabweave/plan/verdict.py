@@ -11,8 +11,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
-from fabweave.ribbon.rules.finding import Finding as BrokenRule
-from fabweave.ribbon.rules.finding import statement
+from fabweave.ribbon.rules.broken_rule import BrokenRule, statement
 
 #: The schema of ``verdict.json``.
 VERDICT = "fabweave.verdict/1"

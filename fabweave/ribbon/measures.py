@@ -130,7 +130,7 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
     if len(narrow) == 0:
         return
     threads = np.unique(np.searchsorted(ribbons.offsets, narrow, side="right") - 1)
-    names = ", ".join(labels[thread] for thread in threads[:6]) + (" …" if len(threads) > 6 else "")
+    names = few_of([labels[thread] for thread in threads])
     least = float(width.min())
     size = size_for(least, NARROWEST_MM, size_mm)
     larger = f", or --size {size}mm or more" if size <= NEAR_SIZE * size_mm else ""

@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.ribbon.width import WidthRule, shares_of
@@ -117,19 +117,16 @@ def require_no_loop(threads: Threads, halfedges: Halfedges) -> None:
     A face that hangs by one edge only is such a place: the ribbon comes in across that edge and
     goes out across it, and in the plane its two ends lie on one another.
     """
-    following = np.arange(1, len(threads.crossing) + 1)
-    crossed = threads.woven
-    following[threads.offsets[1:][crossed] - 1] = threads.offsets[:-1][crossed]
+    following = following_rung(threads.offsets, threads.closed)
     before = np.unique(threads.turn_pass)
     loops = before[threads.crossing[before] == threads.crossing[following[before]]]
     if len(loops):
         faces = np.sort(halfedges.face[halfedges.twin[threads.halfedge[loops]]])
-        names = ", ".join(map(str, faces[:6].tolist())) + (", …" if len(faces) > 6 else "")
         raise CannotMakeError(
             f"{agree(len(faces), '{n} [face hangs|faces hang]')} on by a single edge "
-            f"({agree(len(faces), '[face|faces]')} {names}); a ribbon that turns around such a "
-            "face overlaps itself and cannot be cut flat: remove or refine these faces, or use "
-            "--boundary end"
+            f"({agree(len(faces), '[face|faces]')} {few_of(faces.tolist())}); a ribbon that turns "
+            "around such a face overlaps itself and cannot be cut flat: remove or refine these "
+            "faces, or use --boundary end"
         )
 
 

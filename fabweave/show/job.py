@@ -28,7 +28,7 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import hole_findings
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
@@ -62,7 +62,7 @@ class Job(PlannedJob):
         Which supply every thread and sheet is of.
     offcuts : tuple of Offcut
         What is left of sheets and worth keeping, as it is drawn.
-    holes : tuple of Finding
+    holes : tuple of BrokenRule
         Crossings without a hole.
     marks : tuple of Marks
         What is engraved on each piece.
@@ -102,7 +102,7 @@ class Job(PlannedJob):
     layout: Layout
     allotment: Allotment
     offcuts: tuple[Offcut, ...]
-    holes: tuple[Finding, ...]
+    holes: tuple[BrokenRule, ...]
     marks: tuple[Marks, ...]
     spare_marks: tuple[Marks, ...]
     engrave_seen_mm: float | None

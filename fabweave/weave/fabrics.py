@@ -4,7 +4,9 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -12,8 +14,9 @@ from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.topology import ParityClasses, label_links, solve_parity
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads, thread_labels
@@ -268,49 +271,61 @@ def _two_bunches(
         return solution
     ring = solution.odd_ring
     how = "cross pairwise" if len(ring) == 3 else f"cross in a ring of {len(ring)}"
-    named = ", ".join(labels[t] for t in ring[:7]) + (" …" if len(ring) > 7 else "")
+    named = few_of([labels[t] for t in ring])
     return Obstruction(f"warp and weft do not exist: threads {named} {how}", threads=ring)
+
+
+class _Gap(NamedTuple):
+    """A vertex or a face with crossings all round, and how many."""
+
+    kind: Literal["vertex", "face"]
+    number: int
+    size: int
+
+    def __str__(self) -> str:
+        size = f"valence {self.size}" if self.kind == "vertex" else f"{self.size} sides"
+        return f"{self.kind} {self.number} ({size})"
+
+    def around(self, halfedges: Halfedges) -> BoolArray:
+        """Return the corners that are sides of the gap, (H,): those of the face, or of the head."""
+        owner = halfedges.head if self.kind == "vertex" else halfedges.face
+        return np.asarray(owner == self.number)
+
+
+def _gaps_off(halfedges: Halfedges, multiple: int) -> list[_Gap]:
+    """Return the gaps whose number of crossings is no multiple of a number, vertices first."""
+    sides = np.bincount(halfedges.face)
+    sides[halfedges.face[halfedges.twin < 0]] = 0
+    vertices, valences = interior_valences(halfedges)
+    gaps = [
+        *map(partial(_Gap, "vertex"), vertices.tolist(), valences.tolist()),
+        *map(partial(_Gap, "face"), range(len(sides)), sides.tolist()),
+    ]
+    return [gap for gap in gaps if gap.size % multiple]
 
 
 def _odd_gap(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> Obstruction | None:
     """Find a gap with an odd number of crossings: the threads around it cannot take turns."""
-    (vertices, valence), (faces, sides) = (
-        _closed_gaps(halfedges, owner) for owner in (halfedges.head, halfedges.face)
-    )
-    vertices, valence = vertices[valence % 2 == 1], valence[valence % 2 == 1]
-    faces, sides = faces[sides % 2 == 1], sides[sides % 2 == 1]
-    if not len(vertices) and not len(faces):
+    odd = _gaps_off(halfedges, 2)
+    if not odd:
         return None
-    if len(vertices):
-        size, where = int(valence[0]), f"vertex {vertices[0]} (valence {valence[0]})"
-        corners = halfedges.head == vertices[0]
-    else:
-        size, where = int(sides[0]), f"face {faces[0]} ({sides[0]} sides)"
-        corners = halfedges.face == faces[0]
-    around = np.unique(_corner_walks(halfedges, threads)[0][corners])
-    named = ", ".join(labels[t] for t in around[:7].tolist()) + (" …" if len(around) > 7 else "")
-    whose = f"thread{'s' * (len(around) > 1)} {named}"
+    around = np.unique(_corner_walks(halfedges, threads)[0][odd[0].around(halfedges)])
+    whose = f"thread{'s' * (len(around) > 1)} {few_of([labels[t] for t in around.tolist()])}"
+    vertices, faces = (
+        tuple(gap.number for gap in odd if gap.kind == kind) for kind in ("vertex", "face")
+    )
     kinds = (
         (len(vertices), "{n} [vertex has|vertices have] an odd valence"),
         (len(faces), "{n} [face has|faces have] an odd number of sides"),
     )
     in_all = " and ".join(agree(number, text) for number, text in kinds if number)
-    more = f"; in all, {in_all}" if len(vertices) + len(faces) > 1 else ""
+    more = f"; in all, {in_all}" if len(odd) > 1 else ""
     return Obstruction(
-        f"around {where} {size} strands cross in a ring ({whose}), so warp and weft do not "
+        f"around {odd[0]} {odd[0].size} strands cross in a ring ({whose}), so warp and weft do not "
         f"exist{more}",
-        vertices=tuple(vertices[:_NAMED].tolist()),
-        faces=tuple(faces[:_NAMED].tolist()),
+        vertices=vertices[:_NAMED],
+        faces=faces[:_NAMED],
     )
-
-
-def _closed_gaps(halfedges: Halfedges, owner: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the vertices or faces with crossings all round, and how many."""
-    sizes = np.bincount(owner)
-    rim = halfedges.twin < 0
-    for at in (rim, rim[halfedges.next]):  # a corner lies between an edge and the next one
-        sizes[owner[at]] = 0
-    return np.flatnonzero(sizes), sizes[sizes > 0]
 
 
 def _corner_walks(halfedges: Halfedges, threads: Threads) -> tuple[IntArray, BoolArray]:
@@ -350,33 +365,25 @@ def _turned_about(
     halfedges: Halfedges, threads: Threads, solution: ParityClasses, labels: Sequence[str]
 ) -> Obstruction:
     """Name a gap around which a strand turns back to front, or threads that do elsewhere."""
-    odd: list[tuple[str, int, int]] = []
-    for kind, owner in (("vertex", halfedges.head), ("face", halfedges.face)):
-        gaps, sizes = _closed_gaps(halfedges, owner)
-        bad = sizes % 4 != 0
-        odd += [
-            (kind, gap, size)
-            for gap, size in zip(gaps[bad].tolist(), sizes[bad].tolist(), strict=True)
-        ]
-    for kind, gap, size in odd[:_LOOKED_AT]:
-        if _turns_around(halfedges, threads, kind, gap):
-            what = f"valence {size}" if kind == "vertex" else f"{size} sides"
+    odd = _gaps_off(halfedges, 4)
+    for gap in odd[:_LOOKED_AT]:
+        if _turns_around(halfedges, threads, gap):
             text = (
-                f"around {kind} {gap} ({what}) the pattern cannot close: strands that "
-                "start side by side in the same direction come back running against one another"
+                f"around {gap} the pattern cannot close: strands that start side by side in the "
+                "same direction come back running against one another"
             )
             if len(odd) > 1:
                 text += (
                     f"; in all, {len(odd)} gaps have a valence or a number of sides that is not "
                     "a multiple of 4"
                 )
-            named = {"vertices": (gap,)} if kind == "vertex" else {"faces": (gap,)}
+            named = {"vertices" if gap.kind == "vertex" else "faces": (gap.number,)}
             return Obstruction(text, **named)
     ring = solution.odd_ring
     if len(ring) == 1:
         text = f"thread {labels[ring[0]]} comes to lie beside itself, running the opposite way"
     else:
-        named_threads = ", ".join(labels[t] for t in ring[:7]) + (" …" if len(ring) > 7 else "")
+        named_threads = few_of([labels[t] for t in ring])
         text = (
             f"threads {named_threads} lie side by side but cannot all run the same way: the last "
             "comes back beside the first, running against it"
@@ -384,22 +391,23 @@ def _turned_about(
     return Obstruction(text, threads=ring)
 
 
-def _turns_around(halfedges: Halfedges, threads: Threads, kind: str, gap: int) -> bool:
+def _turns_around(halfedges: Halfedges, threads: Threads, gap: _Gap) -> bool:
     """Return whether the gaps of four around a gap, by themselves, turn a strand about."""
     # A corner is a side of the gap of its face and of the gap of its head.
     tail, head, face = halfedges.tail, halfedges.head, halfedges.face
     near_vertex = np.zeros(int(tail.max()) + 1, dtype=bool)
     near_face = np.zeros(int(face.max()) + 1, dtype=bool)
-    if kind == "vertex":
-        near_vertex[tail[head == gap]] = True
-        near_face[face[(head == gap) | (tail == gap)]] = True
+    side = gap.around(halfedges)
+    if gap.kind == "vertex":
+        near_vertex[tail[side]] = True
+        near_face[face[side | (tail == gap.number)]] = True
     else:
-        near_vertex[head[face == gap]] = True
-        near_face[face[halfedges.twin[face == gap]]] = True
+        near_vertex[head[side]] = True
+        near_face[face[halfedges.twin[side]]] = True
     near = near_vertex[head] | near_face[face]
-    side, other = _opposite_sides(halfedges)
-    kept = near[side] & near[other]
-    side, other = side[kept], other[kept]
+    first, second = _opposite_sides(halfedges)
+    kept = near[first] & near[second]
+    first, second = first[kept], second[kept]
     _, ways = _corner_walks(halfedges, threads)
     # Sides are followed along their threads from crossing to crossing.
     here = threads.halfedge
@@ -410,9 +418,9 @@ def _turns_around(halfedges: Halfedges, threads: Threads, kind: str, gap: int) -
     before, after = before[joined], after[joined]
     solution = solve_parity(
         halfedges.n_halfedges,
-        np.concatenate((side, before)),
-        np.concatenate((other, after)),
-        np.concatenate((ways[side] == ways[other], np.zeros(len(before), dtype=bool))),
+        np.concatenate((first, before)),
+        np.concatenate((second, after)),
+        np.concatenate((ways[first] == ways[second], np.zeros(len(before), dtype=bool))),
     )
     return bool(solution.odd_ring)
 

@@ -9,6 +9,7 @@ from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.topology import walk_from
 
 
 def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, BoolArray]:
@@ -73,29 +74,11 @@ def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, B
     first, closed = first[by_first], closed[by_first]
     new_number = np.full(n_walks, -1, dtype=np.int32)
     new_number[walk[first]] = np.arange(len(first))
-    ordered = _breadth_first(links, first)
+    # Side by side each walk is visited in its own order; the stable sort puts every walk together.
+    ordered, _ = walk_from(first, links.indptr, links.indices)
     number = new_number[walk[ordered]]
     by_thread = np.argsort(number, kind="stable")
-    return ordered[by_thread].astype(np.int64), number[by_thread].astype(np.int64), closed
-
-
-def _breadth_first(links: sparse.csr_array, first: IntArray) -> IntArray:
-    """Return the states reached from ``first``, all walks side by side, step after step.
-
-    One breadth-first search from an extra root linked to every first state visits each walk in
-    its own order; a stable sort by walk then puts every walk together.
-    """
-    n_states = links.shape[0]
-    indptr = np.concatenate((links.indptr, [links.indptr[-1] + len(first)])).astype(np.int32)
-    indices = np.concatenate((links.indices, first)).astype(np.int32)
-    rooted = sparse.csr_array(
-        (np.ones(len(indices), dtype=np.int8), indices, indptr),
-        shape=(n_states + 1, n_states + 1),
-    )
-    reached = csgraph.breadth_first_order(
-        rooted, n_states, directed=True, return_predecessors=False
-    )
-    return np.asarray(reached[1:])
+    return ordered[by_thread], number[by_thread].astype(np.int64), closed
 
 
 class PassesByThread:

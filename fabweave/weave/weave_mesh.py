@@ -103,7 +103,10 @@ def weave_mesh(
     if supplies is not None:
         supplies.require(bunches)
     if settings.twists is not None:
-        result = _weave_listed(Path(settings.twists), source.halfedges, threads)
+        path = Path(settings.twists)
+        twist = read_twists(read_input(path, "list of twists"), source.halfedges, threads)
+        weave = twisted_weave(source.halfedges, threads, twist)
+        result = WeaveResult(weave, (f"twists: as {path.name} has them",))
     else:
         result = weave_pattern(
             settings.pattern,
@@ -144,10 +147,3 @@ def _with_rotations(result: WeaveResult, source: LoadedMesh) -> WeaveResult:
     count = group.n_rotations
     note = f"{count} rotations carry the twill onto itself, with the one that leaves all in place"
     return replace(result, rotations=count, notes=(*result.notes, note))
-
-
-def _weave_listed(path: Path, halfedges: Halfedges, threads: Threads) -> WeaveResult:
-    """Weave a mesh as a list of twists says."""
-    twist = read_twists(read_input(path, "list of twists"), halfedges, threads)
-    note = f"twists: as {path.name} has them"
-    return WeaveResult(twisted_weave(halfedges, threads, twist), (note,))

@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from irregular_meshes import together
 from jobs import run
+from strategies import merged
 
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -19,10 +19,6 @@ EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["option
 #: By extra: the modules of its packages, what is typed, and with which code it ends.
 WITHOUT = {
     "threemf": (("networkx", "lxml"), ("make", "cube.3mf", "-o", "out"), 2),
-    "cluster": (
-        ("distributed", "dask"),
-        ("make", "shape:cube", "--cluster", "tcp://127.0.0.1:1", "-o", "out"), 2,
-    ),
     "rhino": (("rhino3dm",), ("model", "shape:cube", "-o", "cube.3dm"), 2),
     "join": (("manifold3d",), ("make", "two.obj", "--bodies", "join", "-o", "out"), 2),
     # There are other ways to quads; where none of them helps, the mesh cannot be made of them.
@@ -42,11 +38,7 @@ def test_every_extra_is_tried():
 
 @pytest.mark.parametrize(
     ("extra", "missing"),
-    [
-        (extra, module)
-        for extra in ("threemf", "cluster", "rhino", "join")
-        for module in WITHOUT[extra][0]
-    ]
+    [(extra, module) for extra in ("threemf", "rhino", "join") for module in WITHOUT[extra][0]]
     + [("quad", ",".join(WITHOUT["quad"][0]))],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
@@ -56,7 +48,7 @@ def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
         assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
     if extra == "join":
         cube = parse_shape("shape:cube")
-        write_mesh(tmp_path / "two.obj", together(cube, cube.with_vertices(cube.vertices + 1.0)))
+        write_mesh(tmp_path / "two.obj", merged(cube, cube.with_vertices(cube.vertices + 1.0)))
     before = sorted(tmp_path.rglob("*"))
     script = (
         "import sys\n"

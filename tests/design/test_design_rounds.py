@@ -24,7 +24,7 @@ from fabweave.design.search import Trials
 from fabweave.design.variety import MOST, NARROW
 from fabweave.options.settings import Settings
 from fabweave.plan.verdict import Verdict, excess, judge, refused
-from fabweave.ribbon.rules.finding import Finding as BrokenRule
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 
 ASKED = Settings.of("cow.obj", size_mm=300.0, material="birch-veneer")
 GOOD = candidate()

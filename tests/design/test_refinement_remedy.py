@@ -8,7 +8,7 @@ from fabweave.piece.joined_strands import split_object
 from fabweave.plan.ask import brief_of
 from fabweave.plan.refinement import REFINEMENTS, try_refinement
 from fabweave.ribbon.lay import check_object
-from fabweave.ribbon.rules.finding import sentence, written
+from fabweave.ribbon.rules.broken_rule import sentence, written
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.width import WidthRule
 

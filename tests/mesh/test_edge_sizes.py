@@ -20,7 +20,7 @@ from fabweave.mesh.triangulate import triangulate
 def kind(mesh):
     report = check_mesh(mesh)
     assert not report.fatal
-    return report.euler, report.n_boundary_loops, report.n_components
+    return report.kind
 
 
 SURFACES = {

@@ -254,15 +254,6 @@ def test_face_of_300_corners():
         assert same(read(kind, data), mesh)
 
 
-def test_files_on_disk(tmp_path):
-    path = tmp_path / "solid.OBJ"
-    mesh = solids.cube()
-    write_mesh(path, mesh)
-    found = read_mesh(str(path))
-    assert same(found.mesh, mesh)
-    assert (found.format, found.unit, found.unit_mm, found.notes) == ("obj", None, None, ())
-
-
 HEAD = "ply\nformat ascii 1.0\n"
 XYZ = "element vertex 1\nproperty int x\nproperty int y\nproperty int z\n"
 TRIANGLE = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n"

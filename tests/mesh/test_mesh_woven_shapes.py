@@ -10,9 +10,10 @@ from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import build_halfedges, group_edges
+from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
@@ -44,12 +45,6 @@ def corner_angles_deg(mesh):
     cosine = (before * after).sum(axis=2)
     cosine /= np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-
-
-def edge_lengths(mesh):
-    edges = group_edges(mesh)
-    one, two = mesh.vertices[edges.tail[edges.first]], mesh.vertices[edges.head[edges.first]]
-    return np.linalg.norm(one - two, axis=1)
 
 
 def assert_sound(mesh, genus, *, size=100.0):
@@ -315,26 +310,3 @@ def test_checks_of_this_file_can_fail():
     with pytest.raises(AssertionError):
         assert_sound(good.with_vertices(folded), 2)
     assert not twillable(build_halfedges(parse_shape("shape:cube")))
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "slit?genus=0",
-        "slit?m=9&n=5",
-        "slit?genus=5&m=12",
-        "knot?p=4&q=6",
-        "knot?tube=60",
-        "bipyramid?height=200",
-        "regular?face=6",
-        "regular?face=16&genus=3",
-        "regular?face=8&valence=8&genus=4",
-        "regular?face=8&valence=12&genus=5",
-        "cage?faces=5",
-        "cage?m=5&n=6",
-        "regular?face=4&genus=2",
-    ],
-)
-def test_what_cannot_be_built_says_why(text):
-    with pytest.raises(InputError):
-        parse_shape(f"shape:{text}")

@@ -18,7 +18,3 @@ from fabweave.mesh.shapes.catalogue import object_title
 )
 def test_files_are_called_by_the_words_of_their_names(mesh, title):
     assert object_title(mesh) == title
-
-
-def test_what_the_maker_says_wins():
-    assert object_title("shape:torus", "Fruit bowl") == "Fruit bowl"

@@ -440,16 +440,6 @@ def test_too_much_is_refused_at_once(name):
         refine_mesh(torus, [Refinement(name, 1)], progress=never)
 
 
-def test_progress_tells_the_steps():
-    heard = []
-    refine_mesh(
-        solids.cube(),
-        parse_refinements("sqrt3:2,quads"),
-        progress=lambda what, done, total: heard.append((what, done, total)),
-    )
-    assert heard == [("sqrt3", 0, 2), ("sqrt3", 1, 2), ("quads", 0, 1)]
-
-
 # What cannot be refined.
 
 

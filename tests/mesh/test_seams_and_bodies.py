@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from irregular_meshes import together
 from mesh_writers import off_bytes, ply_bytes
 from meshes_shared import shared_mesh
+from strategies import merged
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
@@ -55,13 +55,13 @@ def test_a_seam_is_welded_and_places_that_differ_by_rounding_too() -> None:
 def test_closed_bodies_and_boundaries_that_touch_at_few_vertices_stay_apart() -> None:
     cube = solids.cube()
     aside = cube.with_vertices(cube.vertices + np.ptp(cube.vertices, axis=0))
-    touching = together(cube, aside)
+    touching = merged(cube, aside)
     assert weld_seams(touching, None) == (touching, ())
     assert weld_seams(touching, True)[0].n_vertices == touching.n_vertices - 1
     # Two sheets that meet at a corner: 2 of their vertices coincide.
     sheet = grids.hypar(3, 3, 30.0, 0.0)
     width = np.ptp(sheet.vertices, axis=0)
-    sheets = together(sheet, sheet.with_vertices(sheet.vertices + width))
+    sheets = merged(sheet, sheet.with_vertices(sheet.vertices + width))
     assert weld_seams(sheets, None) == (sheets, ())
     assert weld_seams(sheets, True)[0].n_vertices == sheets.n_vertices - 1
 
@@ -77,11 +77,11 @@ def test_bodies_are_kept_by_size_and_debris_is_told() -> None:
     tiny = small.with_vertices(small.vertices / np.ptp(small.vertices) + 100.0)
     specks = [tiny.with_vertices(tiny.vertices + 5.0 * number) for number in range(3)]
     other = large.with_vertices(large.vertices * 0.5 + [200.0, 0, 0])
-    mesh = together(*specks[:2], large, other, specks[2])
+    mesh = merged(*specks[:2], large, other, specks[2])
     same, (note,), _ = keep_bodies(mesh, None)
     assert same is mesh
     assert "--bodies 2" in note
-    assert keep_bodies(together(large, other), None).notes == ()
+    assert keep_bodies(merged(large, other), None).notes == ()
     kept, _, left_out = keep_bodies(mesh, 1)
     assert np.array_equal(kept.vertices, large.vertices)
     assert kept.faces() == large.faces()

@@ -12,7 +12,7 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus, tube
-from fabweave.mesh.symmetry import Symmetry, find_symmetry, orbits
+from fabweave.mesh.symmetry import Symmetry, find_symmetry
 from fabweave.mesh.upright import largest_dimension
 
 
@@ -175,8 +175,3 @@ def test_noise_takes_the_symmetry_away(m, n, seed):
 def test_a_mesh_without_faces_has_the_identity():
     found = symmetry_of(PolyMesh.from_faces(np.zeros((0, 3)), []))
     assert (found.order, found.after.tolist(), found.by.tolist()) == (1, [-1], [-1])
-
-
-def test_orbits_are_numbered_by_their_first_items():
-    assert orbits(np.zeros((0, 3), dtype=np.int64), 3).tolist() == [0, 1, 2]
-    assert orbits(np.array([[0, 3, 2, 1], [0, 1, 2, 3]]), 4).tolist() == [0, 1, 2, 1]

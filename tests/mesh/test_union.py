@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
-from irregular_meshes import together
-from strategies import volume
+from strategies import merged, volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.bodies import join_bodies
@@ -26,7 +25,7 @@ def box(low, high):
 
 def test_two_cubes_that_share_an_eighth():
     one, two = box([0, 0, 0], [1, 1, 1]), box([0.5, 0.5, 0.5], [1.5, 1.5, 1.5])
-    joined, _, left_out = join_bodies(together(one, two))
+    joined, _, left_out = join_bodies(merged(one, two))
     # Known: the shared cube has a side of a half; a quarter of three faces of each lies inside.
     assert volume(joined) == pytest.approx(2 - 1 / 8, rel=1e-9)
     assert surface_area(joined) == pytest.approx(12 - 6 / 4, rel=1e-9)
@@ -39,9 +38,9 @@ def test_four_bars_make_a_frame_of_genus_one_whichever_way_they_look():
         box([0, 0, 0], [9, 1, 1]), box([0, 8, 0], [9, 9, 1]),
         box([0, 0.5, 0.2], [1, 8.5, 0.8]), box([8, 0.5, 0.2], [9.3, 8.5, 0.8]),
     ]  # fmt: skip
-    outward = join_bodies(together(*bars)).mesh
+    outward = join_bodies(merged(*bars)).mesh
     inside_out = [PolyMesh.from_faces(b.vertices, [f[::-1] for f in b.faces()]) for b in bars]
-    inward = join_bodies(together(bars[0], *inside_out[1:])).mesh
+    inward = join_bodies(merged(bars[0], *inside_out[1:])).mesh
     for mesh in (outward, inward):
         assert check_mesh(mesh).component_genus == (1,)
     assert volume(outward) == pytest.approx(volume(inward), rel=1e-12)
@@ -51,10 +50,10 @@ def test_what_is_inside_goes_and_what_is_apart_stays_as_it_is():
     one, inside, apart = (
         box([0, 0, 0], [4, 4, 4]), box([1, 1, 1], [2, 2, 2]), box([9, 0, 0], [10, 1, 1])
     )  # fmt: skip
-    kept = join_bodies(together(one, inside)).mesh
+    kept = join_bodies(merged(one, inside)).mesh
     assert volume(kept) == pytest.approx(64.0, rel=1e-9)
     assert kept.n_faces == 12
-    both = together(one, apart)
+    both = merged(one, apart)
     assert join_bodies(both).mesh is both
     assert join_bodies(one).mesh is one
 
@@ -63,13 +62,13 @@ def test_an_open_body_is_named():
     cube = box([0, 0, 0], [1, 1, 1])
     lidless = PolyMesh.from_faces(cube.vertices + 0.5, cube.faces()[:-1])
     with pytest.raises(InputError, match=r"body 2 of 2, with 11 triangles, is not closed"):
-        join_bodies(together(cube, lidless))
+        join_bodies(merged(cube, lidless))
 
 
 def test_a_joined_model_is_loaded_as_one_body(tmp_path):
     path = tmp_path / "two.obj"
     one = box([0, 0, 0], [2, 2, 2])
-    write_mesh(path, together(one, one.with_vertices(one.vertices + 1.0)))
+    write_mesh(path, merged(one, one.with_vertices(one.vertices + 1.0)))
     loaded = load_asked(Settings.of(str(path), size_mm=300.0, bodies="join"))
     assert check_mesh(loaded.mesh).n_components == 1
     assert np.ptp(loaded.mesh.vertices, axis=0) == pytest.approx([300.0] * 3)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from irregular_meshes import together
-from strategies import volume, with_flips
+from strategies import merged, volume, with_flips
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.bodies import bodies_of, wrap_bodies
@@ -60,7 +59,7 @@ def test_a_sound_mesh_keeps_its_place_and_its_genus():
 def test_cubes_that_share_an_eighth_become_what_both_enclose(look):
     one = cube()
     side = np.ptp(one.vertices[:, 0])
-    wrapped = wrap_bodies(together(one, look(moved(one, [side / 2.0] * 3)))).mesh
+    wrapped = wrap_bodies(merged(one, look(moved(one, [side / 2.0] * 3)))).mesh
     assert_clean(wrapped, (0,))
     # Known: two cubes less an eighth. Faces are kept, edges are cut off by a step at most.
     known = (2.0 - 1.0 / 8.0) * side**3
@@ -85,9 +84,9 @@ def test_walls_inside_cavities_and_debris_go():
     box = cube()
     side = float(np.ptp(box.vertices[:, 0]))
     middle = box.vertices.mean(axis=0)
-    hollow = together(box, turned(moved(moved(box, -middle, 1.0), middle, 0.5)))
+    hollow = merged(box, turned(moved(moved(box, -middle, 1.0), middle, 0.5)))
     crumb = moved(box, [2.0 * side] * 3, 0.03)
-    for mesh in (hollow, together(box, crumb)):
+    for mesh in (hollow, merged(box, crumb)):
         wrapped = wrap_bodies(mesh).mesh
         assert len(bodies_of(wrapped)[1]) == 1
         assert_clean(wrapped, (0,))
@@ -97,7 +96,7 @@ def test_walls_inside_cavities_and_debris_go():
 def test_two_bodies_apart_stay_two():
     box = cube()
     far = moved(box, [3.0 * float(np.ptp(box.vertices[:, 0])), 0, 0])
-    assert_clean(wrap_bodies(together(box, far)).mesh, (0, 0))
+    assert_clean(wrap_bodies(merged(box, far)).mesh, (0, 0))
 
 
 def test_no_size_is_too_small_or_too_large():
@@ -146,7 +145,7 @@ def test_soups_of_boxes_are_wrapped_clean(seed, count):
         points = box.vertices * dice.uniform(0.4, 1.0, 3)
         turn = np.linalg.qr(dice.normal(size=(3, 3)))[0]
         boxes.append(PolyMesh(points @ turn + dice.normal(size=3) * 20.0, box.offsets, box.indices))
-    wrapped = wrap_bodies(together(*boxes)).mesh
+    wrapped = wrap_bodies(merged(*boxes)).mesh
     report = check_mesh(wrapped)
     assert report.closed
     assert not report.fatal

@@ -9,14 +9,16 @@ from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.planned_job import plan_job
 from fabweave.plan.verdict import COAXED, NARROW_MM, NotMakeableError, judge, verdict_words
 from fabweave.ribbon.lay import lay_object
-from fabweave.ribbon.rules.finding import Finding
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.weave.weave_mesh import weave_mesh
 
 RULES = st.sampled_from(sorted(COAXED))
 
 
 def found(rule, count, of, far=0, severity="warn"):
-    return Finding(rule, severity, 1.0, 2.0, "mm", "A", 0, 0, None, (0, 0, 0), count, of, far=far)
+    return BrokenRule(
+        rule, severity, 1.0, 2.0, "mm", "A", 0, 0, None, (0, 0, 0), count, of, far=far
+    )
 
 
 @given(RULES, st.integers(100, 10_000))

@@ -44,12 +44,17 @@ def distance_to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> 
     return np.linalg.norm(np.cross(points - start, way), axis=-1)
 
 
-@given(meshes())
-def test_a_ribbon_has_two_rungs_a_pass_and_three_a_turn(mesh):
-    weave, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0])
+@given(meshes(), st.booleans())
+def test_a_ribbon_has_two_rungs_a_pass_three_a_turn_and_one_an_end(mesh, turn):
+    weave, ribbons = woven(resize_mesh(mesh, size_mm=500.0)[0], turn=turn)
     threads = weave.threads
     turns = np.bincount(threads.thread_of_pass[threads.turn_pass], minlength=threads.n_threads)
-    assert np.array_equal(np.diff(ribbons.offsets), 2 * threads.lengths + RUNGS_A_TURN * turns)
+    ends = np.where(threads.closed | ~threads.woven, 0, 2)
+    assert np.array_equal(
+        np.diff(ribbons.offsets), 2 * threads.lengths + RUNGS_A_TURN * turns + ends
+    )
+    if not turn:
+        return
     # No rung serves twice.
     used = [ribbons.entry, ribbons.entry + 1, rungs_of_turns(threads, ribbons).ravel()]
     assert np.array_equal(np.sort(np.concatenate(used)), np.arange(ribbons.n_rungs))

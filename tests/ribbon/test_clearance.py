@@ -15,9 +15,8 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.options.settings import Settings, settings_from_options
+from fabweave.options.settings import settings_from_options
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.rules.clearance import Nearness, near_pairs, triangle_distances
 from fabweave.ribbon.stretches import cut_stretches, steps_apart
@@ -91,11 +90,8 @@ def test_spoilt_ribbons_intersect_where_libigl_says_so(shape: str, by: tuple) ->
 @pytest.mark.parametrize("smooth", [0, 3, 8])
 @pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
 def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: int) -> None:
-    mesh, options = str(shared_mesh(name)), {"course": "projection", "width": PROPORTIONAL}
-    settings, supplies = complete_settings(
-        Settings.of(mesh, size_mm=400.0, smooth=smooth, **options)
-    )
-    woven_object = lay_asked(load_asked(settings), settings, supplies)
+    options = {"course": "projection", "width": PROPORTIONAL, "smooth": smooth}
+    woven_object = laid(str(shared_mesh(name)), size_mm=400.0, **options)[0]
     ribbons = woven_object.ribbons
     stretches = cut_stretches(ribbons)
     vertices, triangles, _ = ribbon_triangles(ribbons)

@@ -15,7 +15,7 @@ from fabweave.options.settings import Settings
 from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import WovenObject, check_object, require_stiffness
 from fabweave.ribbon.rules import remedy
-from fabweave.ribbon.rules.finding import Finding, sentence
+from fabweave.ribbon.rules.broken_rule import BrokenRule, sentence
 from fabweave.ribbon.rules.remedy import smallest_size
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.ribbon.width import WidthRule
@@ -218,7 +218,7 @@ def test_the_report_gives_each_thread_its_figures() -> None:
 @given(st.floats(1.0, 60.0), st.integers(1, 300))
 def test_a_finding_never_says_that_a_value_breaks_a_limit_equal_to_it(limit, thousandths) -> None:
     place = ("A", 3, 17, None, (0.0, 0.0, 0.0), 2, 128)
-    found = Finding("twist", "warn", limit + thousandths / 1000, limit, "degrees", *place)
+    found = BrokenRule("twist", "warn", limit + thousandths / 1000, limit, "degrees", *place)
     said = re.findall(r"([\d.]+)°", sentence(found))
     assert float(said[0]) > float(said[1])
 

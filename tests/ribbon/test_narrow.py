@@ -203,10 +203,3 @@ def test_no_panel_of_a_scan_runs_through_itself() -> None:
     ribbons = keep_clear(woven, settings.ribbons, supplies).ribbons
     normal = ribbons.normal[woven.weave.threads.crossing]
     assert (turns_of_panels(ribbons.right, ribbons.left, ribbons.entry, normal) > 0.0).all()
-
-
-@pytest.mark.parametrize("name", ["tri/csaszar.obj", "quad/catmark_toroidal_tet.obj"])
-def test_at_sharp_edges_panels_do_not_fold_over(name: str) -> None:
-    woven, settings, supplies, _ = object_and_limits(str(shared_mesh(name)), smooth=0)
-    ribbons = keep_clear(woven, settings.ribbons, supplies).ribbons
-    assert intersecting(ribbons) == 0

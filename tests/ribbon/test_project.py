@@ -70,15 +70,6 @@ def test_a_flat_square_grid_has_the_relative_width_and_length():
     assert np.allclose(length, 0.8 / np.sqrt(2))
 
 
-def test_a_closed_ribbon_has_two_rungs_a_crossing_and_an_open_one_two_more():
-    for name, extra in (("octahedron", 0), ("hypar", 2)):
-        weave, ribbons = woven(shape_at(name))
-        crossed = weave.threads.lengths > 0
-        assert np.array_equal(
-            np.diff(ribbons.offsets)[crossed], 2 * weave.threads.lengths[crossed] + extra
-        )
-
-
 def test_ribbons_keep_to_their_own_side_of_the_strip():
     # Unfolded, no strip of a convex shape's thread folds back over its neighbouring facets.
     _, ribbons = woven(shape_at("sphere?n=6"))

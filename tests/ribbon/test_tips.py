@@ -4,15 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, load_asked
-from fabweave.ribbon.lay import WovenObject, lay_object, opening_notes, require_wide
+from fabweave.ribbon.lay import WovenObject, opening_notes, require_wide
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.width import PROPORTIONAL
-from fabweave.weave.weave_mesh import weave_mesh
 
 
 def globe(meridians: int, parallels: int, axis: int = 2) -> PolyMesh:
@@ -34,12 +32,8 @@ def globe(meridians: int, parallels: int, axis: int = 2) -> PolyMesh:
     return PolyMesh.from_faces(points, faces)
 
 
-def woven(mesh: PolyMesh, **options) -> tuple[WovenObject, Settings]:
-    settings, supplies = complete_settings(Settings.of("globe.obj", **options))
-    woven = weave_mesh(
-        load_asked(settings, given_mesh=mesh), settings.weave, settings.search, supplies
-    )
-    return lay_object(woven, settings.ribbons, supplies), settings
+def woven(mesh: PolyMesh, **options) -> WovenObject:
+    return laid("globe.obj", mesh, **options)[0]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +41,7 @@ def woven(mesh: PolyMesh, **options) -> tuple[WovenObject, Settings]:
 )
 def test_what_is_offered_at_a_pole_makes_room_there(meridians, size, axis) -> None:
     ball = globe(meridians, meridians // 2, axis)
-    made, _ = woven(ball, size_mm=size, width=PROPORTIONAL)
+    made = woven(ball, size_mm=size, width=PROPORTIONAL)
     (note,) = opening_notes(made)
     narrow = float(ribbon_widths(made.ribbons).min())
     assert "(vertex 0, 1)" in note
@@ -61,28 +55,23 @@ def test_what_is_offered_at_a_pole_makes_room_there(meridians, size, axis) -> No
         # The faces at both poles, by number.
         poles = [n for n, face in enumerate(ball.faces()) if {0, 1} & set(face)]
         assert option == ",".join(map(str, poles))
-    opened, _settings = woven(ball, size_mm=size, leave_out=option, width=PROPORTIONAL)
+    opened = woven(ball, size_mm=size, leave_out=option, width=PROPORTIONAL)
     assert opened.mesh.n_faces == ball.n_faces - 2 * meridians
     assert opening_notes(opened) == []
     assert ribbon_widths(opened.ribbons).min() > 2.5 * narrow
 
 
 def test_where_ribbons_have_room_nothing_is_said() -> None:
-    made, _ = woven(globe(12, 6), size_mm=800.0)
+    made = woven(globe(12, 6), size_mm=800.0)
     assert opening_notes(made) == []
     for shape in ("shape:sphere?n=4", "shape:bipyramid?n=2&edge=4&handle=4"):
-        settings, supplies = complete_settings(Settings.of(shape, size_mm=300.0))
-        made = lay_object(
-            weave_mesh(load_asked(settings), settings.weave, settings.search, supplies),
-            settings.ribbons,
-            supplies,
-        )
+        made = laid(shape, size_mm=300.0)[0]
         assert opening_notes(made) == []
 
 
 def test_a_refusal_offers_the_opening_and_no_number_that_another_mesh_has() -> None:
-    made, _ = woven(globe(48, 24), size_mm=20.0)
+    made = woven(globe(48, 24), size_mm=20.0)
     with pytest.raises(CannotMakeError, match=r"would burn away: .*\. tips: .*--leave-out top:"):
         require_wide(made)
-    made, _settings = woven(globe(24, 12), size_mm=200.0, leave_out="100")
+    made = woven(globe(24, 12), size_mm=200.0, leave_out="100")
     assert "opens the mesh" not in opening_notes(made)[0]

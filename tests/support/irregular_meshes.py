@@ -5,7 +5,6 @@ from scipy.spatial import ConvexHull, Delaunay
 
 import fabweave as fw
 from fabweave.core.arrays import FloatArray, IntArray
-from fabweave.mesh.polymesh import PolyMesh
 
 
 def lumpy_ball(seed: int, points: int, lumps: float = 0.2) -> tuple[FloatArray, IntArray]:
@@ -39,16 +38,3 @@ def steep_sheet(seed: int, points: int, height: float = 1.5) -> tuple[FloatArray
     waves = np.sin(5 * plane[:, 0]) * np.cos(4 * plane[:, 1])
     bumps = waves + 0.3 * rng.normal(size=len(plane))
     return np.column_stack((plane, height * bumps)), Delaunay(plane).simplices.astype(np.int64)
-
-
-def together(*meshes: PolyMesh) -> PolyMesh:
-    """Return one mesh of several bodies."""
-    shift = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
-    return PolyMesh.from_faces(
-        np.concatenate([mesh.vertices for mesh in meshes]).tolist(),
-        [
-            [corner + int(start) for corner in face]
-            for mesh, start in zip(meshes, shift, strict=False)
-            for face in mesh.faces()
-        ],
-    )

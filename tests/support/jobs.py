@@ -34,11 +34,12 @@ def run(*words: object) -> int:
     return 0
 
 
-def laid(asked, **options):
+def laid(asked, given_mesh=None, **options):
     """Lay ribbons as a job does; return them, and the settings and supplies that were completed."""
     asked = asked if isinstance(asked, Settings) else Settings.of(asked, **options)
     settings, supplies = complete_settings(asked)
-    return lay_asked(load_asked(settings), settings, supplies), settings, supplies
+    loaded = load_asked(settings, given_mesh=given_mesh)
+    return lay_asked(loaded, settings, supplies), settings, supplies
 
 
 def _small_portrait(ribbons, colours) -> bytes:

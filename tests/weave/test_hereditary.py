@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from meshes_shared import real_mesh
 from strategies import SOLIDS, shuffled
 from twill_oracle import conditions_of, refined
-from weaving_meshes import dual, meshes, slit_sum, walked
+from weaving_meshes import cut_faces, dual, meshes, slit_sum, walked
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
@@ -54,13 +54,9 @@ def face_set(mesh, number):
     return sorted(faces)
 
 
-def triangle_torus(m, n):
-    """Return an m × n torus with parallel diagonals: six triangles at each vertex."""
-    torus = grids.torus(m, n, 35.0, 15.0)
-    quads = torus.indices.reshape(-1, 4)
-    return PolyMesh.from_faces(
-        torus.vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    )
+def halved(grid):
+    """Return a grid with parallel diagonals: six triangles at each vertex inside."""
+    return cut_faces(grid, [4] * grid.n_faces)
 
 
 # Biaxial: Catmull–Clark, Doo–Sabin, simplest.
@@ -126,10 +122,7 @@ def test_slit_sums(m, n, length):
         assert twillable(refined(mesh, text))
 
 
-@pytest.mark.parametrize(
-    "solid",
-    SOLIDS,
-)
+@pytest.mark.parametrize("solid", SOLIDS)
 def test_solids_never_become_twillable(solid):
     """Nor does the tetrahedron stay so, although it is twillable itself."""
     assert twillable(solid()) == (solid is solids.tetrahedron)
@@ -183,7 +176,7 @@ def test_sqrt3_keeps_closed_triangle_meshes_as_they_are(mesh, seed):
 @pytest.mark.parametrize("m", range(3, 9))
 @pytest.mark.parametrize("n", range(3, 9))
 def test_triangle_tori(m, n):
-    mesh = triangle_torus(m, n)
+    mesh = halved(grids.torus(m, n, 35.0, 15.0))
     both_even = m % 2 == 0 and n % 2 == 0
     assert twillable(mesh) == both_even
     assert [twillable(refined(mesh, f"sqrt3:{k}")) for k in (1, 2)] == [both_even] * 2
@@ -191,17 +184,10 @@ def test_triangle_tori(m, n):
 
 @pytest.mark.parametrize(("m", "n"), [(4, 4), (6, 4), (6, 2)])
 def test_open_triangle_meshes_are_spoilt_by_odd_sqrt3_steps_only(m, n):
-    tube = grids.tube(m, n, 25.0, 90.0)
-    quads = tube.indices.reshape(-1, 4)
-    mesh = PolyMesh.from_faces(
-        tube.vertices, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    )
-    assert [twillable(mesh)] + [twillable(refined(mesh, f"sqrt3:{k}")) for k in (1, 2, 3)] == [
-        True,
-        False,
-        True,
-        False,
-    ]
+    mesh = halved(grids.tube(m, n, 25.0, 90.0))
+    assert twillable(mesh)
+    for steps in (1, 2, 3):
+        assert twillable(refined(mesh, f"sqrt3:{steps}")) == (steps % 2 == 0)
 
 
 @given(mesh=meshes(closed=True))

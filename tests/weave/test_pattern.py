@@ -11,15 +11,15 @@ from fabweave.weave.pattern import over_of_passes, plain_weave
 from fabweave.weave.threads import ALPHABET, thread_labels, trace_threads
 
 
-@given(meshes())
-def test_plain_weave_alternates_and_every_crossing_has_one_strand_on_top(mesh):
-    weave = plain_weave(trace_threads(build_halfedges(mesh)))
+@given(meshes(), st.booleans())
+def test_plain_weave_alternates_and_every_crossing_has_one_strand_on_top(mesh, turn):
+    weave = plain_weave(trace_threads(build_halfedges(mesh), turn=turn))
     threads = weave.threads
     assert np.array_equal(np.sort(threads.crossing[weave.over]), np.arange(threads.n_crossings))
     for thread in range(threads.n_threads):
         over = weave.over[threads.offsets[thread] : threads.offsets[thread + 1]]
         assert np.all(over[1:] != over[:-1])
-        if threads.closed[thread]:
+        if threads.closed[thread] and len(over):
             assert over[0] != over[-1]
 
 

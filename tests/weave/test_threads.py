@@ -77,16 +77,6 @@ def test_a_quad_torus_has_twice_the_greatest_common_divisor(m, n):
 
 
 @given(meshes())
-def test_every_crossing_is_passed_once_forward_and_once_backward(mesh):
-    threads = threads_of(mesh)
-    interior = threads.n_crossings
-    assert threads.offsets[-1] == 2 * interior
-    for forward in (True, False):
-        passed = np.sort(threads.crossing[threads.forward == forward])
-        assert np.array_equal(passed, np.arange(interior))
-
-
-@given(meshes())
 def test_threads_turn_left_and_right_in_turn(mesh):
     halfedges, threads = walked(mesh)
     for thread in range(threads.n_threads):

@@ -11,7 +11,6 @@ from weaving_meshes import meshes, walked
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
-from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import Threads, trace_threads
 
 
@@ -74,16 +73,6 @@ def test_every_thread_is_closed_and_crosses_every_inner_edge_twice(mesh):
     for forward in (True, False):
         passed = np.sort(threads.crossing[threads.forward == forward])
         assert np.array_equal(passed, np.arange(threads.n_crossings))
-
-
-@given(meshes())
-def test_over_and_under_alternate_through_the_turns(mesh):
-    # A crossing swaps forward and backward, a turn does not; on top is one of the two.
-    weave = plain_weave(walked(mesh, turn=True)[1])
-    for a, b in pairwise(weave.threads.offsets.tolist()):
-        own = weave.over[a:b]
-        assert (b - a) % 2 == 0
-        assert np.all(own != np.roll(own, 1)) or a == b
 
 
 @given(meshes())

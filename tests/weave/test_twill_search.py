@@ -298,15 +298,3 @@ def test_sums_over_regions_prove_no_more_than_is_true(mesh: PolyMesh) -> None:
         bound = prove_bound(couplings, seeds, wider_work=1e8)
     assert bound.least <= broken_by_all(conditions).min()
     assert not bound.optimum
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_best_search_never_breaks_more_than_the_normal_one(seed: int) -> None:
-    mesh = refined(solids.cube(), "catmull-clark:1")
-    couplings, start = couple(conditions_of(mesh)), vote_of(mesh).twist
-    normal, best = (
-        score(couplings, optimise_twill(couplings, start, effort=effort, seed=seed))
-        for effort in ("normal", "best")
-    )
-    assert best <= normal

@@ -1,1 +1,1 @@
-"""Run work in other processes, on a cluster, or here, with the same result."""
+"""Run work in other processes, or here, with the same result."""

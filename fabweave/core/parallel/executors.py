@@ -1,4 +1,4 @@
-"""Open executors (`concurrent.futures`) for long work in parts: in processes, or on a cluster.
+"""Open executors (`concurrent.futures`) for long work in parts: in processes, or here.
 
 A part of the work is a function of the package and its arguments, both picklable; its result does
 not depend on who does it. A worker that is lost costs the part it had, which is done again.
@@ -296,9 +296,8 @@ def result_of(future: Future[Any]) -> Any:
         with held_back():
             return future.result()
     except (BrokenExecutor, CancelledError) as error:
-        reason = str(error) or "its cluster went away"
         raise CannotMakeError(
-            f"part of the work was lost ({reason}); make sure that there is enough memory, and try "
+            f"part of the work was lost ({error!s}); make sure that there is enough memory, and try "
             "again"
         ) from error
 

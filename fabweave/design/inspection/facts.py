@@ -530,8 +530,9 @@ def _changes(woven: WovenObject) -> dict[str, Any]:
         facts["likeness"] = woven.source.likeness.record()
     if woven.source.openings:
         facts["openings"] = [opening.record() for opening in woven.source.openings]
-    if woven.source.alignment is not None:
-        facts["alignment"] = woven.source.alignment.record()
+    remeshed = woven.source.remeshed
+    if remeshed is not None and remeshed.alignment is not None:
+        facts["alignment"] = remeshed.alignment.record()
     return facts
 
 

@@ -1,20 +1,15 @@
 """Read triangle files (STL, GLB, glTF, 3MF) through trimesh.
 
-What they unpack to is bounded before any memory is taken for it: a few kilobytes of a 3MF archive
-can stand for gigabytes, and a few lines of 3MF or glTF that place one object over and over for
-billions of triangles.
+What a 3MF archive unpacks to is bounded before any memory is taken for it, and so is what objects
+that are placed over and over come to.
 """
 
 import io
 import json
-import re
 import warnings
 import zipfile
-from collections import Counter, defaultdict
-from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 import numpy as np
 
@@ -27,7 +22,7 @@ from fabweave.mesh.weld import weld_mesh
 
 #: Meshes of many more triangles than can be woven, even after a remeshing.
 MOST_TRIANGLES = 10_000_000
-#: Such a mesh takes about as many bytes, unpacked from 3MF or as the arrays of glTF.
+#: Such a mesh takes about as many bytes, unpacked from 3MF.
 MOST_UNPACKED = 512 * 2**20
 #: The text of a mesh packs to a tenth or a twentieth; only a bomb packs so well ...
 _MOST_RATIO = 200
@@ -35,10 +30,6 @@ _MOST_RATIO = 200
 _SMALL = 16 * 2**20
 #: Objects that are placed, in all; each becomes a part of its own.
 _MOST_PLACED = 100_000
-_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-#: Stands for the build, which places objects.
-_WORLD = "world"
-_EXTERNAL = re.compile(rb"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 
 #: What trimesh calls the units of 3MF, and what fabweave calls them.
 _UNITS = {
@@ -84,10 +75,10 @@ def read_scene(data: bytes, path: Path, kind: str) -> tuple[PolyMesh, str | None
     try:
         if kind in ("glb", "gltf"):
             # If this is not JSON, trimesh would quietly read model.gltf beside it instead.
-            _check_gltf(_gltf_document(data), path.name)
+            _gltf_document(data)
             more = {"resolver": _files_beside(path), "skip_materials": True}
         elif kind == "3mf":
-            data = _bounded_archive(data, path.name)
+            _require_bounded(data, path.name)
         with warnings.catch_warnings(), np.errstate(all="ignore"), silenced("trimesh"):
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **more)
@@ -160,7 +151,12 @@ def _placed_parts(scene: Any, mesh_type: Any, name: str) -> list[tuple[Any, Any]
         if not isinstance(geometry, mesh_type) or not len(geometry.faces):
             continue
         triangles += len(geometry.faces)
-        _require_few(len(parts) + 1, triangles, name)
+        if len(parts) == _MOST_PLACED or triangles > MOST_TRIANGLES:
+            raise InputError(
+                f"{name}: its objects, each as often as it is placed, come to {len(parts) + 1:,} "
+                f"objects with {triangles:,} triangles or more; at most {_MOST_PLACED:,} and "
+                f"{MOST_TRIANGLES:,} are read. Export one coarser mesh"
+            )
         vertices = np.asarray(geometry.vertices, dtype=np.float64)
         faces = np.asarray(geometry.faces, dtype=np.int64)
         if not np.array_equal(transform, np.eye(4)):
@@ -171,88 +167,17 @@ def _placed_parts(scene: Any, mesh_type: Any, name: str) -> list[tuple[Any, Any]
     return parts
 
 
-def _require_few(placed: int, triangles: int, name: str) -> None:
-    """Raise InputError for more objects or triangles than are read."""
-    if placed > _MOST_PLACED or triangles > MOST_TRIANGLES:
+def _require_bounded(data: bytes, name: str) -> None:
+    """Raise InputError for a 3MF archive that would unpack to more than its share."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    ratio = unpacked / len(data)
+    if unpacked > MOST_UNPACKED or (unpacked > _SMALL and ratio > _MOST_RATIO):
         raise InputError(
-            f"{name}: its objects, each as often as it is placed, come to {_shown(placed)} objects "
-            f"with {_shown(triangles)} triangles; at most {_MOST_PLACED:,} and {MOST_TRIANGLES:,} "
-            "are read. Export one coarser mesh"
+            f"{name}: its {len(data):,} bytes would unpack to {unpacked:,}, {ratio:.0f} times "
+            f"as many; at most {MOST_UNPACKED:,} are unpacked, and {_MOST_RATIO} times as "
+            "many. Export the mesh again, coarser, or as OBJ"
         )
-
-
-def _shown(count: int) -> str:
-    return f"{count:,}" if count < 10**12 else "more than 10^12"
-
-
-def _bounded_archive(data: bytes, name: str) -> bytes:
-    """Return an archive of the models alone, not packed, that a 3MF archive holds.
-
-    What it says of its sizes is checked, and nothing beyond that is unpacked.
-
-    Raises
-    ------
-    InputError
-        If it unpacks to more than its share, or places too many objects.
-    ValueError, zipfile.BadZipFile, expat.ExpatError, ...
-        If it is broken, or an object in it is part of itself.
-    """
-    plain = io.BytesIO()
-    parts: dict[str, Counter[str]] = defaultdict(Counter)
-    triangles: Counter[str] = Counter()
-    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(plain, "w") as copy:
-        entries = archive.infolist()
-        unpacked = sum(entry.file_size for entry in entries)
-        ratio = unpacked / len(data)
-        if unpacked > MOST_UNPACKED or (unpacked > _SMALL and ratio > _MOST_RATIO):
-            raise InputError(
-                f"{name}: its {len(data):,} bytes would unpack to {unpacked:,}, {ratio:.0f} times "
-                f"as many; at most {MOST_UNPACKED:,} are unpacked, and {_MOST_RATIO} times as "
-                "many. Export the mesh again, coarser, or as OBJ"
-            )
-        for entry in entries:
-            if not entry.filename.lower().endswith(".model"):
-                continue
-            if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                raise InputError(
-                    f"{name}: {entry.filename[:60]!r} is packed in a way that 3MF does not have "
-                    "(only stored or deflated); export it again"
-                )
-            with archive.open(entry) as file:
-                # Asked for all, Python unpacks what there is, whatever size is stated.
-                model = file.read(entry.file_size + 1)
-            if _EXTERNAL.search(model, 0, 1 << 16):
-                raise InputError(f"{name}: its XML defines entities of its own; export it again")
-            if b"component" in model:
-                _count_parts(model, parts, triangles)
-            copy.writestr(entry.filename, model)
-    placed: Counter[str] = Counter()
-    for at in list(TopologicalSorter(parts).static_order()):
-        placed[at] = 1 + sum(count * placed[part] for part, count in parts[at].items())
-        triangles[at] += sum(count * triangles[part] for part, count in parts[at].items())
-    _require_few(placed[_WORLD], triangles[_WORLD], name)
-    return plain.getvalue()
-
-
-def _count_parts(model: bytes, parts: dict[str, Counter[str]], triangles: Counter[str]) -> None:
-    """Count which objects each object of a 3MF model places, and how many triangles it has."""
-    at = _WORLD
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal at
-        kind = tag.rpartition(":")[2]
-        if kind == "object":
-            at = attributes.get("id", "")
-        elif kind == "build":
-            at = _WORLD
-        elif kind in ("component", "item"):
-            parts[at][attributes.get("objectid", "")] += 1
-        elif kind == "triangle":
-            triangles[at] += 1
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = start
-    parser.Parse(model, True)
 
 
 def _gltf_document(data: bytes) -> Any:
@@ -272,36 +197,6 @@ def _gltf_document(data: bytes) -> Any:
     if not isinstance(document, dict):
         raise ValueError("its JSON is not an object")  # noqa: TRY004 -- as all else that is wrong
     return document
-
-
-def _check_gltf(document: Any, name: str) -> None:
-    """Raise InputError for a glTF document whose arrays, each as often as used, are too large."""
-    sizes = [
-        max(_whole(array.get("count")), 0) * _COMPONENTS.get(str(array.get("type")), 16) * 4
-        for array in _tables(document, "accessors")
-    ]
-    used = list(range(len(sizes)))
-    for mesh in _tables(document, "meshes"):
-        for primitive in _tables(mesh, "primitives"):
-            attributes = primitive.get("attributes")
-            position = attributes.get("POSITION") if isinstance(attributes, dict) else None
-            used += [_whole(primitive.get("indices")), _whole(position)]
-    total = sum(sizes[at] for at in used if 0 <= at < len(sizes))
-    if total > MOST_UNPACKED:
-        raise InputError(
-            f"{name}: its arrays, each as often as its meshes use it, come to {_shown(total)} "
-            f"bytes; at most {MOST_UNPACKED:,} are read. Export a coarser mesh"
-        )
-
-
-def _tables(holder: Any, key: str) -> list[dict[str, Any]]:
-    """Return those entries of a list that are tables; broken ones are left to the reader."""
-    entries = holder.get(key) if isinstance(holder, dict) else None
-    return [e if isinstance(e, dict) else {} for e in entries] if isinstance(entries, list) else []
-
-
-def _whole(value: Any) -> int:
-    return value if isinstance(value, int) else -1
 
 
 def _files_beside(path: Path) -> Any:

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress, unit
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh, triangle_normals
 from fabweave.mesh.remesh.direction import (
@@ -191,7 +192,7 @@ def grooved(surface: PolyMesh, direction: Direction, groove: Groove, spacing: fl
     matters = sum_at(triangles.reshape(-1), np.repeat(area * strength, 3)[:, None], len(mass))
     depth = groove.slope * spacing / (2.0 * math.pi)
     height = height * depth * np.minimum(matters[:, 0] / (3.0 * mass), 1.0)
-    height[_rim(triangles)] = 0.0
+    height[group_edges(surface).rim] = 0.0
     normal = unit(
         sum_at(triangles.reshape(-1), np.repeat(triangle_normals(surface), 3, axis=0), len(mass))
     )
@@ -230,13 +231,6 @@ def _operators(surface: PolyMesh) -> tuple[FloatArray, list[sparse.csr_array], F
     mass = np.bincount(triangles.reshape(-1), np.repeat(twice / 6.0, 3), minlength=count)
     least = float(mass.max(initial=1.0)) * 1e-9
     return np.maximum(mass, least), gradient, twice / 2.0
-
-
-def _rim(triangles: IntArray) -> IntArray:
-    """Return the vertices on the boundary."""
-    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1), axis=-1)
-    edges, times = np.unique(ends.reshape(-1, 2), axis=0, return_counts=True)
-    return np.unique(edges[times == 1])
 
 
 #: Grooves that are tried: on spot, bob and a sphere, along x and y, each was the best of some.

@@ -161,12 +161,8 @@ def _parent(
     bounds = np.concatenate([[0], np.cumsum(size)])
     parent = PolyMesh(mesh.vertices[kept], bounds, number[old])
     before, after = check_mesh(mesh), check_mesh(parent)
-    same = (before.euler, before.n_components, before.n_boundary_loops) == (
-        after.euler,
-        after.n_components,
-        after.n_boundary_loops,
-    )
-    return parent if same and not after.fatal and after.oriented else None
+    same = before.kind == after.kind and after.oriented
+    return parent if same and not after.fatal else None
 
 
 #: Faces to aim at by default: what a patient person weaves in a week.

@@ -13,8 +13,8 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, interior_valences, irregular_note
-from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
+from fabweave.mesh.likeness import likeness, nearly_as_like
+from fabweave.mesh.mirror import Mirror, find_mirror, joined_with_image, sound_half
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.along import best_along
 from fabweave.mesh.remesh.coarse import cage_of_quads
@@ -93,9 +93,8 @@ def symmetric_quads(
     mirror = find_mirror(surface)
     if not mirror.symmetric:
         return None, ""
-    half = half_of(surface, mirror)
-    report = check_mesh(half)
-    if not half.n_faces or report.fatal or report.closed:
+    half = sound_half(surface, mirror)
+    if half is None:
         return None, "its halves are no surfaces"
     size = float(np.ptp(surface.vertices, axis=0).max())
     reach = np.inf if check_mesh(source).closed else _REACH * size
@@ -189,11 +188,9 @@ def not_worse(source: PolyMesh, symmetric: PolyMesh, whole: PolyMesh) -> bool:
     fifth, its irregular vertices by no more than three tenths, there are no more of them on the
     boundary, and it runs through itself in no more places.
     """
-    one, two = likeness(source, symmetric), likeness(source, whole)
     odd, usual = find_irregular(symmetric), find_irregular(whole)
     return (
-        one.in_rms_mm <= _FARTHER * two.in_rms_mm
-        and one.greatest_mm <= _FARTHER * two.greatest_mm
+        nearly_as_like(source, symmetric, whole, _FARTHER)
         and len(odd) <= _MORE_IRREGULAR * len(usual)
         and odd.boundary.sum() <= usual.boundary.sum()
         and len(self_intersections(symmetric)) <= len(self_intersections(whole))

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import Irregular, interior_valences
+from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import (
     PolyMesh,
     face_centres,
@@ -257,11 +258,14 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
     """Say how the surface differs in space."""
     old, new = triangulate(given), triangulate(result)
+    if not triangle_normals(new).any():
+        return ["no face has an area"]
     edge = float(edge_lengths(result).mean())
-    off = _distances(result.vertices, old)[0]
-    lost = _distances(given.vertices, new)[0]
+    surface, remade = (Surface(cut.vertices, cut.indices.reshape(-1, 3)) for cut in (old, new))
+    off = surface.feet(result.vertices).distances
+    lost = remade.feet(given.vertices).distances
     faults = []
-    if not edge > 0 or off.max() > _OFF_MAX * edge:
+    if off.max() > _OFF_MAX * edge:
         faults.append(
             f"vertices are up to {off.max():.3g} off the given surface (an edge is {edge:.3g})"
         )
@@ -271,21 +275,9 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
             f"{lost.mean():.3g} on average (an edge is {edge:.3g}): more faces would "
             "follow it better"
         )
-    near = _distances(face_centres(result), old)[1]
-    outward = np.einsum("nd,nd->n", face_normals(result), triangle_normals(old)[near])
+    near = surface.feet(face_centres(result)).normals
+    outward = np.einsum("nd,nd->n", face_normals(result), near)
     reversed_share = float(np.mean(outward < 0))
     if reversed_share > _REVERSED:
         faults.append(f"{reversed_share:.0%} of the faces point the wrong way")
     return faults
-
-
-def _distances(points: FloatArray, surface: PolyMesh) -> tuple[FloatArray, IntArray]:
-    """Return the distance of points from a surface of triangles, and the nearest triangles."""
-    # igl takes a while to import, and most jobs never need it.
-    from igl import point_mesh_squared_distance  # noqa: PLC0415 -- see above
-
-    triangles = np.ascontiguousarray(surface.indices.reshape(-1, 3))
-    square, nearest, _ = point_mesh_squared_distance(
-        np.array(points), np.array(surface.vertices), triangles
-    )
-    return np.sqrt(np.maximum(square, 0.0)), np.asarray(nearest, dtype=np.int64).reshape(-1)

@@ -5,12 +5,11 @@ from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress, unit
 from fabweave.core.errors import CannotMakeError
-from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.irregular import find_irregular, interior_valences
-from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import find_mirror, half_of, joined_with_image
+from fabweave.mesh.likeness import nearly_as_like
+from fabweave.mesh.mirror import find_mirror, joined_with_image, sound_half
 from fabweave.mesh.polymesh import PolyMesh, triangle_normals
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Engine, Run, run_engine
 from fabweave.mesh.remesh.fit import Model, fit, line_edges, model_of
@@ -521,9 +520,8 @@ def symmetric_triangles(
     mirror = find_mirror(surface)
     if not mirror.symmetric or surface.n_faces <= n_triangles:
         return None
-    half = half_of(surface, mirror)
-    report = check_mesh(half)
-    if not half.n_faces or report.fatal or report.closed:
+    half = sound_half(surface, mirror)
+    if half is None:
         return None
     try:
         coarse = run_engine(engine, half, Run(n_triangles // 2, 0, rim=True))
@@ -540,10 +538,8 @@ def symmetric_triangles(
 
 def _not_worse(source: PolyMesh, symmetric: PolyMesh, whole: PolyMesh) -> bool:
     """Whether a symmetric result is as near to the model as another, and as even (see above)."""
-    one, two = likeness(source, symmetric), likeness(source, whole)
     return (
-        one.in_rms_mm <= _WORSE * two.in_rms_mm
-        and one.greatest_mm <= _WORSE * two.greatest_mm
+        nearly_as_like(source, symmetric, whole, _WORSE)
         and _evenness(symmetric) >= _evenness(whole) / _WORSE
     )
 

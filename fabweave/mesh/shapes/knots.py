@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
@@ -133,17 +134,11 @@ def reach_of(curve: FloatArray) -> float:
     bend = float((sides.prod(axis=0) / (2 * np.maximum(area, 1e-300))).min())
     along = np.cumsum(sides[1]) - sides[1]
     total = float(sides[1].sum())
-    square = (curve**2).sum(axis=1)
-    least = np.inf
-    # A few thousand samples at most, so all pairs, a row of blocks at a time, are cheap.
-    for start in range(0, len(curve), 256):
-        part = slice(start, start + 256)
-        apart = np.abs(along[part, None] - along)
-        apart = np.minimum(apart, total - apart)
-        distance = square[part, None] + square - 2 * curve[part] @ curve.T
-        # By Schur's theorem, nearer along the curve no two places are closer than 2 · bend.
-        least = min(least, float(np.where(apart >= math.pi * bend, distance, np.inf).min()))
-    return min(bend, math.sqrt(max(least, 0.0)) / 2)
+    apart = np.abs(along[:, None] - along)
+    # By Schur's theorem, nearer along the curve no two places are closer than 2 · bend.
+    far = np.minimum(apart, total - apart) >= math.pi * bend
+    least = float(cdist(curve, curve)[far].min(initial=np.inf))
+    return min(bend, least / 2)
 
 
 def closed_frame(middle: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,5 +1,7 @@
 """Build the five regular polyhedra."""
 
+from itertools import combinations
+
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
@@ -74,12 +76,9 @@ def _triangles_of_edge(corners: FloatArray, edge: float) -> list[list[int]]:
     """Return all triangles whose three sides have a given length, turned outward."""
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     near = np.abs(apart - edge) < 1e-9 * edge
-    number = range(len(corners))
     faces = []
-    for a in number:
-        for b in number[a + 1 :]:
-            for c in number[b + 1 :]:
-                if near[a, b] and near[b, c] and near[c, a]:
-                    outward = np.linalg.det(corners[[a, b, c]]) > 0
-                    faces.append([a, b, c] if outward else [a, c, b])
+    for a, b, c in combinations(range(len(corners)), 3):
+        if near[a, b] and near[b, c] and near[c, a]:
+            outward = np.linalg.det(corners[[a, b, c]]) > 0
+            faces.append([a, b, c] if outward else [a, c, b])
     return faces

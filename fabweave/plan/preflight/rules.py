@@ -16,7 +16,7 @@ from fabweave.core.messages import agree
 from fabweave.core.records import to_json
 from fabweave.piece.outline import SHORTEST_SIDE_MM
 from fabweave.plan.crossing_map import CrossingMap, PieceRecord, SheetRecord
-from fabweave.ribbon.rules.finding import Finding as BrokenRule
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.targets import Target
 from fabweave.stock.material import Material, hole_edge_mm
 

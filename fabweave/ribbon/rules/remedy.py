@@ -11,8 +11,8 @@ import numpy as np
 
 from fabweave.core.arrays import IntArray
 from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.finding import Finding
 from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance
 from fabweave.stock.ribbon_limits import Limits
 from fabweave.weave.pattern import Weave
@@ -176,12 +176,12 @@ class Search:
         self._last_ribbons: tuple[float, float, bool, Ribbons] | None = None
         self._settled: dict[tuple[int, bool], tuple[dict[str, float], IntArray]] = {}
 
-    def remedies(self, findings: Sequence[Finding]) -> tuple[list[Finding], int | None]:
+    def remedies(self, findings: Sequence[BrokenRule]) -> tuple[list[BrokenRule], int | None]:
         """Add to findings the size and the width at which each rule holds.
 
         Returns
         -------
-        findings : list of Finding
+        findings : list of BrokenRule
         size : int or None
             The smallest size at which all rules hold that a size can fix; None, too, where the
             search does not go so far.
@@ -215,14 +215,14 @@ class Search:
             overall = self._confirmed_size(max(known), SIZED, planned=True)
         return [self._remedy(finding, sizes.get(finding.rule)) for finding in findings], overall
 
-    def _size_along(self, finding: Finding) -> int | None:
+    def _size_along(self, finding: BrokenRule) -> int | None:
         """Return the smallest size at which a rule along single ribbons holds, if it is wanted."""
         wanted = self._depth == Depth.NEAR or finding.severity == "refuse"
         if not wanted or finding.rule not in SIZED or finding.rule == "clearance":
             return None
         return self._smallest_along((finding.rule,))
 
-    def _remedy(self, finding: Finding, size: int | None) -> Finding:
+    def _remedy(self, finding: BrokenRule, size: int | None) -> BrokenRule:
         """Add the size and the width at which a rule holds."""
         finding = replace(finding, size_mm=size)
         if finding.severity == "refuse":

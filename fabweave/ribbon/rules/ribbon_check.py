@@ -10,8 +10,8 @@ from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.core.errors import TooFineError
 from fabweave.ribbon.measures import COARSER, NEAR_SIZE
 from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule
 from fabweave.ribbon.rules.clearance import Nearness
-from fabweave.ribbon.rules.finding import FAR, Finding
 from fabweave.ribbon.rules.remedy import (
     ROUNDING_MM,
     TOO_STIFF,
@@ -44,7 +44,7 @@ class RibbonCheck:
     measured : dict of str to Measured
         By rule; no clearance where a material is refused as too stiff, or the check does not go
         so far.
-    findings : tuple of Finding
+    findings : tuple of BrokenRule
         Refusals first.
     smallest_mm : int or None
         The smallest size at which every rule that a size can mend holds; None if there is none,
@@ -60,14 +60,14 @@ class RibbonCheck:
     limits: Limits
     size_mm: float
     measured: dict[str, Measured]
-    findings: tuple[Finding, ...]
+    findings: tuple[BrokenRule, ...]
     smallest_mm: int | None
     still: tuple[str, ...] = ()
     untried: str | None = None
     depth: Depth = Depth.SEARCHED
 
     @property
-    def refused(self) -> tuple[Finding, ...]:
+    def refused(self) -> tuple[BrokenRule, ...]:
         """The findings for which the object cannot be made."""
         return tuple(finding for finding in self.findings if finding.severity == "refuse")
 
@@ -168,7 +168,7 @@ def _why_near(
     return "; ".join(causes) or None
 
 
-def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
+def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> BrokenRule:
     """Describe the worst place of a rule that does not hold."""
     broken = quantity.broken
     refused = quantity.rule == "bend" and is_too_stiff(quantity)
@@ -178,7 +178,7 @@ def _worst(quantity: Measured, weave: Weave, labels: Sequence[str]) -> Finding:
     this_pass, other_pass = int(quantity.passes[at]), int(quantity.others[at])
     thread = int(threads.thread_of_pass[this_pass])
     x, y, z = (round(float(value), 3) for value in quantity.position[at])
-    return Finding(
+    return BrokenRule(
         rule=quantity.rule,
         severity="refuse" if refused else "warn",
         value=float(quantity.value[at]),

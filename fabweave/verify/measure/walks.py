@@ -138,7 +138,11 @@ def measure_panels(strip: Strip) -> Panels:
 
 @dataclass(frozen=True, eq=False)
 class EdgeQuads:
-    """What the mesh says about a crossing's edge, seen from one side of it."""
+    """What the mesh says about a crossing's edge, seen from one side of it.
+
+    The size is the sum of the corners' distances from the middle: that of both diagonals where
+    they halve each other, and more in a dart, whose diagonals may lie far from each other.
+    """
 
     normal: Floats
     middle: Floats
@@ -157,10 +161,12 @@ def edge_quads(mesh: LoadedMesh, sides: Ints) -> EdgeQuads:
     """Return normals, middles and sizes for sides of inner edges."""
     (tail, head), (here, there) = _diagonals(mesh, sides)
     area = np.cross(head - tail, here - there)
+    corners = np.stack((tail, here, head, there), axis=1)
+    middle = corners.mean(axis=1)
     return EdgeQuads(
         normal=area / np.maximum(np.linalg.norm(area, axis=1), 1e-300)[:, None],
-        middle=(tail + head + here + there) / 4.0,
-        size=np.linalg.norm(head - tail, axis=1) + np.linalg.norm(here - there, axis=1),
+        middle=middle,
+        size=np.linalg.norm(corners - middle[:, None], axis=2).sum(axis=1),
     )
 
 

@@ -6,6 +6,7 @@ Copies of the weave are cooled 64 at once, one in each bit of a word.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ from fabweave.weave.twill.conditions import EQUAL, TwillConditions, TwillWeights
 
 #: One word a crossing; bit k of all words together is copy k of the weave's twists.
 Copies = npt.NDArray[np.uint64]
+_Twists = TypeVar("_Twists", BoolArray, Copies)
 
 N_COPIES = 64
 _NONE = np.uint64(0)
@@ -81,6 +83,11 @@ class Couplings:
     unit: float
     neighbours: sparse.csr_array
     classes: tuple[tuple[IntArray, tuple[_Slots, ...]], ...]
+
+    @property
+    def tables(self) -> tuple[tuple[IntArray, IntArray], ...]:
+        """Pairs and their weights, and windows and theirs."""
+        return (self.pairs, self.pair_weight), (self.windows, self.window_weight)
 
 
 def couple(conditions: TwillConditions, weights: TwillWeights = EQUAL) -> Couplings:
@@ -307,13 +314,8 @@ def _coins(chance: float, shape: tuple[int, ...], rng: np.random.Generator) -> C
 
 def scores(couplings: Couplings, copies: Copies) -> IntArray:
     """Return what the conditions that each copy breaks weigh, (64,)."""
-    left, right = copies[couplings.pairs].T
-    a, b, c, d = copies[couplings.windows].T
     result = np.zeros(N_COPIES, dtype=np.int64)
-    for broken, weight in (
-        (~(left ^ right), couplings.pair_weight),
-        ((a ^ b) & (c ^ d), couplings.window_weight),
-    ):
+    for broken, (_, weight) in zip(_broken(couplings, copies), couplings.tables, strict=True):
         octets = broken.astype("<u8").view(np.uint8).reshape(-1, 8)
         result += weight @ np.unpackbits(octets, axis=1, bitorder="little")
     return result
@@ -412,12 +414,8 @@ def cross(couplings: Couplings, twist: BoolArray, others: Iterable[BoolArray]) -
         patch_of = np.full(couplings.n_crossings, -1, dtype=np.int64)
         patch_of[differing] = patch
         gain = np.zeros(n_patches)
-        for conditions, weight, before, after in zip(
-            (couplings.pairs, couplings.windows),
-            (couplings.pair_weight, couplings.window_weight),
-            _broken(couplings, result),
-            _broken(couplings, other),
-            strict=True,
+        for (conditions, weight), before, after in zip(
+            couplings.tables, _broken(couplings, result), _broken(couplings, other), strict=True
         ):
             changed = np.flatnonzero(before != after)
             change = np.where(before[changed], weight[changed], -weight[changed])
@@ -428,11 +426,11 @@ def cross(couplings: Couplings, twist: BoolArray, others: Iterable[BoolArray]) -
     return result
 
 
-def _broken(couplings: Couplings, twist: BoolArray) -> tuple[BoolArray, BoolArray]:
-    """Return which pairs and which windows are broken."""
+def _broken(couplings: Couplings, twist: _Twists) -> tuple[_Twists, _Twists]:
+    """Return which pairs and which windows are broken, of one weave or of 64 copies at once."""
     left, right = twist[couplings.pairs].T
     a, b, c, d = twist[couplings.windows].T
-    return left == right, (a != b) & (c != d)
+    return ~(left ^ right), (a ^ b) & (c ^ d)
 
 
 @dataclass(frozen=True)

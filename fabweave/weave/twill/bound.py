@@ -47,31 +47,34 @@ class Work:
         return self.left <= 0
 
 
-@frozen_value
+@dataclass(frozen=True, eq=False)
 class Region:
-    """Conditions that count for one part of the mesh, as rows, and how many parts of each do."""
+    """Conditions that count for one part of the mesh, and how many parts of each do.
 
-    pairs: IntArray
-    windows: IntArray
-    pair_parts: IntArray
-    window_parts: IntArray
+    Each field holds first the pairs and then the windows, as rows of
+    :attr:`~fabweave.weave.twill.anneal.Couplings.tables`.
+    """
 
-    def some(self, pairs: BoolArray, windows: BoolArray) -> "Region":
+    rows: tuple[IntArray, ...]
+    parts: tuple[IntArray, ...]
+
+    def some(self, chosen: Sequence[BoolArray]) -> "Region":
         """Return a region of some of the conditions."""
         return Region(
-            self.pairs[pairs],
-            self.windows[windows],
-            self.pair_parts[pairs],
-            self.window_parts[windows],
+            tuple(rows[some] for rows, some in zip(self.rows, chosen, strict=True)),
+            tuple(parts[some] for parts, some in zip(self.parts, chosen, strict=True)),
         )
 
     def and_also(self, other: "Region") -> "Region":
         """Return a region of the parts of both."""
-        pairs, pair_parts = _together(self.pairs, self.pair_parts, other.pairs, other.pair_parts)
-        windows, window_parts = _together(
-            self.windows, self.window_parts, other.windows, other.window_parts
-        )
-        return Region(pairs, windows, pair_parts, window_parts)
+        joint = map(_together, self.rows, self.parts, other.rows, other.parts)
+        rows, parts = zip(*joint, strict=True)
+        return Region(rows, parts)
+
+
+def _whole(rows: Sequence[IntArray]) -> Region:
+    """Return a region in which all parts of its conditions count."""
+    return Region(tuple(rows), tuple(np.full(len(some), PARTS) for some in rows))
 
 
 def _together(
@@ -85,11 +88,8 @@ def _together(
 
 def crossings_of(couplings: Couplings, region: Region) -> IntArray:
     """Return the crossings that a region's conditions touch."""
-    return np.unique(
-        np.concatenate(
-            (couplings.pairs[region.pairs].ravel(), couplings.windows[region.windows].ravel())
-        )
-    )
+    tables = zip(couplings.tables, region.rows, strict=True)
+    return np.unique(np.concatenate([table[rows].ravel() for (table, _), rows in tables]))
 
 
 def shared_tables(
@@ -98,17 +98,14 @@ def shared_tables(
     """Return a region's costs as tables over its own crossings, and who shares a table."""
     crossings = crossings_of(couplings, region)
     tables: list[tuple[tuple[int, ...], _Table]] = []
-    pair_weight = couplings.pair_weight[region.pairs] * region.pair_parts
-    window_weight = couplings.window_weight[region.windows] * region.window_parts
-    for rows, weights, table in (
-        (couplings.pairs[region.pairs], pair_weight, _PAIR),
-        (couplings.windows[region.windows], window_weight, _WINDOW),
+    for (conditions, weight), rows, parts, table in zip(
+        couplings.tables, region.rows, region.parts, (_PAIR, _WINDOW), strict=True
     ):
-        local = np.searchsorted(crossings, rows).tolist()
-        for scope, weight in zip(local, weights.tolist(), strict=True):
+        local = np.searchsorted(crossings, conditions[rows]).tolist()
+        for scope, times in zip(local, (weight[rows] * parts).tolist(), strict=True):
             # A condition that meets a crossing twice is left out, which keeps the bound a bound.
             if len(set(scope)) == len(scope):
-                tables.append((tuple(scope), table * weight))
+                tables.append((tuple(scope), table * times))
     sharing: list[set[int]] = [set() for _ in crossings]
     for scope, _ in tables:
         for crossing in scope:
@@ -280,12 +277,7 @@ def prove_bound(
     >>> prove_bound(couple(twill_conditions(halfedges, trace_threads(halfedges))), [])
     Bound(least=16, optimum=True, cut_short=False)
     """
-    everything = Region(
-        np.arange(len(couplings.pairs)),
-        np.arange(len(couplings.windows)),
-        np.full(len(couplings.pairs), PARTS),
-        np.full(len(couplings.windows), PARTS),
-    )
+    everything = _whole([np.arange(len(table)) for table, _ in couplings.tables])
     if couplings.n_crossings <= _MOST_WHOLE:
         optimum = least_parts(couplings, everything, _WHOLE_WIDTH)
         if optimum is not None:
@@ -294,7 +286,7 @@ def prove_bound(
         return Bound(0, optimum=False)
     most = math.inf if most_work is None else most_work
     nearness = _nearness(couplings, seeds)
-    far = [nearness.distance[rows].max(axis=1) for rows in (couplings.pairs, couplings.windows)]
+    far = [nearness.distance[table].max(axis=1) for table, _ in couplings.tables]
     deals = [_deal(couplings, nearness, len(seeds))]
     if most_work is None and len(seeds) * couplings.n_crossings <= _MOST_SPLIT:
         deals.append(_split(couplings, seeds))
@@ -381,7 +373,7 @@ def _nearness(couplings: Couplings, seeds: Sequence[IntArray]) -> _Nearness:
 def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[Region]:
     """Deal each condition to the seed that is nearest to any of its crossings."""
     dealt = []
-    for rows in (couplings.pairs, couplings.windows):
+    for rows, _ in couplings.tables:
         nearest = np.argmin(
             nearness.distance[rows] * (len(nearness.distance) + n_seeds) + nearness.source[rows],
             axis=1,
@@ -391,41 +383,31 @@ def _deal(couplings: Couplings, nearness: _Nearness, n_seeds: int) -> list[Regio
         order = np.argsort(owner, kind="stable")
         bounds = np.searchsorted(owner[order], np.arange(n_seeds + 1))
         dealt.append([order[bounds[k] : bounds[k + 1]] for k in range(n_seeds)])
-    return [
-        Region(pairs, windows, np.full(len(pairs), PARTS), np.full(len(windows), PARTS))
-        for pairs, windows in zip(*dealt, strict=True)
-    ]
+    return [_whole(rows) for rows in zip(*dealt, strict=True)]
 
 
 def _split(couplings: Couplings, seeds: Sequence[IntArray]) -> list[Region]:
     """Split each condition between the seeds whose distance to all its crossings is least."""
-    tables = couplings.pairs, couplings.windows
-    least = [np.full(len(rows), _FARTHEST + 1) for rows in tables]
-    found: list[list[tuple[IntArray, IntArray]]] = [[], []]
+    tables = [table for table, _ in couplings.tables]
+    least = [np.full(len(table), _FARTHEST + 1) for table in tables]
+    found: list[list[tuple[IntArray, IntArray]]] = [[] for _ in tables]
     for seed in seeds:
         steps = csgraph.dijkstra(
             couplings.neighbours, indices=seed, min_only=True, unweighted=True, limit=_FARTHEST
         )
         steps = np.minimum(steps, _FARTHEST + 1).astype(np.int64)
-        for number, rows in enumerate(tables):
-            distance = steps[rows].max(axis=1)
-            near = np.flatnonzero(distance <= np.minimum(least[number], _FARTHEST))
-            least[number][near] = distance[near]
-            found[number].append((near, distance[near]))
-    regions = []
-    owned = [
-        [near[distance == least[number][near]] for near, distance in found[number]]
-        for number in (0, 1)
-    ]
-    between = [
-        np.bincount(np.concatenate(owned[number]), minlength=len(tables[number]))
-        for number in (0, 1)
-    ]
-    for pairs, windows in zip(*owned, strict=True):
+        for table, nearest, near_seeds in zip(tables, least, found, strict=True):
+            distance = steps[table].max(axis=1)
+            near = np.flatnonzero(distance <= np.minimum(nearest, _FARTHEST))
+            nearest[near] = distance[near]
+            near_seeds.append((near, distance[near]))
+    dealt = []
+    for table, nearest, near_seeds in zip(tables, least, found, strict=True):
+        owned = [near[distance == nearest[near]] for near, distance in near_seeds]
+        owners = np.bincount(np.concatenate(owned), minlength=len(table))
         # A remainder is lost, which keeps the sum a bound.
-        parts = PARTS // between[0][pairs], PARTS // between[1][windows]
-        regions.append(Region(pairs, windows, *parts))
-    return regions
+        dealt.append([(rows, PARTS // owners[rows]) for rows in owned])
+    return [Region(*zip(*both, strict=True)) for both in zip(*dealt, strict=True)]
 
 
 def _parity(couplings: Couplings) -> int | None:
@@ -491,12 +473,12 @@ def _least_within(
     couplings: Couplings, region: Region, far: list[IntArray], work: Work, wider: Work
 ) -> int:
     """Return what a region must break, without its farthest conditions if they are too many."""
-    near_pairs, near_windows = far[0][region.pairs], far[1][region.windows]
-    reach = max(int(near_pairs.max(initial=0)), int(near_windows.max(initial=0)))
+    away = [distance[rows] for distance, rows in zip(far, region.rows, strict=True)]
+    reach = max(int(distance.max(initial=0)) for distance in away)
     least = 0
     # From the seed outwards: of a large region only the middle is ever looked at.
     for limit in range(1, reach + 1):
-        part = region.some(near_pairs <= limit, near_windows <= limit)
+        part = region.some([distance <= limit for distance in away])
         more = least_parts(couplings, part, REGION_WIDTH, work)
         for width in _WIDER:
             if more is None and not wider.done:

@@ -11,7 +11,7 @@ FAR = 0.6
 
 
 @dataclass(frozen=True)
-class Finding:
+class BrokenRule:
     """One rule that does not hold: how badly, where, how often, and what would fix it.
 
     Parameters
@@ -78,12 +78,12 @@ class Finding:
     text: str = ""
 
 
-def sentence(finding: Finding) -> str:
+def sentence(finding: BrokenRule) -> str:
     """Return a sentence on what was found, where, and what would fix it.
 
     Examples
     --------
-    >>> print(sentence(Finding("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5,
+    >>> print(sentence(BrokenRule("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5,
     ...     120, size_mm=412)))
     bend: a radius of 30.0 mm on thread A after crossing 17, but the material allows no less than \
 46.0 mm; in 5 of 120 places. To fix it, use --size 412mm
@@ -92,12 +92,13 @@ def sentence(finding: Finding) -> str:
     return statement(finding) + (f". To fix it, use {advice}" if advice else "")
 
 
-def statement(finding: Finding) -> str:
+def statement(finding: BrokenRule) -> str:
     """Return what was found, and where, without what would fix it.
 
     Examples
     --------
-    >>> print(statement(Finding("hole", "warn", 3.0, 4.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 9)))
+    >>> near = BrokenRule("hole", "warn", 3.0, 4.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 9)
+    >>> print(statement(near))
     hole: only 3.00 mm from its centre to an edge on thread A after crossing 17, but it needs \
 4.00 mm; in 5 of 9 places
     """
@@ -139,7 +140,7 @@ def statement(finding: Finding) -> str:
     return f"{finding.rule}: {what}; {places}"
 
 
-def _digits(finding: Finding) -> int:
+def _digits(finding: BrokenRule) -> int:
     """Return how many decimals show that the value is not the limit, four at most."""
     digits = 2 if finding.unit == "mm" and finding.limit < 5 else 1
     while digits < 4 and f"{finding.value:.{digits}f}" == f"{finding.limit:.{digits}f}":
@@ -147,12 +148,12 @@ def _digits(finding: Finding) -> int:
     return digits
 
 
-def remedies(finding: Finding) -> str:
+def remedies(finding: BrokenRule) -> str:
     """Return what would fix a finding, as options of the command line; empty if nothing is known.
 
     Examples
     --------
-    >>> remedies(Finding("clearance", "warn", 0.1, 0.4, "mm", "A", 0, 0, "B", (0, 0, 0), 1, 9,
+    >>> remedies(BrokenRule("clearance", "warn", 0.1, 0.4, "mm", "A", 0, 0, "B", (0, 0, 0), 1, 9,
     ...     size_mm=500, width_factor=0.8))
     '--size 500mm, or ribbons 20 % narrower (--width)'
     """
@@ -166,7 +167,7 @@ def remedies(finding: Finding) -> str:
     return ", or ".join(ways)
 
 
-def written(finding: Finding) -> Finding:
+def written(finding: BrokenRule) -> BrokenRule:
     """Return a finding as ``ribbons.json`` holds it: rounded, with what would fix it, in words."""
     return replace(
         finding,
