@@ -243,6 +243,11 @@ def _where(place: FloatArray, lower: FloatArray, upper: FloatArray) -> str:
     return " ".join(words) or "middle"
 
 
+def name_place(place: FloatArray, mesh: PolyMesh) -> str:
+    """Name a place of a mesh, such as ``top front left``."""
+    return _where(place, mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+
+
 def _round(length_mm: float) -> str:
     """Return a length with one decimal, or with two where it is small; at least 0.01."""
     return f"{length_mm:.1f}" if length_mm >= 1 else f"{max(length_mm, 0.01):.2f}"

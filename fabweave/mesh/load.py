@@ -21,6 +21,7 @@ from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.remesh.auto import remesh_auto
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.direction import (
     AXES,
@@ -32,8 +33,9 @@ from fabweave.mesh.remesh.direction import (
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
-from fabweave.mesh.remesh.request import NONE, parse_remesh
+from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
 from fabweave.mesh.remesh.triangles import remesh_triangles
+from fabweave.mesh.remesh.tubes import remesh_tubes
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide.primal import mid_edge
@@ -325,12 +327,8 @@ def _changed(
     given, model, growth = mesh, None, 1.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
-        if remeshed is None and wanted.kind == "triangles" and wanted.count is not None:
-            remeshed = remesh_triangles(mesh, wanted.count, progress=progress)
-        elif remeshed is None and wanted.kind == "coarse":
-            remeshed = remesh_coarse(mesh, wanted.count, progress=progress)
-        elif remeshed is None:
-            remeshed = remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)
+        if remeshed is None:
+            remeshed = _remeshed(mesh, wanted, along, progress, course=course, seed=seed, wish=wish)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             model = given
@@ -340,7 +338,7 @@ def _changed(
                     f"(--remesh {settings.remesh})"
                 )
         mesh = remeshed.mesh
-        kind = "a coarser cage" if wanted.kind == "coarse" else wanted.kind
+        kind = {"coarse": "a coarser cage", "triangles": "triangles"}.get(wanted.kind, "quads")
         done.append(f"remeshed to {kind} ({remeshed.method})")
     refinements = parse_refinements(settings.refine or "")
     if refinements:
@@ -369,6 +367,27 @@ def _changed(
         like, loss = likeness(model, there), loss_map(model, there)
         notes.append(like.note)
     return _prepared(mesh, done, notes), remeshed, like, loss
+
+
+def _remeshed(
+    mesh: PolyMesh,
+    wanted: Remesh,
+    along: Along | None,
+    progress: Progress,
+    *,
+    course: str,
+    seed: int,
+    wish: Wish | None,
+) -> Remeshed:
+    if wanted.kind == "coarse":
+        return remesh_coarse(mesh, wanted.count, progress=progress)
+    if wanted.kind == "quads" or wanted.count is None:
+        return remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)
+    if wanted.kind == "triangles":
+        return remesh_triangles(mesh, wanted.count, progress=progress)
+    if wanted.kind == "tubes":
+        return remesh_tubes(mesh, wanted.count, progress=progress)
+    return remesh_auto(mesh, wanted.count, seed=seed, wish=wish, course=course, progress=progress)
 
 
 def _opened(

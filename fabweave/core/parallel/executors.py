@@ -297,8 +297,8 @@ def result_of(future: Future[Any]) -> Any:
             return future.result()
     except (BrokenExecutor, CancelledError) as error:
         raise CannotMakeError(
-            f"part of the work was lost ({error!s}); make sure that there is enough memory, and try "
-            "again"
+            f"part of the work was lost ({error!s}); make sure that there is enough memory, and "
+            "try again"
         ) from error
 
 

@@ -20,15 +20,17 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
     Parameters
     ----------
     engine : str
-        ``quadriflow``, ``instant-meshes`` or ``qslim``.
+        ``quadriflow``, ``instant-meshes``, ``qslim``, ``skeleton`` or ``extrusion``.
     task : dict
         ``vertices`` (V, 3), ``triangles`` (T, 3), ``count`` (what to ask for), ``seed`` and
-        ``rim`` (whether to follow the boundary).
+        ``rim`` (whether to follow the boundary). Extrusion takes a graph, with edges (E, 2) for
+        triangles, and ``radii`` (V,).
 
     Returns
     -------
     vertices : (V, 3) array
     faces : (F, n) array
+        Of a skeleton, its edges, (E, 2).
     """
     count, seed, rim = int(task["count"]), int(task["seed"]), bool(task["rim"])
     if engine == "quadriflow":
@@ -46,6 +48,8 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
             False,  # minimum-cost flow
         )
         return np.array(made["vertices"]), np.array(made["faces"])
+    if engine in ("skeleton", "extrusion"):
+        return by_graph(engine, task)
     if engine == "qslim":
         import igl  # noqa: PLC0415 -- only this remesher needs it
 
@@ -68,6 +72,28 @@ def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
         deterministic=True,
     )
     return vertices, faces
+
+
+def by_graph(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the skeleton of a surface, or tubes of quads around the edges of a graph."""
+    from pygel3d import graph, hmesh  # noqa: PLC0415 -- optional
+
+    if engine == "skeleton":
+        surface = hmesh.Manifold.from_triangles(task["vertices"], task["triangles"])
+        # All vertices, not a sample of them, which would be another one each time.
+        bones = graph.LS_skeleton(graph.from_mesh(surface), sampling=False)
+        bones.cleanup()
+        edges = {tuple(sorted((a, b))) for a in bones.nodes() for b in bones.neighbors(a)}
+        return np.array(bones.positions()), np.array(sorted(edges))
+    bones = graph.Graph()
+    for place in task["vertices"]:
+        bones.add_node(place)
+    for one, two in task["triangles"]:
+        bones.connect_nodes(one, two)
+    tubes = hmesh.graph_to_feq(bones, task["radii"])
+    tubes.cleanup()
+    faces = [list(tubes.circulate_face(face)) for face in tubes.faces()]
+    return np.array(tubes.positions()), np.array(faces)
 
 
 def end_with_parent() -> None:

@@ -91,6 +91,9 @@ ENGINES = (
         "instant-meshes", "Instant Meshes", "pynanoinstantmeshes", quads_per_count=4, seeded=False
     ),
 )
+#: What finds the skeleton of a surface, and what makes tubes of quads around one.
+SKELETON = Engine("skeleton", "PyGEL", "pygel3d", seeded=False, most_runs=1)
+EXTRUSION = Engine("extrusion", "PyGEL", "pygel3d", seeded=False, most_runs=1)
 #: What takes triangles away: libigl, which is always there.
 QSLIM = Engine("qslim", "Decimation by quadric error", "igl", seeded=False, most_runs=1)
 
@@ -116,7 +119,11 @@ def time_limit_s(n_triangles: int, n_quads: int) -> float:
 
 
 def run_engine(
-    engine: Engine, surface: PolyMesh, run: Run, stop: threading.Event | None = None
+    engine: Engine,
+    surface: PolyMesh,
+    run: Run,
+    stop: threading.Event | None = None,
+    radii: FloatArray | None = None,
 ) -> PolyMesh:
     """Run a remesher once, in a process of its own.
 
@@ -129,16 +136,19 @@ def run_engine(
     engine : Engine
         The remesher.
     surface : PolyMesh
-        Triangles.
+        Triangles; for what makes a surface of a graph, its edges.
     run : Run
         What to ask for.
     stop : Event, optional
         Set by another thread when the result is no longer wanted.
+    radii : (V,) float array, optional
+        How thick the surface is to be at each vertex of a graph.
 
     Returns
     -------
     PolyMesh
-        What it made, at the place and size of the surface; not checked.
+        What it made (the edges of a graph are faces of two corners), at the place and size of the
+        surface; not checked.
 
     Raises
     ------
@@ -153,10 +163,11 @@ def run_engine(
         np.savez(
             task,
             vertices=(surface.vertices - centre) / size,
-            triangles=surface.indices.reshape(-1, 3),
+            triangles=surface.indices.reshape(surface.n_faces, -1),
             count=max(1, round(run.n_faces / engine.quads_per_count)),
             seed=run.seed,
             rim=run.rim,
+            radii=np.zeros(0) if radii is None else radii / size,
         )
         code = _run_child(
             [*engine.command, engine.name, str(task), str(result)], limit, stop or threading.Event()

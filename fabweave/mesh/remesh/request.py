@@ -6,13 +6,16 @@ from fabweave.core.errors import InputError
 
 #: Bounds of what may be asked for, in faces: no closed surface of quads has fewer than six, and a
 #: tetrahedron, with three edges at each vertex, gives ribbons no room.
-LEAST = {"quads": 6, "triangles": 8, "coarse": 1}
+LEAST = {"quads": 6, "triangles": 8, "coarse": 1, "tubes": 24, "auto": 24}
+#: Kinds that must say how many.
+_COUNTED = ("triangles", "tubes", "auto")
 MOST = 100_000
 #: Keeps the mesh as it is.
 NONE = "none"
 _HELP = (
-    "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, coarse or "
-    "coarse:200 to undo a refinement, or none to keep the mesh"
+    "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, tubes:300 "
+    "for 300 quads along limbs and around them, auto:300 for the better of quads and tubes, coarse "
+    "or coarse:200 to undo a refinement, or none to keep the mesh"
 )
 
 
@@ -23,7 +26,8 @@ class Remesh:
     Parameters
     ----------
     kind : str
-        ``quads``, ``triangles`` or ``coarse``; ``none`` keeps the mesh as it is.
+        ``quads``, ``triangles``, ``tubes``, ``auto`` (quads or tubes) or ``coarse``; ``none`` keeps
+        the mesh as it is.
     count : int or None
         About how many faces; None leaves it to fabweave.
     """
@@ -52,10 +56,10 @@ def parse_remesh(text: str) -> Remesh:
         return Remesh(NONE)
     if kind not in LEAST:
         raise InputError(f"--remesh {text[:40]!r} is not known; {_HELP}")
-    if not colon and kind == "triangles":
+    if not colon and kind in _COUNTED:
         raise InputError(
-            f"--remesh {text[:40]!r} must say about how many, such as triangles:300; quads needs "
-            "no number"
+            f"--remesh {text[:40]!r} must say about how many, such as {kind}:300; quads needs no "
+            "number"
         )
     if not colon:
         return Remesh(kind)
@@ -76,7 +80,7 @@ def checked_count(kind: str, count: int) -> int:
         If it is too small or too large.
     """
     if not LEAST[kind] <= count <= MOST:
-        faces = "faces" if kind == "coarse" else kind
+        faces = {"coarse": "faces", "triangles": "triangles"}.get(kind, "quads")
         raise InputError(
             f"remeshing makes from {LEAST[kind]} to {MOST} {faces}, but {count} were asked for; to "
             "get more, refine the result"

@@ -1,0 +1,207 @@
+"""Make quads from the skeleton of a surface: limbs become tubes, with rings around them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+
+from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress, unit
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree, few_of
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.irregular import find_irregular, irregular_note
+from fabweave.mesh.likeness import name_place
+from fabweave.mesh.one_rings import sum_at
+from fabweave.mesh.polymesh import PolyMesh, face_normals, face_of_corner, without_loose
+from fabweave.mesh.remesh.chords import lengthened, pillowed, thinned, wide_part
+from fabweave.mesh.remesh.engines import (
+    EXTRUSION,
+    QSLIM,
+    SKELETON,
+    AttemptFailedError,
+    Run,
+    run_engine,
+)
+from fabweave.mesh.remesh.fit import Model, model_of
+from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed, cut_surface, ready_source
+from fabweave.mesh.remesh.request import checked_count
+from fabweave.mesh.remesh.skeleton import Skeleton, measured, pruned, rerouted, resampled
+from fabweave.mesh.topology import label_links
+from fabweave.mesh.triangulate import surface_area
+
+#: Triangles that the skeleton is made from: more of them take much longer, and add little.
+_ENOUGH = 2000
+#: A limb of four quads around with a smaller radius (mm) has ribbons of less than some 5 mm.
+_LEAST_RADIUS_MM = 4.0
+#: Rounds of growing from the skeleton, and after each change.
+_GROW, _REGROW = 15, 4
+#: A sample draws a vertex whose normal has at least this cosine with its own.
+_ALIKE = 0.3
+#: At most so many rings are put around wide parts.
+_MOST_RINGS = 8
+
+
+def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progress) -> Remeshed:
+    """Turn a mesh into quads that run along its limbs and around them.
+
+    1. The skeleton of the surface is found (local separators). Branches that are bumps, or too
+       thin for ribbons, are left out; rings are placed about two radii apart.
+    2. Quads are extruded along it, and grow to the surface. At a boundary the tube is opened.
+    3. Rows of quads are taken out where they are too narrow, rings are put around what is too
+       wide, and rows are split where they are too long, until faces have the size wanted.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh, in millimetres.
+    n_quads : int
+        About how many quads.
+    progress : callable
+
+    Returns
+    -------
+    Remeshed
+        The same for the same arguments.
+
+    Raises
+    ------
+    InputError
+        If the mesh is not an oriented manifold surface and cannot be made one.
+    CannotMakeError
+        If PyGEL is not installed, or nothing sound came of it; the message says why.
+
+    References
+    ----------
+    Bærentzen, Rotenberg, "Skeletonization via local separators", ACM TOG 40(5), 2021. Pandey,
+    Bærentzen, Singh, "Face extrusion quad meshes", SIGGRAPH 2022.
+    """
+    checked_count("tubes", n_quads)
+    if not SKELETON.installed:
+        raise CannotMakeError(
+            "--remesh tubes needs PyGEL, which is not installed; install it with: pip install "
+            "'fabweave[tubes]', or write --remesh quads"
+        )
+    source, notes = ready_source(mesh)
+    model = model_of(source, n_quads)
+    try:
+        progress("finding the skeleton", 0, 2)
+        bones, thin = _skeleton(source, model)
+        progress("laying tubes around the skeleton", 1, 2)
+        graph = PolyMesh.from_faces(bones.places, bones.edges)
+        tubes = run_engine(EXTRUSION, graph, Run(0, 0, rim=False), radii=bones.radii)
+        tubes = _opened(grown(model, tubes, _GROW), source)
+    except AttemptFailedError as error:
+        raise _failed(str(error)) from error
+    side = float(np.sqrt(surface_area(source) / n_quads))
+    found = None
+    faults: tuple[str, ...] = ()
+    for made in _sized(model, tubes, n_quads, side):
+        faults = check_remeshed(source, made)
+        clashes = len(self_intersections(made))
+        if not faults and (found is None or clashes < found[0]):
+            found = clashes, made
+        if found is not None and not found[0]:
+            break
+    if found is None:
+        raise _failed("; ".join(faults))
+    made = found[1]
+    notes.append(
+        f"PyGEL found a skeleton with {agree(bones.n_tips, '{n} tip[|s]')}; tubes around it have "
+        f"{made.n_faces} quads ({n_quads} were wanted)"
+    )
+    if thin:
+        where = few_of(sorted({name_place(place, source) for place in thin}), 5)
+        notes.append(
+            agree(len(thin), "{n} [branch is|branches are] too thin for ribbons and [is|are] left ")
+            + f"out: {where}; a larger size would keep more"
+        )
+    irregular = find_irregular(made)
+    return Remeshed(made, "tubes", (*notes, irregular_note(irregular)), irregular)
+
+
+def _failed(why: str) -> CannotMakeError:
+    return CannotMakeError(
+        f"no tubes could be laid around the skeleton of the mesh: {why}. What may help: another "
+        "number of quads; --remesh quads or --remesh triangles; or --bodies wrap, if the mesh runs "
+        "through itself"
+    )
+
+
+def _skeleton(source: PolyMesh, model: Model) -> tuple[Skeleton, list[FloatArray]]:
+    """Return where rings are to stand, and the tips of branches that are too thin."""
+    surface = cut_surface(source)
+    small = surface
+    if surface.n_faces > _ENOUGH:
+        small = run_engine(QSLIM, surface, Run(_ENOUGH, 0, rim=False))
+    bones = measured(run_engine(SKELETON, small, Run(0, 0, rim=False)), surface)
+    bones, thin = pruned(rerouted(bones, model.surface), _LEAST_RADIUS_MM)
+    return resampled(bones), thin
+
+
+def grown(model: Model, mesh: PolyMesh, rounds: int) -> PolyMesh:
+    """Let a mesh grow smoothly from inside a model to it.
+
+    Each round draws each vertex to the samples that are nearest to it, of those that look its way,
+    and to the middle of its neighbours.
+
+    Parameters
+    ----------
+    model : Model
+    mesh : PolyMesh
+    rounds : int
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import sphere
+    >>> ball = grown(model_of(sphere(24, 50.0), 98), sphere(4, 20.0), 8)
+    >>> bool(np.linalg.norm(ball.vertices, axis=1).min() > 45)
+    True
+    """
+    count, half = mesh.n_vertices, build_halfedges(mesh)
+    near = sparse.csr_array((np.ones(half.n_halfedges), (half.tail, half.head)), (count, count))
+    near = near.maximum(near.T)
+    umbrella = sparse.diags_array(1 / near.sum(axis=1)) @ near - sparse.eye_array(count)
+    smooth, face = umbrella.T @ umbrella, face_of_corner(mesh)
+    for _ in range(rounds):
+        normal = unit(sum_at(mesh.indices, face_normals(mesh)[face], count))
+        nearest: IntArray = np.asarray(cKDTree(mesh.vertices).query(model.places)[1])
+        alike = np.einsum("nd,nd->n", normal[nearest], model.normals) - _ALIKE
+        samples = alike > 0
+        drawn = alike[samples, None] * np.column_stack([model.places, np.ones(len(alike))])[samples]
+        total = sum_at(nearest[samples], drawn, count)
+        weight = total[:, 3]
+        aim = total[:, :3] / np.where(weight > 0, weight, 1.0)[:, None]
+        matrix = smooth + sparse.diags_array((weight > 0).astype(np.float64))
+        mesh = mesh.with_vertices(splu(sparse.csc_array(matrix)).solve(aim))
+    return mesh
+
+
+def _opened(tubes: PolyMesh, source: PolyMesh) -> PolyMesh:
+    """Leave out the faces of tubes around the vertex that is nearest to each boundary loop."""
+    half = build_halfedges(source)
+    rim = np.flatnonzero(half.twin < 0)
+    _, loop = label_links(half.tail[rim], half.head[rim], source.n_vertices)
+    gone = [
+        np.linalg.norm(tubes.vertices - source.vertices[loop == name].mean(axis=0), axis=1).argmin()
+        for name in np.unique(loop[half.tail[rim]])
+    ]
+    kept = ~np.isin(tubes.indices.reshape(-1, 4), gone).any(axis=1)
+    return without_loose(PolyMesh.from_faces(tubes.vertices, tubes.indices.reshape(-1, 4)[kept]))
+
+
+def _sized(model: Model, tubes: PolyMesh, n_quads: int, side: float) -> Iterator[PolyMesh]:
+    """Yield tubes whose faces are about as large as wanted, the most even first."""
+    tubes = grown(model, thinned(tubes, side, n_quads), _REGROW)
+    wide = tubes
+    for _ in range(_MOST_RINGS):
+        part = wide_part(wide, side)
+        ringed = None if part is None else pillowed(wide, part)
+        if ringed is None:
+            break
+        wide = grown(model, ringed, _REGROW)
+    yield grown(model, lengthened(wide, n_quads), _REGROW)
+    if wide is not tubes:
+        yield grown(model, lengthened(tubes, n_quads), _REGROW)
