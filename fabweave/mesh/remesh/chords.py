@@ -165,10 +165,11 @@ def pillowed(mesh: PolyMesh, inside: BoolArray) -> PolyMesh | None:
 
 
 #: A chord is too narrow where two fifths of its edges are shorter than this share of the side that
-#: is wanted; this grows until there are few enough quads, but to no more than that.
-_SHORT, _NARROW, _FASTER, _NARROWEST = 0.4, 0.55, 1.15, 1.0
-#: Room is left for what is put in later.
-_ROOM = 0.85
+#: is wanted, and nine tenths are not longer than so many of these; the share grows until there are
+#: few enough quads, up to a limit.
+_SHORT, _LONG, _NARROW, _TIMES, _FASTER, _NARROWEST = 0.4, 0.9, 0.55, 2.0, 1.15, 1.0
+#: Room is left for what is put in later, but no more than that.
+_ROOM, _LEAST_ROOM = 0.85, 0.55
 
 
 def thinned(mesh: PolyMesh, side: float, n_quads: int) -> PolyMesh:
@@ -188,10 +189,13 @@ def thinned(mesh: PolyMesh, side: float, n_quads: int) -> PolyMesh:
         halfedges = build_halfedges(mesh)
         number, chord = find_chords(halfedges)
         length = _lengths(mesh, halfedges)
-        wide = np.array([np.quantile(length[chord == one], _SHORT) for one in range(number)])
+        wide, most = np.array(
+            [np.quantile(length[chord == one], (_SHORT, _LONG)) for one in range(number)]
+        ).T
+        thin = (wide < narrow * side) & (most < _TIMES * narrow * side)
         for one in np.argsort(wide, kind="stable").tolist():
-            fewer = without_chord(mesh, one) if wide[one] < narrow * side else None
-            if fewer is not None:
+            fewer = without_chord(mesh, one) if thin[one] else None
+            if fewer is not None and fewer.n_faces >= _LEAST_ROOM * n_quads:
                 mesh = fewer
                 break
         else:

@@ -16,6 +16,8 @@ _SAMPLES = 8000
 _BUMP = 0.5
 #: Rings stand so many radii apart.
 _APART = 2.0
+#: A chain gets no ring of its own where fewer radii are left beside branchings.
+_LEAST_FREE = 0.5
 
 
 @frozen_value
@@ -188,11 +190,16 @@ def resampled(bones: Skeleton) -> Skeleton:
         way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1))])
         thick = bones.radii[chain]
         ring = chain[0] == chain[-1]
-        # The way in radii.
+        # The way in radii; branchings take as much of it as they are thick.
         count = np.concatenate([[0.0], np.cumsum(np.diff(way) * 2 / (thick[1:] + thick[:-1]))])
-        between = valence[[chain[0], chain[-1]]].min() > 1
-        steps = max(round(count[-1] / _APART), 3 if ring else 2 if between else 1)
-        where = np.interp(np.arange(1, steps) * count[-1] / steps, count, way)
+        start, end = (int(valence[chain[k]] > 2) for k in (0, -1))
+        free = max(float(count[-1]) - start - end, 0.0)
+        spans = max(round(free / _APART), 3 if ring else 0 if start and end else 1)
+        if start and end:
+            share = (np.arange(spans) + 0.5) / max(spans, 1)
+        else:  # from the rim of the branching, if there is one, to before the tip
+            share = np.arange(spans + 1)[1 - start : spans + end] / spans
+        where = np.interp(start + share * free, count, way) if free > _LEAST_FREE else ()
         ids = [number.setdefault(chain[0], len(places))]
         if ids[0] == len(places):
             places.append(at[0])

@@ -25,7 +25,7 @@ from fabweave.mesh.remesh.engines import (
     Run,
     run_engine,
 )
-from fabweave.mesh.remesh.fit import Model, model_of
+from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed, cut_surface, ready_source
 from fabweave.mesh.remesh.request import checked_count
 from fabweave.mesh.remesh.skeleton import Skeleton, measured, pruned, rerouted, resampled
@@ -37,9 +37,13 @@ _ENOUGH = 2000
 #: A limb of four quads around with a smaller radius (mm) has ribbons of less than some 5 mm.
 _LEAST_RADIUS_MM = 4.0
 #: Rounds of growing from the skeleton, and after each change.
-_GROW, _REGROW = 15, 4
+_GROW, _REGROW = 25, 6
 #: A sample draws a vertex whose normal has at least this cosine with its own.
 _ALIKE = 0.3
+#: Few samples are less than this share of the usual; how strongly what is in a pleat rises.
+_FEW, _RISE = 0.3, 0.2
+#: Rounds of fitting at the end, and how even vertices stand.
+_FIT, _EVEN = 3, 3.0
 #: At most so many rings are put around wide parts.
 _MOST_RINGS = 8
 
@@ -170,12 +174,19 @@ def grown(model: Model, mesh: PolyMesh, rounds: int) -> PolyMesh:
         nearest: IntArray = np.asarray(cKDTree(mesh.vertices).query(model.places)[1])
         alike = np.einsum("nd,nd->n", normal[nearest], model.normals) - _ALIKE
         samples = alike > 0
-        drawn = alike[samples, None] * np.column_stack([model.places, np.ones(len(alike))])[samples]
-        total = sum_at(nearest[samples], drawn, count)
-        weight = total[:, 3]
-        aim = total[:, :3] / np.where(weight > 0, weight, 1.0)[:, None]
-        matrix = smooth + sparse.diags_array((weight > 0).astype(np.float64))
-        mesh = mesh.with_vertices(splu(sparse.csc_array(matrix)).solve(aim))
+        with_one = np.column_stack([model.places, np.ones(len(alike))])
+        total = sum_at(nearest[samples], (alike[:, None] * with_one)[samples], count)
+        # What few samples draw is in a pleat between limbs, and rises out of it.
+        drawn = np.minimum(total[:, 3:] / (_FEW * total[:, 3].mean()), 1.0)
+        middle = total[:, :3] / np.maximum(total[:, 3:], 1e-12)
+        feet = model.surface.feet(mesh.vertices)
+        inside = np.einsum("vd,vd->v", mesh.vertices - feet.points, feet.normals) < 0
+        risen = mesh.vertices + np.where(inside, feet.distances, 0.0)[:, None] * normal
+        rise = _RISE * (1.0 - drawn)
+        matrix = smooth + sparse.diags_array((drawn + rise)[:, 0])
+        mesh = mesh.with_vertices(
+            splu(sparse.csc_array(matrix)).solve(drawn * middle + rise * risen)
+        )
     return mesh
 
 
@@ -202,6 +213,6 @@ def _sized(model: Model, tubes: PolyMesh, n_quads: int, side: float) -> Iterator
         if ringed is None:
             break
         wide = grown(model, ringed, _REGROW)
-    yield grown(model, lengthened(wide, n_quads), _REGROW)
-    if wide is not tubes:
-        yield grown(model, lengthened(tubes, n_quads), _REGROW)
+    for one in (wide, tubes) if wide is not tubes else (tubes,):
+        smooth = grown(model, lengthened(one, n_quads), _REGROW)
+        yield fit(model, smooth, _FIT, _EVEN)
