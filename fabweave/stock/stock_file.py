@@ -168,6 +168,11 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     plain = [key for key, value in document.items() if not isinstance(value, list | dict)]
     for key in set(plain) - set(_KINDS):
         del document[key]
+    if plain and not document:
+        raise InputError(
+            f"{path} sets {', '.join(plain[:4])}, but lists no stock: write an entry [[sheet]] or "
+            "[[offcut]]"
+        )
     lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = _HEAD.match(line)
