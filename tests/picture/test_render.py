@@ -157,8 +157,8 @@ def test_edges_are_as_smooth_as_samples_allow(samples, slope):
     away = np.abs(found - exact)
     assert away.max() <= 1.2 / samples
     edge = (exact > 0.02) & (exact < 0.98)
-    # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is half of that
-    # off, all the way.
+    # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is off by half
+    # of that, all the way.
     assert not edge.any() or away[edge].mean() <= 0.61 / samples
 
 

@@ -77,7 +77,7 @@ def test_what_is_in_place_is_as_strong_as_is_asked(tab, torus):
     for value in (0.2, 0.5, 1.0):
         tab.slide("there", value)
         shown[value] = tab.pixels()[y, x]
-    # Strips lose their own colour to a pale grey in proportion, not to the paper: see STRIP_FRAGMENT.
+    # Strips lose their colour to a pale grey in proportion, not to the paper: see STRIP_FRAGMENT.
     lost = {value: np.linalg.norm(shown[1.0] - shown[value], axis=1) for value in (0.2, 0.5)}
     assert np.allclose(lost[0.5], lost[0.2] * (1.0 - 0.5) / (1.0 - 0.2), atol=3.0)
     assert np.median(lost[0.2]) > 30.0
