@@ -8,8 +8,9 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import shapely
@@ -262,33 +263,38 @@ def _tables(value: Any) -> list[Any] | None:
     return value if isinstance(value, list) and all(isinstance(t, dict) for t in value) else None
 
 
-#: What an entry may have; the file says more of an outline, a size and a defect.
-_ENTRY = (
-    line_key("name", 200),
-    Key("size", 'a text such as "600x400mm"', lambda value: _as(str, value)),
-    Key("outline", "a list of points or the name of a DXF file", lambda v: _as(str | list, v)),
-    Key(
-        "quantity",
-        f"a whole number from 1 to {MOST_SHEETS}; leave it out if there is no limit",
-        _count,
-    ),
-    number_key("price", 0.0, 1e9),
-    Key("grain", "its angle to the sheet's width in degrees, such as 90", _grain),
-    line_key("material", 200),
-    Key("defects", f"a list of tables: {_FORMS}", _tables),
-)
+def _kind_key(expected: str, kind: Any) -> Key:
+    """Return a key that takes a value of a kind."""
+    return Key(expected, lambda value: value if isinstance(value, kind) else None)
 
 
-def _as(kind: Any, value: Any) -> Any:
-    """Accept a value of a kind."""
-    return value if isinstance(value, kind) else None
+@dataclass(frozen=True)
+class _Table:
+    """What an entry may have; below more is asked of an outline, a size and a defect."""
+
+    name: Annotated[str | None, line_key(200)] = None
+    size: Annotated[str | None, _kind_key('a text such as "600x400mm"', str)] = None
+    outline: Annotated[
+        str | list[Any] | None, _kind_key("a list of points or the name of a DXF file", str | list)
+    ] = None
+    quantity: Annotated[
+        int | None,
+        Key(f"a whole number from 1 to {MOST_SHEETS}; leave it out if there is no limit", _count),
+    ] = None
+    price: Annotated[float | None, number_key(0.0, 1e9)] = None
+    grain: Annotated[
+        float | None, Key("its angle to the sheet's width in degrees, such as 90", _grain)
+    ] = None
+    material: Annotated[str | None, line_key(200)] = None
+    defects: Annotated[list[Any] | None, Key(f"a list of tables: {_FORMS}", _tables)] = None
 
 
 class _Entry:
     """One table of a list, which knows where it comes from."""
 
     def __init__(self, table: dict[str, Any], where: str, folder: Path | None) -> None:
-        self.table, self.where, self.folder = read_entry(table, where, _ENTRY), where, folder
+        self.table = _Table(**read_entry(table, where, _Table))
+        self.where, self.folder = where, folder
 
     def refuse(self, what: str) -> InputError:
         """Return an error that says where."""
@@ -308,11 +314,11 @@ class _Entry:
         sheet = SheetSize(
             wide,
             high,
-            self.table.get("quantity", 1 if kind == "offcut" else None),
-            name=self.table.get("name", f"{kind} {number}"),
-            price=self.table.get("price"),
+            self.table.quantity or (1 if kind == "offcut" else None),
+            name=self.table.name or f"{kind} {number}",
+            price=self.table.price,
             material=self.material(),
-            grain_deg=self.table.get("grain"),
+            grain_deg=self.table.grain,
             offcut=kind == "offcut",
             outline=() if outline is None else _ring(outline - low),
             defects=tuple(_ring(ring - low) for ring in rings),
@@ -330,12 +336,12 @@ class _Entry:
 
     def material(self) -> str | None:
         """Return the name of a material, and its sort, in the form in which threads name theirs."""
-        name = self.table.get("material")
+        name = self.table.material
         return None if name is None else ":".join(map(str.strip, name.lower().split(":", 1)))
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
-        value = self.table.get("size")
+        value = self.table.size
         if value is None:
             raise self.refuse(
                 'there is no size; write size = "600x400mm", or outline = "offcut_01.dxf"'
@@ -361,10 +367,10 @@ class _Entry:
 
     def outline(self) -> tuple[Any, list[Any]]:
         """Return the outline, if there is one, and the holes in it."""
-        value = self.table.get("outline")
+        value = self.table.outline
         if value is None:
             return None, []
-        if "size" in self.table:
+        if self.table.size is not None:
             raise self.refuse("it has both a size and an outline; leave one of them out")
         if isinstance(value, str):
             if self.folder is None:
@@ -392,7 +398,7 @@ class _Entry:
 
     def defects(self) -> list[Any]:
         """Return the defects as polygons around them."""
-        tables = enumerate(self.table.get("defects", []), start=1)
+        tables = enumerate(self.table.defects or (), start=1)
         return [self.defect(number, table) for number, table in tables]
 
     def defect(self, number: int, table: dict[str, Any]) -> Any:
