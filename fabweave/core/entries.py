@@ -155,7 +155,7 @@ def entry_table(value: Any) -> dict[str, Any]:
     def plain(part: Any) -> Any:
         return [plain(one) for one in part] if isinstance(part, tuple) else part
 
-    stated = {name: getattr(value, name) for name in entry_keys(type(value))}
+    stated = {name: getattr(value, name) for name in entry_keys(value.__class__)}
     return {name: plain(part) for name, part in stated.items() if part not in (None, "", ())}
 
 
