@@ -67,7 +67,11 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
             scale = _scale(document, path)
             for entity in document.modelspace():
                 rings += [scale * ring for ring in _rings(entity, _CHORD_MM / scale)]
-                _require_few(rings, path)
+                if len(rings) > _MOST_RINGS:
+                    raise InputError(  # noqa: TRY301 -- told as the others
+                        f"{path} has more than {_MOST_RINGS} closed lines; keep the outline of the "
+                        "offcut and the holes in it"
+                    )
     except (InputError, MemoryError):
         raise
     except Exception as error:  # of a file that is no DXF, or half of one, ezdxf makes any error
@@ -94,15 +98,6 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     return rings[order[0]], [rings[at] for at in order[1:] if polygons[at].area > 0.0]
 
 
-def _require_few(rings: list[FloatArray], path: Path) -> None:
-    """Raise InputError for more closed lines than any offcut has."""
-    if len(rings) > _MOST_RINGS:
-        raise InputError(
-            f"{path} has more than {_MOST_RINGS} closed lines; keep the outline of the offcut and "
-            "the holes in it"
-        )
-
-
 def _scale(document: Drawing, path: Path) -> float:
     """Return how many millimetres a unit of the drawing is long."""
     known = {0: 1.0, 1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0}
@@ -122,11 +117,7 @@ def _rings(entity: Any, chord: float) -> list[FloatArray]:
         if not 0.0 < radius < math.inf:
             return []
         count = int(np.clip(np.pi / np.sqrt(2.0 * chord / radius), 16, 720))
-        angle = np.arange(count) * (2.0 * np.pi / count)
-        centre = np.array([entity.dxf.center.x, entity.dxf.center.y])
-        # Around it: where it is a hole, nothing of it is forgotten.
-        around = radius / np.cos(np.pi / count)
-        return [centre + around * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
+        return [_around((entity.dxf.center.x, entity.dxf.center.y), radius, count)]
     if kind == "LWPOLYLINE":
         rows = [(x, y, bulge) for x, y, bulge in entity.get_points("xyb")]
         closed = bool(entity.closed)
@@ -418,10 +409,7 @@ class _Entry:
             raise self.refuse(f"{what} has no size; give it one, or leave it out")
         corner = np.array([values["x"], values["y"]])
         if "diameter" in values:
-            angle = np.arange(_CORNERS) * (2.0 * np.pi / _CORNERS)
-            # Its sides touch the circle.
-            radius = values["diameter"] / 2.0 / np.cos(np.pi / _CORNERS)
-            return corner + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            return _around(corner, values["diameter"] / 2.0, _CORNERS)
         sides = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         return corner + sides * np.array([values["width"], values["height"]])
 
@@ -436,6 +424,13 @@ class _Entry:
         if length is None:
             raise self.refuse(f"{what} is {shown(value, 40)}, but must be a length within a sheet")
         return length
+
+
+def _around(centre: Any, radius: float, count: int) -> FloatArray:
+    """Return a polygon whose sides touch a circle: nothing of a hole or a defect is forgotten."""
+    angle = np.arange(count) * (2.0 * np.pi / count)
+    reach = radius / np.cos(np.pi / count)
+    return np.asarray(centre) + reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def _ring(points: Any) -> Ring:
