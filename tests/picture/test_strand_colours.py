@@ -7,10 +7,10 @@ import pytest
 from colour_vision import COLOUR_BLINDNESS, as_seen_with
 from hypothesis import given
 from hypothesis import strategies as st
+from weaving_meshes import walked
 
 from fabweave.core.colour_space import light_of, oklab_of
 from fabweave.core.errors import InputError
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.primal import loop
 from fabweave.picture.surfaces import rung_colours
@@ -26,7 +26,6 @@ from fabweave.weave.strand_colours import (
     strand_tones,
     tones_of,
 )
-from fabweave.weave.threads import trace_threads
 
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
 LEAST_DIFFERENCE = 0.06
@@ -40,7 +39,7 @@ def woven(name, *, steps=0, turn=False, seed=None):
     mesh = parse_shape(f"shape:{name}")
     for _ in range(steps):
         mesh = loop(mesh)
-    threads = trace_threads(build_halfedges(mesh), turn=turn)
+    _, threads = walked(mesh, turn=turn)
     if seed is None:
         return plain_weave(threads)
     twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
@@ -249,8 +248,8 @@ def test_bunches_keep_to_their_hues(count):
 
 def test_rungs_change_their_colour_along_panels_only():
     mesh = parse_shape("shape:torus?m=9&n=7")
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
+    halfedges, threads = walked(mesh)
+    weave = plain_weave(threads)
     ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.3)
     strands = strand_colours(weave, part_bunches(weave.threads), "direction")
     rungs = rung_colours(ribbons, strands)
