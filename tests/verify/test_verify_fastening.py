@@ -61,11 +61,6 @@ def test_settings_that_say_something_else_are_found(job, fasten):
     assert findings(with_options(job, fasten=fasten))
 
 
-def test_older_maps_that_do_not_say_it_are_left_alone(job):
-    crossings = tuple(replace(one, fastened=None) for one in job.map.crossings)
-    assert findings(with_map(job, crossings=crossings)) == ()
-
-
 HUNG = ("shape:sphere?n=3", "--size", "150mm", "--hang", "top,bottom:3", "--effort", "quick")
 
 

@@ -22,9 +22,6 @@ _LEVEL_MM, _SAME_TURN = 1e-3, 1e-6
 def check_fastening(job: Job, tally: Tally) -> None:
     """Check what the map calls fastened against the settings, the holes and the weave."""
     plan = required(job.map)
-    stated = [crossing.fastened for crossing in plan.crossings]
-    if all(one is None for one in stated):
-        return
     outcome = (job.settings or {}).get("outcome")
     chosen = outcome.get("fasten") if isinstance(outcome, dict) else None
     asked = job.options.get("fasten", chosen)
@@ -49,7 +46,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
         for piece in plan.pieces
         for at, station in enumerate(piece.stations)
         if station.hole_mm is not None
-        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts or ())
+        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts)
     }
     allowed = _allowed(plan, {one.id for one in plan.crossings if one.fastened}, job)
     for crossing in plan.crossings:
