@@ -295,7 +295,7 @@ def result_of(future: Future[Any]) -> Any:
             return future.result()
     except (BrokenExecutor, CancelledError) as error:
         raise CannotMakeError(
-            f"part of the work was lost ({error!s}); make sure that there is enough memory, and try "
+            f"part of the work was lost ({error}); make sure that there is enough memory, and try "
             "again"
         ) from error
 
