@@ -57,7 +57,7 @@ from fabweave.picture.yarns import Yarns as SpunYarns
 from fabweave.piece.outline import inscribed_polygon
 from fabweave.piece.piece import Piece
 from fabweave.plan.planned_job import PlannedJob
-from fabweave.plan.preflight.preflight_job import Preflight
+from fabweave.plan.preflight import Preflight
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.bends import measure_bends

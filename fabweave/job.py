@@ -25,7 +25,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.planned_job import nest_job, plan_job, recorded_layout
-from fabweave.plan.preflight.preflight_job import Preflight
+from fabweave.plan.preflight import Preflight
 from fabweave.ribbon.lay import lay_object
 from fabweave.show.files import write_plan, write_proof
 from fabweave.show.job import Job, draw_job, start_side_work

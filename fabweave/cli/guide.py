@@ -83,7 +83,6 @@ def guide(topic: str | None) -> None:
         from rich.markdown import Markdown
         from rich.table import Table
 
-        from fabweave.cli.guide import for_terminal, summary
         from fabweave.core.messages import one_named
 
     console = Console(highlight=False)
@@ -105,7 +104,6 @@ def guide(topic: str | None) -> None:
 
 def _pages() -> dict[str, Callable[[], str]]:
     """Return what gives the page of each topic; the reference of options is made when asked for."""
-    from fabweave.cli.guide import TOPICS, page
     from fabweave.options.page import options_page
 
     return {**{topic: partial(page, topic) for topic in TOPICS}, "options": options_page}

@@ -128,7 +128,7 @@ def inspect(
             "two of --png, --pd, --gauss and --edges name the same file; name one for each"
         )
     answer = not (verbose or thorough or as_json)
-    n_designs = _DESIGNS if tries_designs(settings) else 0
+    n_designs = _DESIGNS if tries_designs(settings.mesh) else 0
     first = partial(first_rows, reasons=_REASONS if answer else None)
     parts = iter((first, answer_rows if answer else further_rows))
     announced = False

@@ -74,7 +74,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     from rich.console import Console
 
     from fabweave.estimate.texts import costs_text
-    from fabweave.plan.preflight.rules import finding_lines
+    from fabweave.plan.preflight import finding_lines
     from fabweave.plan.verdict import verdict_text
 
     job, proof, found, missing = made

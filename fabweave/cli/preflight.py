@@ -41,8 +41,7 @@ def preflight(
     with held_back():
         from fabweave.core.job_folder import folder_is_readable
         from fabweave.options.user_files import user_entries
-        from fabweave.plan.preflight.preflight_job import preflight_job
-        from fabweave.plan.preflight.rules import finding_lines
+        from fabweave.plan.preflight import finding_lines, preflight_job
 
     folder_is_readable(directory)
     own = () if target is None else user_entries("rules", rules)

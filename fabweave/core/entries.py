@@ -1,11 +1,16 @@
-"""Read tables of TOML that people write: every entry by one list of keys, with errors that help."""
+"""Read tables of TOML that people write: every entry by its dataclass, with errors that help.
+
+A field that an entry may set is annotated with the ``Key`` that says what it may hold; an entry has
+to set those that have no default.
+"""
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_type_hints
 
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_text
@@ -24,39 +29,44 @@ class Key:
 
     Parameters
     ----------
-    name, expected : str
-        The key, and its value in words.
+    expected : str
+        Its value in words.
     accept : callable
         Returns the value as it is held, or None if it is not what is expected.
-    required : bool
     """
 
-    name: str
     expected: str
     accept: Accept
-    required: bool = False
 
 
-def number_key(name: str, least: float, most: float, *, required: bool = False) -> Key:
+def number_key(least: float, most: float) -> Key:
     """Return a key that takes a number in a range."""
-    return Key(name, f"a number from {least:g} to {most:g}", in_range(least, most), required)
+    return Key(f"a number from {least:g} to {most:g}", in_range(least, most))
 
 
-def pair_key(name: str, example: str, least: float, most: float, *, required: bool = False) -> Key:
+def pair_key(example: str, least: float, most: float) -> Key:
     """Return a key that takes a list of two numbers in a range."""
     each = in_range(least, most)
     expected = f"a list of two numbers from {least:g} to {most:g}, such as {example}"
-    return Key(name, expected, lambda value: list_of(value, each, count=2), required)
+    return Key(expected, lambda value: list_of(value, each, count=2))
 
 
-def line_key(name: str, longest: int, *, required: bool = False) -> Key:
+def line_key(longest: int) -> Key:
     """Return a key that takes a line of text."""
 
     def accept(value: Any) -> str | None:
         fits = isinstance(value, str) and value.strip() and value.isprintable()
         return value if fits and len(value) <= longest else None
 
-    return Key(name, f"a line of text of {longest} characters at most", accept, required)
+    return Key(f"a line of text of {longest} characters at most", accept)
+
+
+@cache
+def entry_keys(kind: type) -> dict[str, Key]:
+    """Return the keys that an entry of a kind may have, by name."""
+    hints = get_type_hints(kind, include_extras=True)
+    marks = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
+    return {name: mark for name, found in marks.items() for mark in found if isinstance(mark, Key)}
 
 
 def in_range(least: float, most: float) -> Accept:
@@ -85,7 +95,7 @@ def list_of(value: Any, accept: Accept, count: int | None = None) -> tuple[Any, 
     return None if None in accepted else accepted
 
 
-def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
+def read_entry(table: Any, where: str, kind: Any) -> dict[str, Any]:
     """Return the values of an entry, as they are held.
 
     Parameters
@@ -94,8 +104,8 @@ def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
         As it was read.
     where : str
         The file and the entry, for errors.
-    keys : sequence of Key
-        All that it may have.
+    kind : type
+        The dataclass that says what it may have.
 
     Raises
     ------
@@ -105,41 +115,47 @@ def read_entry(table: Any, where: str, keys: Sequence[Key]) -> dict[str, Any]:
 
     Examples
     --------
-    >>> read_entry({"hole": "wide"}, "mine.toml, [me]", [number_key("hole", 0, 9)])
+    >>> from typing import Annotated
+    >>> @dataclass
+    ... class Shop:
+    ...     hole: Annotated[float, number_key(0, 9)]
+    >>> read_entry({"hole": "wide"}, "mine.toml, [me]", Shop)
     Traceback (most recent call last):
         ...
     fabweave.core.errors.InputError: mine.toml, [me]: hole is 'wide', but must be a number from 0 \
 to 9
     """
+    keys = entry_keys(kind)
     if not isinstance(table, Mapping):
-        raise InputError(f"{where}: this is not a table; write keys such as {keys[0].name} in it")
-    known = [key.name for key in keys]
+        raise InputError(
+            f"{where}: this is not a table; write keys such as {next(iter(keys))} in it"
+        )
     for name in table:
-        if name not in known:
+        if name not in keys:
             raise InputError(
                 f"{where}: unknown key {name!r}; the keys are "
-                f"{', '.join(closest_first(str(name), known))}"
+                f"{', '.join(closest_first(str(name), keys))}"
             )
+    required = {field.name for field in fields(kind) if field.default is MISSING}
     values = {}
-    for key in keys:
-        if key.name not in table:
-            if key.required:
-                raise InputError(f"{where}: {key.name} is missing; write {key.expected}")
-            continue
-        values[key.name] = key.accept(table[key.name])
-        if values[key.name] is None:
-            value = shown(table[key.name])
-            raise InputError(f"{where}: {key.name} is {value}, but must be {key.expected}")
+    for name, key in keys.items():
+        if name in table:
+            values[name] = key.accept(table[name])
+            if values[name] is None:
+                value = shown(table[name])
+                raise InputError(f"{where}: {name} is {value}, but must be {key.expected}")
+        elif name in required:
+            raise InputError(f"{where}: {name} is missing; write {key.expected}")
     return values
 
 
-def entry_table(value: object, keys: Iterable[Key]) -> dict[str, Any]:
+def entry_table(value: Any) -> dict[str, Any]:
     """Return the table that :func:`read_entry` reads as a value; what is empty is left out."""
 
     def plain(part: Any) -> Any:
         return [plain(one) for one in part] if isinstance(part, tuple) else part
 
-    stated = {key.name: getattr(value, key.name) for key in keys}
+    stated = {name: getattr(value, name) for name in entry_keys(value.__class__)}
     return {name: plain(part) for name, part in stated.items() if part not in (None, "", ())}
 
 

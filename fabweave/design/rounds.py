@@ -68,32 +68,21 @@ def nearby_designs(
         least, by what stands in its way. A twist asks for narrower ribbons, a bend for a coarser
         mesh or for floats, a narrow place for a more even mesh.
     """
-    order = [
-        at
-        for at in sorted(range(len(designs)), key=lambda at: (_far(candidates[at]), at))
-        if candidates[at].laid and not candidates[at].makeable
-    ]
-    mended = [list(_mended(asked, designs[at], candidates[at])) for at in order[:_NEAREST]]
+    tried = list(zip(designs, candidates, strict=True))
+    missed = [pair for pair in tried if pair[1].laid and not pair[1].makeable]
+    missed.sort(key=lambda pair: math.inf if pair[1].excess is None else pair[1].excess)
+    mended = [list(_mended(asked, *pair)) for pair in missed[:_NEAREST]]
     # The first remedy of each, then the second of each.
     beside = [one for row in zip_longest(*mended) for one in row if one is not None]
     found = [
-        *_as_one(asked, designs, candidates, several=several),
-        *_between(asked, designs, candidates),
-        *_varied(asked, designs, candidates),
+        *_as_one(asked, tried, several=several),
+        *_between(asked, tried),
+        *_varied(asked, tried),
         *beside,
     ]
-    failed = {
-        one.mesh.remesh
-        for one, candidate in zip(designs, candidates, strict=True)
-        if not candidate.laid
-    }
+    failed = {one.mesh.remesh for one, candidate in tried if not candidate.laid}
     new = [one for one in found if one not in designs and not _as_failed(one, failed, asked)]
     return [one for at, one in enumerate(new) if one not in new[:at]]
-
-
-def _far(candidate: Candidate) -> float:
-    """Return by how much a design misses being makeable; infinite where that is not known."""
-    return math.inf if candidate.excess is None else candidate.excess
 
 
 def _as_failed(design: Settings, failed: set[str | None], asked: Settings) -> bool:
@@ -105,16 +94,14 @@ def _as_failed(design: Settings, failed: set[str | None], asked: Settings) -> bo
     )
 
 
-def _between(
-    asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate]
-) -> Iterator[Settings]:
+def _between(asked: Settings, tried: Sequence[Found]) -> Iterator[Settings]:
     """Yield meshes between one that serves and the next that does not, and beyond the last."""
     if asked.mesh.remesh is not None:
         return
     for kind in ("quads", "triangles"):
         plain = [
             (density(one)[1], one, candidate)
-            for one, candidate in zip(designs, candidates, strict=True)
+            for one, candidate in tried
             if density(one)[0] == kind
             and one.mesh.refine is None
             and one.weave.pattern == asked.weave.pattern
@@ -128,11 +115,9 @@ def _between(
             yield from _coarser(row[counts[0]][0])
 
 
-def _varied(
-    asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate]
-) -> Iterator[Settings]:
+def _varied(asked: Settings, tried: Sequence[Found]) -> Iterator[Settings]:
     """Yield what can be built on a mesh that is a little finer or coarser, and narrower."""
-    built = [one for one, by in zip(designs, candidates, strict=True) if by.makeable]
+    built = [one for one, candidate in tried if candidate.makeable]
     for design in built:
         kind, count = density(design)
         if count and asked.mesh.remesh is None:
@@ -157,28 +142,25 @@ def _coarser(design: Settings) -> Iterator[Settings]:
         yield design.but(remesh=f"{kind}:{fewer}")
 
 
-def _as_one(
-    asked: Settings, designs: Sequence[Settings], candidates: Sequence[Candidate], *, several: bool
-) -> Iterator[Settings]:
+def _as_one(asked: Settings, tried: Sequence[Found], *, several: bool) -> Iterator[Settings]:
     """Yield what could not be remeshed as one surface, and of several bodies the largest.
 
     Of the finest mesh at first, which loses no handle; then, what could be made so, of all.
     """
     default = option_of_field("bodies").default_value
-    found = list(zip(designs, candidates, strict=True))
-    laid = {design.mesh.bodies for design, candidate in found if candidate.laid}
+    laid = {design.mesh.bodies for design, candidate in tried if candidate.laid}
     if asked.mesh.bodies != default or (default in laid and not several):
         return
-    tried = {design.mesh.bodies for design in designs}
+    known = {design.mesh.bodies for design, _ in tried}
     unmade = [
         design
-        for design, candidate in reversed(found)
+        for design, candidate in reversed(tried)
         if design.mesh.remesh is not None and design.mesh.bodies == default and not candidate.laid
     ]
     for bodies in ("join", "wrap", "largest") if several else ("wrap",):
         if bodies in laid:
             yield from (one.but(bodies=bodies) for one in unmade)
-        elif bodies not in tried and unmade:
+        elif bodies not in known and unmade:
             yield unmade[0].but(bodies=bodies)
 
 

@@ -1,7 +1,6 @@
 """Try many designs side by side, keep what is known, and go on where a search was stopped."""
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any, TypeAlias
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import InputError
+from fabweave.core.files import write_files
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.core.records import from_json, to_json
 from fabweave.design.candidate import Candidate, Tried, design_key, mesh_digest, try_design
@@ -36,8 +36,8 @@ Meshes: TypeAlias = dict[str, Remeshed | None]
 ToldDesign: TypeAlias = Callable[[Candidate], None]
 
 
-def tell_nobody(_candidate: Candidate) -> None:
-    """Keep to oneself what a design came to."""
+def tell_nobody(_found: object) -> None:
+    """Keep to oneself what was found."""
 
 
 @frozen_value
@@ -159,18 +159,9 @@ def _mesh_key(settings: Settings, digest: str) -> str:
 
 def _keep(folder: Path, tried: Tried) -> None:
     """Write what was tried; the record last, so that what has one is whole."""
-    key = tried.candidate.key
-    if tried.picture is not None:
-        _write(folder / f"{key}.png", tried.picture)
-    text = json.dumps(to_json(tried.candidate), indent=1)
-    _write(folder / f"{key}.json", f"{text}\n".encode())
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write a file so that it is there as a whole or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    part.write_bytes(data)
-    os.replace(part, path)
+    key, text = tried.candidate.key, json.dumps(to_json(tried.candidate), indent=1)
+    files = {} if tried.picture is None else {folder / f"{key}.png": tried.picture}
+    write_files({**files, folder / f"{key}.json": f"{text}\n".encode()})
 
 
 def _kept(folder: Path, key: str) -> Tried | None:

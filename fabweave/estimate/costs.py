@@ -1,7 +1,7 @@
 """Say what a job costs, in one place for all who show it: machine, hands, sheets, hardware, money.
 
 Everything is a range. ``job_costs`` is for sheets that are drawn and steps that are known, and
-``planned_costs`` for pieces before they are nested; they agree on engraving and cutting.
+``pieces_costs`` for pieces before they are nested; they agree on engraving and cutting.
 """
 
 from collections.abc import Iterator, Sequence
@@ -39,7 +39,7 @@ from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.labels.marks import Marks, mark_pieces
+from fabweave.sheet.labels.marks import mark_pieces
 from fabweave.stock.machine import CURRENCY, PACE, OneOrSpan, Span, as_span, machines
 from fabweave.stock.material import Material, machine_of
 from fabweave.stock.sheet_size import SheetSize
@@ -311,31 +311,26 @@ def job_costs(
     )
 
 
-def planned_costs(
-    piece_set: PieceSet,
-    marks: Sequence[Marks],
-    piece_materials: Sequence[Material],
-    *,
-    calibration: float = 1.0,
+def pieces_costs(
+    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> Costs:
     """Return what a job will cost whose pieces are known, but not where they lie.
 
     Engraving and cutting are those of the finished job. Ways between pieces, the area of sheets and
     the share of strands that are slid under others are predicted.
-
-    Parameters
-    ----------
-    piece_set : PieceSet
-    marks : sequence of Marks
-        What is engraved on each piece.
-    piece_materials : sequence of Material
-        That of each piece.
-    calibration : float
-        What the machine took, divided by what was estimated.
     """
     pieces, bill = piece_set.pieces, bill_of_materials(piece_set)
+    calibration, of_thread = settings.machine.calibrate, supplies.of(woven.bunches)
+    marks = mark_pieces(
+        pieces,
+        woven.weave.threads.n_crossings,
+        settings.pieces.labels,
+        settings.pieces.label_side,
+        piece_set.kinds,
+    )
     of_material: dict[Material, list[int]] = {}
-    for at, material in enumerate(piece_materials):
+    for at, piece in enumerate(pieces):
+        material = supplies.materials[int(of_thread[piece.thread])]
         of_material.setdefault(material, []).append(at)
     times, prices = [], []
     for material, members in of_material.items():
@@ -405,16 +400,3 @@ def _difficulty(pieces: Sequence[Piece], hands: AssemblyTime) -> DifficultyFigur
     unders = round(hands.often("under") / max(hands.often("take"), 1), 4)
     found = difficulty(hands.practised_h, unders, width)
     return DifficultyFigures(score=found.score, word=found.word, unders=unders, width_mm=width)
-
-
-def pieces_costs(
-    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
-) -> Costs:
-    """Return what pieces would cost that are not nested yet; they are engraved as the job would."""
-    pieces, crossings = piece_set.pieces, woven.weave.threads.n_crossings
-    of_thread = supplies.of(woven.bunches)
-    marks = mark_pieces(
-        pieces, crossings, settings.pieces.labels, settings.pieces.label_side, piece_set.kinds
-    )
-    materials = [supplies.materials[int(of_thread[piece.thread])] for piece in pieces]
-    return planned_costs(piece_set, marks, materials, calibration=settings.machine.calibrate)

@@ -57,19 +57,10 @@ def difficulty_text(costs: Costs) -> str:
     )
 
 
-def _sheets(costs: Costs) -> str:
-    """Return what sheets there are."""
-    if costs.planned:
-        return "material"
-    return agree(len(costs.sheets), "{n} sheet[|s]")
-
-
 def _money(costs: Costs) -> str:
     """Return what all of it costs."""
-    text = (
-        f"{_sheets(costs)} {price_text(costs.sheet_price)}, hardware "
-        f"{price_text(costs.hardware_price)}"
-    )
+    sheets = "material" if costs.planned else agree(len(costs.sheets), "{n} sheet[|s]")
+    text = f"{sheets} {price_text(costs.sheet_price)}, hardware {price_text(costs.hardware_price)}"
     if costs.machine_price is not None:
         text += f", machine {price_text(costs.machine_price)}"
     return f"{text}; {price_text(costs.price)} in all"

@@ -5,9 +5,9 @@ from fabweave.options.kinds import (
     MOST_MM,
     MOST_WHOLE,
     choice,
+    later,
     length,
     length_by_bunch,
-    load,
     text,
     whole,
 )
@@ -52,7 +52,7 @@ CUTTING_OPTIONS = (
             "SHARE|N",
             "a text such as '5%'",
             "fabweave.piece.congruence.parse_spares",
-            form=lambda told: str(load("fabweave.piece.congruence.usual_spares")(told)),
+            form=later("fabweave.piece.congruence.usual_spares"),
         ),
         "Cut some pieces of each kind once more, in case one breaks: a share such as 5%, "
         "rounded up to one at least, or 2 of each. They lie on the sheets with the others. They "

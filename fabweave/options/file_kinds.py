@@ -1,13 +1,13 @@
 """Say what options take that may come from a file, and that job.toml keeps all of."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from fabweave.core.entries import check_document, in_range, read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import shown
-from fabweave.options.kinds import Kind, load, place
+from fabweave.options.kinds import Kind, later, load, place
 
 #: The file of a finished job in which its layout is recorded; job.toml lies beside it.
 LAYOUT_FILE = "crossing_map.json"
@@ -46,15 +46,10 @@ def leave_out() -> Kind:
     """Return the kind of openings and faces that are left out; a file's faces take its place."""
     module = "fabweave.mesh.leave_out."
 
-    def accept(value: Any) -> str | None:
-        if not isinstance(value, str):
-            return None
-        tidy: str = load(module + "tidy_leave_out")(value)
-        return tidy
+    def accept(value: Any) -> Any:
+        return load(module + "tidy_leave_out")(value) if isinstance(value, str) else None
 
-    def read(text: str) -> Any:
-        return load(module + "read_leave_out")(text)
-
+    read = later(module + "read_leave_out")
     expected = "openings such as 'top:80mm', numbers of faces such as '12,13', or a file of these"
     return Kind("top:D|bottom:D|FILE|N,N,…", expected, accept, read, textual=True)
 
@@ -66,14 +61,10 @@ def preset() -> Kind:
     def accept(value: Any) -> Any:
         return value if isinstance(value, load(module + "Preset")) else None
 
-    def read(text: str) -> Any:
-        return load(module + "find_preset")(text)
-
     def of_table(table: Mapping[str, Any]) -> Any:
         return load(module + "read_preset")(table, "the preset in job.toml")
 
-    def names() -> Iterable[str]:
-        return load(module + "preset_names")()
+    names, read = later(module + "preset_names"), later(module + "find_preset")
 
     def write(value: Any) -> Any:
         # All of it, if it is the user's own, so that the job can be made again.
@@ -87,14 +78,12 @@ def preset() -> Kind:
 def sheets() -> Kind:
     """Return the kind of sheets of which there is nothing to know but size, number and bunch."""
 
-    def read(text: str) -> Any:
-        return load("fabweave.stock.sheet_size.parse_stock")(text)
-
     def write(value: Any) -> list[str]:
         stock = load("fabweave.stock.sheet_size.format_stock")
         return [stock(sheet) for sheet in value if sheet.plain]
 
     expected = "a sheet such as '600x400mm:3', or a list of them"
+    read = later("fabweave.stock.sheet_size.parse_stock")
     return Kind("WxH[:N]", expected, _accept_sheets, read, write, repeatable=True)
 
 

@@ -34,6 +34,15 @@ def load(place: str) -> Any:
     return getattr(import_module(module), name)
 
 
+def later(place: str) -> Callable[..., Any]:
+    """Return a function that calls what stands at a place, which is imported only then."""
+
+    def call(*values: Any) -> Any:
+        return load(place)(*values)
+
+    return call
+
+
 @dataclass(frozen=True)
 class Kind:
     """What an option takes.
@@ -290,7 +299,7 @@ def text(
     parser: str = "",
     *,
     words: Words = tuple,
-    form: Callable[[str], str] = as_it_is,
+    form: Callable[[str], object] = as_it_is,
 ) -> Kind:
     """Return the kind of texts that a parser takes; they are kept in their usual form."""
 
@@ -299,7 +308,7 @@ def text(
             return None
         if parser:
             load(parser)(value)
-        return form(value)
+        return str(form(value))
 
     return Kind(metavar, expected, accept, as_it_is, words=words, textual=True)
 
@@ -328,14 +337,11 @@ def value_of(metavar: str, example: str, parser: str, type_: str, automatic: str
         load(parser)(str(value))
         return value
 
-    def read(text: str) -> Any:
-        return load(parser)(text)
-
     def write(value: Any) -> str | None:
         return None if value is None else str(value)
 
     expected = f"{type_.rpartition('.')[2]}, or a text such as {example!r}"
-    return Kind(metavar, expected, accept, read, write, textual=True, automatic=automatic)
+    return Kind(metavar, expected, accept, later(parser), write, textual=True, automatic=automatic)
 
 
 def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -> Kind:

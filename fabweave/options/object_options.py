@@ -5,10 +5,10 @@ from fabweave.options.kinds import (
     MOST_MM,
     choice,
     flag,
+    later,
     length,
     length_by_bunch,
     line,
-    load,
     number,
     place,
     text,
@@ -16,21 +16,6 @@ from fabweave.options.kinds import (
     whole,
 )
 from fabweave.options.option import MESH, RIBBONS, STOCK, WEAVE, Option
-
-
-def _tidy_materials(told: str) -> str:
-    tidy: str = load("fabweave.stock.supplies.tidy_materials")(told)
-    return tidy
-
-
-def _usual_pattern(told: str) -> str:
-    return str(load("fabweave.weave.weave_pattern.parse_pattern")(told))
-
-
-def _tidy_weights(told: str) -> str:
-    tidy: str = load("fabweave.weave.twill.conditions.tidy_weights")(told)
-    return tidy
-
 
 #: In the order in which job.toml has them.
 OBJECT_OPTIONS = (
@@ -171,7 +156,7 @@ OBJECT_OPTIONS = (
             "PATTERN",
             "a text such as 'twill' or '3/1'",
             "fabweave.weave.weave_pattern.parse_pattern",
-            form=_usual_pattern,
+            form=later("fabweave.weave.weave_pattern.parse_pattern"),
         ),
         "How strands go over and under. plain and kagome (plain on triangles, the open basket) "
         "need nothing. twill is exact where it can be, and else as near as fabweave finds. "
@@ -204,7 +189,7 @@ OBJECT_OPTIONS = (
             "FACE/VERTEX",
             "two numbers from 0.1 to 10, such as '2/2'",
             "fabweave.weave.twill.conditions.parse_weights",
-            form=_tidy_weights,
+            form=later("fabweave.weave.twill.conditions.tidy_weights"),
         ),
         "What a broken face or vertex condition counts where --pattern twill is not exact; a "
         "broken edge condition counts 1. More, such as 2/2, keeps diagonals rather than the "
@@ -245,7 +230,7 @@ OBJECT_OPTIONS = (
         text(
             "NAME",
             "the name of a material",
-            form=_tidy_materials,
+            form=later("fabweave.stock.supplies.tidy_materials"),
         ),
         "What the object is cut from; fabweave materials lists all. warp=card,weft=birch-veneer "
         "names one for each bunch, and so do numbers (0=card,1=card,2=birch-veneer). fabweave "

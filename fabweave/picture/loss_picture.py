@@ -1,6 +1,7 @@
 """Show in colour how far a model is from the surface that stands in for it."""
 
 import textwrap
+from functools import partial
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -57,14 +58,9 @@ def loss_tiles(loss: LossMap, front: View, size_px: tuple[int, int]) -> Image.Im
         Width and height of each half.
     """
     colours = loss_colours(loss)
-    return side_by_side(
-        *(
-            titled(
-                render_scene(loss.points, loss.triangles, colours, size_px=size_px, view=view), text
-            )
-            for view, text in ((front, "from the front"), (opposite_view(front), "from behind"))
-        )
-    )
+    views = ((front, "from the front"), (opposite_view(front), "from behind"))
+    scene = partial(render_scene, loss.points, loss.triangles, colours, size_px=size_px)
+    return side_by_side(*(titled(scene(view=view), text) for view, text in views))
 
 
 def loss_legend(loss: LossMap, wide: int, text: str = "") -> Image.Image:

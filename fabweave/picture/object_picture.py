@@ -317,17 +317,11 @@ def object_portrait(ribbons: Ribbons, colours: Colours) -> Image.Image:
         object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm
         for view, _ in views
     )
-    return side_by_side(
-        *(
-            titled(
-                weave_picture(
-                    ribbons, colours, size_px=SIDE_PX, view=replace(view, width_mm=width_mm)
-                ),
-                where,
-            )
-            for view, where in views
-        )
+    pictures = (
+        weave_picture(ribbons, colours, size_px=SIDE_PX, view=replace(view, width_mm=width_mm))
+        for view, _ in views
     )
+    return side_by_side(*map(titled, pictures, (where for _, where in views)))
 
 
 def portrait_png(ribbons: Ribbons, colours: Colours) -> bytes:

@@ -141,7 +141,7 @@ def split_object(
             raise CannotMakeError(_too_large(woven, whole, cut.outlines, placed)) from error
 
 
-def remake(
+def laid_at_size(
     woven: WovenObject,
     brief: Brief,
     size_mm: float,
@@ -195,7 +195,7 @@ def check_joined(
         woven,
         brief.ribbons,
         brief.supplies,
-        lambda size: remake(woven, brief, size, repeats),
+        lambda size: laid_at_size(woven, brief, size, repeats),
         depth,
     )
 

@@ -10,7 +10,7 @@ from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.options.settings import read_job_options
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight.preflight_job import finished_job, supplies_of
+from fabweave.plan.preflight import finished_job, supplies_of
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
 from fabweave.sheet.write.dxf import dxf_bytes

@@ -186,7 +186,7 @@ class CrossingRecord:
     position: tuple[float, float, float]
     over: StrandRecord
     under: StrandRecord
-    fastened: bool | None = optional()
+    fastened: bool
     hang: bool | None = optional()
 
 

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 from fabweave.core.entries import (
     check_document,
@@ -15,20 +15,10 @@ from fabweave.core.entries import (
     read_entry,
 )
 from fabweave.core.messages import one_named
+from fabweave.stock.machine import Span
 
-#: What an entry of targets.toml has: ours and anybody's own. ``Target`` says what it means.
-KEYS = (
-    line_key("title", 200, required=True),
-    number_key("hole_t", 0, 100, required=True),
-    number_key("hole_mm", 0, 1000, required=True),
-    number_key("edge_t", 0, 100, required=True),
-    number_key("edge_mm", 0, 1000, required=True),
-    number_key("web_t", 0, 100, required=True),
-    number_key("web_mm", 0, 1000, required=True),
-    number_key("gap_mm", 0, 1000, required=True),
-    pair_key("piece_mm", "[900.0, 900.0]", 1, 100_000),
-    pair_key("sheet_mm", "[1200.0, 600.0]", 1, 100_000),
-)
+_Thicknesses: TypeAlias = Annotated[float, number_key(0, 100)]
+_Millimetres: TypeAlias = Annotated[float, number_key(0, 1000)]
 
 
 @dataclass(frozen=True)
@@ -52,20 +42,20 @@ class Target:
     """
 
     name: str
-    title: str
-    hole_t: float
-    hole_mm: float
-    edge_t: float
-    edge_mm: float
-    web_t: float
-    web_mm: float
-    gap_mm: float
-    piece_mm: tuple[float, float] | None = None
-    sheet_mm: tuple[float, float] | None = None
+    title: Annotated[str, line_key(200)]
+    hole_t: _Thicknesses
+    hole_mm: _Millimetres
+    edge_t: _Thicknesses
+    edge_mm: _Millimetres
+    web_t: _Thicknesses
+    web_mm: _Millimetres
+    gap_mm: _Millimetres
+    piece_mm: Annotated[Span | None, pair_key("[900.0, 900.0]", 1, 100_000)] = None
+    sheet_mm: Annotated[Span | None, pair_key("[1200.0, 600.0]", 1, 100_000)] = None
 
     def __post_init__(self) -> None:
         """Refuse values that no target has."""
-        read_entry(target_table(self), f"target {self.name!r}", KEYS)
+        read_entry(target_table(self), f"target {self.name!r}", Target)
 
     @property
     def rules(self) -> list[str]:
@@ -130,7 +120,7 @@ def _targets_of(
     found = []
     for name, entry in document.items():
         table = {**usual, **entry} if isinstance(entry, Mapping) else entry
-        found.append(Target(name, **read_entry(table, f"{where}, [{name}]", KEYS)))
+        found.append(Target(name, **read_entry(table, f"{where}, [{name}]", Target)))
     return tuple(found)
 
 
@@ -143,7 +133,7 @@ def target_table(target: Target) -> dict[str, Any]:
     >>> targets_of({"snijlab": target_table(snijlab)}, "here") == (snijlab,)
     True
     """
-    return entry_table(target, KEYS)
+    return entry_table(target)
 
 
 def _our_tables() -> dict[str, Any]:

@@ -25,8 +25,7 @@ from fabweave.picture.model_files import woven_glb
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
 from fabweave.plan.map_builder import build_crossing_map
-from fabweave.plan.preflight.preflight_job import Preflight
-from fabweave.plan.preflight.rules import finding_lines, preflight
+from fabweave.plan.preflight import Preflight, finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
 from fabweave.plan.verdict import verdict_json
 from fabweave.sheet.drawing import SheetDrawing

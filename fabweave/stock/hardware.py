@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any
 
-from fabweave.core.entries import Key, in_range, line_key, list_of, pair_key, read_entry
+import msgspec
+
 from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
 from fabweave.core.records import record
@@ -79,29 +79,6 @@ class Hardware:
         return None
 
 
-def _pairs(value: Any) -> tuple[Span, ...] | None:
-    """Accept a list of grips, each a least and a greatest one."""
-    return list_of(value, lambda pair: list_of(pair, in_range(0.0, 1000.0), count=2))
-
-
-def _texts(value: Any) -> tuple[str, ...] | None:
-    """Accept a list of texts."""
-    return list_of(value, lambda one: one if isinstance(one, str) else None)
-
-
-_KEYS = (
-    line_key("title", 200, required=True),
-    pair_key("hole_mm", "[2.5, 2.6]", 0.1, 100, required=True),
-    Key("cut_mm", "a number from 0.1 to 100", in_range(0.1, 100.0), True),
-    Key("grips_mm", "a list of pairs such as [[0.5, 3.0]]", _pairs, True),
-    Key("head_mm", "a number from 0 to 100", in_range(0.0, 100.0), True),
-    Key("seconds", "a number from 0 to 3600", in_range(0.0, 3600.0), True),
-    pair_key("each", "[0.02, 0.05]", 0, 1000, required=True),
-    Key("lengths", "a list of texts", _texts),
-    Key("assumed", "a list of texts", _texts),
-)
-
-
 @cache
 def hardware_catalogue() -> Mapping[str, Hardware]:
     """Return the sorts of fasteners that fabweave knows, by name.
@@ -113,7 +90,7 @@ def hardware_catalogue() -> Mapping[str, Hardware]:
     """
     text = resources.files("fabweave.stock").joinpath("hardware.toml").read_text("utf-8")
     return {
-        name: Hardware(name=name, **read_entry(entry, f"hardware.toml, [{name}]", _KEYS))
+        name: msgspec.convert({"name": name, **entry}, Hardware)
         for name, entry in tomllib.loads(text).items()
     }
 

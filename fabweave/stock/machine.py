@@ -7,7 +7,9 @@ from functools import cache
 from importlib import resources
 from typing import Any, TypeAlias
 
-from fabweave.core.entries import Accept, Key, in_range, line_key, list_of, pair_key, read_entry
+import msgspec
+
+from fabweave.core.entries import Accept, Key, in_range, list_of
 from fabweave.core.records import record
 
 #: A least and a greatest value.
@@ -37,10 +39,9 @@ class Machine:
     laser_on_s: Span
 
 
-def span_key(name: str, least: float, most: float) -> Key:
+def span_key(least: float, most: float) -> Key:
     """Return a key that takes a number in a range, or a list of two, the lesser first."""
     return Key(
-        name,
         f"a number from {least:g} to {most:g}, or a list of two, the lesser first",
         _one_or_span(in_range(least, most)),
     )
@@ -70,22 +71,6 @@ def as_span(value: OneOrSpan) -> Span:
     return value if isinstance(value, tuple) else (value, value)
 
 
-_KEYS = (
-    line_key("title", 200, required=True),
-    pair_key("acceleration_mm_s2", "[500.0, 2000.0]", 1, 1e6, required=True),
-    Key("deviation_mm", "a number from 0.0001 to 1", in_range(1e-4, 1.0), True),
-    *(
-        pair_key(name, "[50.0, 200.0]", least, 1e5, required=True)
-        for name, least in (
-            ("rapid_mm_s", 0.001),
-            ("engrave_mm_s", 0.001),
-            ("pierce_s", 0.0),
-            ("laser_on_s", 0.0),
-        )
-    ),
-)
-
-
 @cache
 def machines() -> Mapping[str, Machine]:
     """Return the kinds of machines that fabweave knows, by name.
@@ -99,7 +84,7 @@ def machines() -> Mapping[str, Machine]:
     """
     text = resources.files("fabweave.stock").joinpath("machines.toml").read_text("utf-8")
     return {
-        name: Machine(name=name, **read_entry(entry, f"machines.toml, [{name}]", _KEYS))
+        name: msgspec.convert({"name": name, **entry}, Machine)
         for name, entry in tomllib.loads(text).items()
     }
 

@@ -4,17 +4,19 @@ import itertools
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 from PIL import ImageColor
 
 from fabweave.core.entries import (
+    Accept,
     Key,
     check_document,
+    entry_keys,
     entry_table,
     in_range,
     line_key,
@@ -36,58 +38,19 @@ def _bend_table(told: Any) -> tuple[tuple[float, float], ...] | None:
     return rows if rising else None
 
 
-def _table_key(name: str, example: str) -> Key:
+def _table_key(example: str) -> Key:
     """Return the key of such a table."""
     expected = f"a list of [thickness, radius] in order of thickness, such as {example}"
-    return Key(name, expected, _bend_table)
+    return Key(expected, _bend_table)
 
 
-#: What an entry of materials.toml has: ours and those of users. ``Material`` says what it means.
-KEYS: tuple[Key, ...] = (
-    line_key("title", 200, required=True),
-    number_key("thickness_mm", 0.001, 100, required=True),
-    number_key("density_kg_m3", 1, 30_000, required=True),
-    number_key("kerf_mm", 0, 10, required=True),
-    number_key("gap_mm", 0, 1000, required=True),
-    pair_key("sheet_mm", "[600.0, 400.0]", 1, 20_000, required=True),
-    Key("metal", "true or false", lambda value: value if isinstance(value, bool) else None, True),
-    number_key("min_bend_radius_t", 0.01, 100_000),
-    _table_key("bend_table_mm", "[[0.9, 51.0], [1.8, 132.0]]"),
-    _table_key("formed_table_mm", "[[0.9, 13.0], [1.8, 38.0]]"),
-    _table_key("across_table_mm", "[[0.9, 28.0], [1.8, 81.0]]"),
-    _table_key("formed_across_table_mm", "[[0.9, 2.5], [1.8, 10.0]]"),
-    line_key("formed", 100),
-    Key(
-        "machine",
-        f"one of {', '.join(machines())}",
-        lambda value: value if isinstance(value, str) and value in machines() else None,
-    ),
-    pair_key("speed_mm_s", "[12.0, 18.0]", 0.001, 100_000),
-    span_key("engrave_mm_s", 0.001, 100_000),
-    span_key("acceleration_mm_s2", 1, 1_000_000),
-    span_key("rapid_mm_s", 0.001, 100_000),
-    span_key("pierce_s", 0, 100),
-    line_key("speed_source", 300),
-    span_key("price_per_m2", 0, 1_000_000),
-    span_key("machine_per_h", 0, 1_000_000),
-    line_key("currency", 8),
-    line_key("price_source", 300),
-    Key(
-        "assumed",
-        "a list of keys of this entry",
-        lambda value: list_of(
-            value, lambda name: name if name in [key.name for key in KEYS] else None
-        ),
-    ),
-    line_key("notes", 500),
-    Key(
-        "colour",
-        'a colour of red, green and blue such as "#c8a878"',
-        lambda value: (
-            value if isinstance(value, str) and re.fullmatch("#[0-9A-Fa-f]{6}", value) else None
-        ),
-    ),
-)
+def _text_where(fits: Callable[[str], object]) -> Accept:
+    """Return a function that accepts texts that fit."""
+    return lambda value: value if isinstance(value, str) and fits(value) else None
+
+
+#: Thicknesses and radii, in order of thickness.
+_Table: TypeAlias = tuple[tuple[float, float], ...]
 #: Of a material whose colour is not known: that of plain board.
 _BOARD = "#c8a878"
 
@@ -143,33 +106,48 @@ class Material:
     """
 
     name: str
-    title: str
-    thickness_mm: float
-    density_kg_m3: float
-    kerf_mm: float
-    gap_mm: float
-    sheet_mm: tuple[float, float]
-    metal: bool
-    min_bend_radius_t: float | None = None
-    bend_table_mm: tuple[tuple[float, float], ...] = ()
-    formed_table_mm: tuple[tuple[float, float], ...] = ()
-    across_table_mm: tuple[tuple[float, float], ...] = ()
-    formed_across_table_mm: tuple[tuple[float, float], ...] = ()
-    formed: str = ""
-    machine: str | None = None
-    speed_mm_s: Span | None = None
-    engrave_mm_s: OneOrSpan | None = None
-    acceleration_mm_s2: OneOrSpan | None = None
-    rapid_mm_s: OneOrSpan | None = None
-    pierce_s: OneOrSpan | None = None
-    speed_source: str = ""
-    price_per_m2: OneOrSpan | None = None
-    machine_per_h: OneOrSpan | None = None
-    currency: str = ""
-    price_source: str = ""
-    assumed: tuple[str, ...] = ()
-    notes: str = ""
-    colour: str | None = None
+    title: Annotated[str, line_key(200)]
+    thickness_mm: Annotated[float, number_key(0.001, 100)]
+    density_kg_m3: Annotated[float, number_key(1, 30_000)]
+    kerf_mm: Annotated[float, number_key(0, 10)]
+    gap_mm: Annotated[float, number_key(0, 1000)]
+    sheet_mm: Annotated[Span, pair_key("[600.0, 400.0]", 1, 20_000)]
+    metal: Annotated[bool, Key("true or false", lambda v: v if isinstance(v, bool) else None)]
+    min_bend_radius_t: Annotated[float | None, number_key(0.01, 100_000)] = None
+    bend_table_mm: Annotated[_Table, _table_key("[[0.9, 51.0], [1.8, 132.0]]")] = ()
+    formed_table_mm: Annotated[_Table, _table_key("[[0.9, 13.0], [1.8, 38.0]]")] = ()
+    across_table_mm: Annotated[_Table, _table_key("[[0.9, 28.0], [1.8, 81.0]]")] = ()
+    formed_across_table_mm: Annotated[_Table, _table_key("[[0.9, 2.5], [1.8, 10.0]]")] = ()
+    formed: Annotated[str, line_key(100)] = ""
+    machine: Annotated[
+        str | None,
+        Key(f"one of {', '.join(machines())}", _text_where(lambda name: name in machines())),
+    ] = None
+    speed_mm_s: Annotated[Span | None, pair_key("[12.0, 18.0]", 0.001, 100_000)] = None
+    engrave_mm_s: Annotated[OneOrSpan | None, span_key(0.001, 100_000)] = None
+    acceleration_mm_s2: Annotated[OneOrSpan | None, span_key(1, 1_000_000)] = None
+    rapid_mm_s: Annotated[OneOrSpan | None, span_key(0.001, 100_000)] = None
+    pierce_s: Annotated[OneOrSpan | None, span_key(0, 100)] = None
+    speed_source: Annotated[str, line_key(300)] = ""
+    price_per_m2: Annotated[OneOrSpan | None, span_key(0, 1_000_000)] = None
+    machine_per_h: Annotated[OneOrSpan | None, span_key(0, 1_000_000)] = None
+    currency: Annotated[str, line_key(8)] = ""
+    price_source: Annotated[str, line_key(300)] = ""
+    assumed: Annotated[
+        tuple[str, ...],
+        Key(
+            "a list of keys of this entry",
+            lambda value: list_of(value, _text_where(lambda name: name in entry_keys(Material))),
+        ),
+    ] = ()
+    notes: Annotated[str, line_key(500)] = ""
+    colour: Annotated[
+        str | None,
+        Key(
+            'a colour of red, green and blue such as "#c8a878"',
+            _text_where(lambda text: re.fullmatch("#[0-9A-Fa-f]{6}", text)),
+        ),
+    ] = None
     laid_across: bool = False
 
     @property
@@ -228,7 +206,7 @@ def _values(table: Any, where: str) -> dict[str, Any]:
     InputError
         If it is not a material; the message says where and what is expected.
     """
-    values = read_entry(table, where, KEYS)
+    values = read_entry(table, where, Material)
     if "min_bend_radius_t" not in values and "bend_table_mm" not in values:
         raise InputError(
             f"{where}: its bend radius is missing; write min_bend_radius_t, in multiples of "
@@ -272,7 +250,7 @@ def material_table(material: Material) -> dict[str, Any]:
     >>> materials_of({"card": material_table(card)}, "here") == (card,)
     True
     """
-    return entry_table(material, KEYS)
+    return entry_table(material)
 
 
 @cache

@@ -8,8 +8,9 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import shapely
@@ -66,7 +67,11 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
             scale = _scale(document, path)
             for entity in document.modelspace():
                 rings += [scale * ring for ring in _rings(entity, _CHORD_MM / scale)]
-                _require_few(rings, path)
+                if len(rings) > _MOST_RINGS:
+                    raise InputError(  # noqa: TRY301 -- told as the others
+                        f"{path} has more than {_MOST_RINGS} closed lines; keep the outline of the "
+                        "offcut and the holes in it"
+                    )
     except (InputError, MemoryError):
         raise
     except Exception as error:  # of a file that is no DXF, or half of one, ezdxf makes any error
@@ -93,15 +98,6 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     return rings[order[0]], [rings[at] for at in order[1:] if polygons[at].area > 0.0]
 
 
-def _require_few(rings: list[FloatArray], path: Path) -> None:
-    """Raise InputError for more closed lines than any offcut has."""
-    if len(rings) > _MOST_RINGS:
-        raise InputError(
-            f"{path} has more than {_MOST_RINGS} closed lines; keep the outline of the offcut and "
-            "the holes in it"
-        )
-
-
 def _scale(document: Drawing, path: Path) -> float:
     """Return how many millimetres a unit of the drawing is long."""
     known = {0: 1.0, 1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0}
@@ -121,11 +117,7 @@ def _rings(entity: Any, chord: float) -> list[FloatArray]:
         if not 0.0 < radius < math.inf:
             return []
         count = int(np.clip(np.pi / np.sqrt(2.0 * chord / radius), 16, 720))
-        angle = np.arange(count) * (2.0 * np.pi / count)
-        centre = np.array([entity.dxf.center.x, entity.dxf.center.y])
-        # Around it: where it is a hole, nothing of it is forgotten.
-        around = radius / np.cos(np.pi / count)
-        return [centre + around * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
+        return [_around((entity.dxf.center.x, entity.dxf.center.y), radius, count)]
     if kind == "LWPOLYLINE":
         rows = [(x, y, bulge) for x, y, bulge in entity.get_points("xyb")]
         closed = bool(entity.closed)
@@ -168,6 +160,11 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     plain = [key for key, value in document.items() if not isinstance(value, list | dict)]
     for key in set(plain) - set(_KINDS):
         del document[key]
+    if plain and not document:
+        raise InputError(
+            f"{path} sets {', '.join(plain[:4])}, but lists no stock: write an entry [[sheet]] or "
+            "[[offcut]]"
+        )
     lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = _HEAD.match(line)
@@ -257,33 +254,38 @@ def _tables(value: Any) -> list[Any] | None:
     return value if isinstance(value, list) and all(isinstance(t, dict) for t in value) else None
 
 
-#: What an entry may have; the file says more of an outline, a size and a defect.
-_ENTRY = (
-    line_key("name", 200),
-    Key("size", 'a text such as "600x400mm"', lambda value: _as(str, value)),
-    Key("outline", "a list of points or the name of a DXF file", lambda v: _as(str | list, v)),
-    Key(
-        "quantity",
-        f"a whole number from 1 to {MOST_SHEETS}; leave it out if there is no limit",
-        _count,
-    ),
-    number_key("price", 0.0, 1e9),
-    Key("grain", "its angle to the sheet's width in degrees, such as 90", _grain),
-    line_key("material", 200),
-    Key("defects", f"a list of tables: {_FORMS}", _tables),
-)
+def _kind_key(expected: str, kind: Any) -> Key:
+    """Return a key that takes a value of a kind."""
+    return Key(expected, lambda value: value if isinstance(value, kind) else None)
 
 
-def _as(kind: Any, value: Any) -> Any:
-    """Accept a value of a kind."""
-    return value if isinstance(value, kind) else None
+@dataclass(frozen=True)
+class _Table:
+    """What an entry may have; below more is asked of an outline, a size and a defect."""
+
+    name: Annotated[str | None, line_key(200)] = None
+    size: Annotated[str | None, _kind_key('a text such as "600x400mm"', str)] = None
+    outline: Annotated[
+        str | list[Any] | None, _kind_key("a list of points or the name of a DXF file", str | list)
+    ] = None
+    quantity: Annotated[
+        int | None,
+        Key(f"a whole number from 1 to {MOST_SHEETS}; leave it out if there is no limit", _count),
+    ] = None
+    price: Annotated[float | None, number_key(0.0, 1e9)] = None
+    grain: Annotated[
+        float | None, Key("its angle to the sheet's width in degrees, such as 90", _grain)
+    ] = None
+    material: Annotated[str | None, line_key(200)] = None
+    defects: Annotated[list[Any] | None, Key(f"a list of tables: {_FORMS}", _tables)] = None
 
 
 class _Entry:
     """One table of a list, which knows where it comes from."""
 
     def __init__(self, table: dict[str, Any], where: str, folder: Path | None) -> None:
-        self.table, self.where, self.folder = read_entry(table, where, _ENTRY), where, folder
+        self.table = _Table(**read_entry(table, where, _Table))
+        self.where, self.folder = where, folder
 
     def refuse(self, what: str) -> InputError:
         """Return an error that says where."""
@@ -303,11 +305,11 @@ class _Entry:
         sheet = SheetSize(
             wide,
             high,
-            self.table.get("quantity", 1 if kind == "offcut" else None),
-            name=self.table.get("name", f"{kind} {number}"),
-            price=self.table.get("price"),
+            self.table.quantity or (1 if kind == "offcut" else None),
+            name=self.table.name or f"{kind} {number}",
+            price=self.table.price,
             material=self.material(),
-            grain_deg=self.table.get("grain"),
+            grain_deg=self.table.grain,
             offcut=kind == "offcut",
             outline=() if outline is None else _ring(outline - low),
             defects=tuple(_ring(ring - low) for ring in rings),
@@ -325,12 +327,12 @@ class _Entry:
 
     def material(self) -> str | None:
         """Return the name of a material, and its sort, in the form in which threads name theirs."""
-        name = self.table.get("material")
+        name = self.table.material
         return None if name is None else ":".join(map(str.strip, name.lower().split(":", 1)))
 
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
-        value = self.table.get("size")
+        value = self.table.size
         if value is None:
             raise self.refuse(
                 'there is no size; write size = "600x400mm", or outline = "offcut_01.dxf"'
@@ -356,10 +358,10 @@ class _Entry:
 
     def outline(self) -> tuple[Any, list[Any]]:
         """Return the outline, if there is one, and the holes in it."""
-        value = self.table.get("outline")
+        value = self.table.outline
         if value is None:
             return None, []
-        if "size" in self.table:
+        if self.table.size is not None:
             raise self.refuse("it has both a size and an outline; leave one of them out")
         if isinstance(value, str):
             if self.folder is None:
@@ -387,7 +389,7 @@ class _Entry:
 
     def defects(self) -> list[Any]:
         """Return the defects as polygons around them."""
-        tables = enumerate(self.table.get("defects", []), start=1)
+        tables = enumerate(self.table.defects or (), start=1)
         return [self.defect(number, table) for number, table in tables]
 
     def defect(self, number: int, table: dict[str, Any]) -> Any:
@@ -407,10 +409,7 @@ class _Entry:
             raise self.refuse(f"{what} has no size; give it one, or leave it out")
         corner = np.array([values["x"], values["y"]])
         if "diameter" in values:
-            angle = np.arange(_CORNERS) * (2.0 * np.pi / _CORNERS)
-            # Its sides touch the circle.
-            radius = values["diameter"] / 2.0 / np.cos(np.pi / _CORNERS)
-            return corner + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            return _around(corner, values["diameter"] / 2.0, _CORNERS)
         sides = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
         return corner + sides * np.array([values["width"], values["height"]])
 
@@ -425,6 +424,13 @@ class _Entry:
         if length is None:
             raise self.refuse(f"{what} is {shown(value, 40)}, but must be a length within a sheet")
         return length
+
+
+def _around(centre: Any, radius: float, count: int) -> FloatArray:
+    """Return a polygon whose sides touch a circle: nothing of a hole or a defect is forgotten."""
+    angle = np.arange(count) * (2.0 * np.pi / count)
+    reach = radius / np.cos(np.pi / count)
+    return np.asarray(centre) + reach * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def _ring(points: Any) -> Ring:

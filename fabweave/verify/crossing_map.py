@@ -32,8 +32,8 @@ class Crossing(msgspec.Struct, frozen=True):
     position: tuple[float, float, float]
     over: Strand
     under: Strand
-    #: Whether a fastener goes through it; where that is not stated, one does if it has a hole.
-    fastened: bool | None = None
+    #: Whether a fastener goes through it.
+    fastened: bool
     #: Whether it carries something besides the weave.
     hang: bool | None = None
 
@@ -56,14 +56,6 @@ class Thread(msgspec.Struct, frozen=True, dict=True):
         for at, crossing in enumerate(self.crossings):
             places.setdefault(crossing, []).append(at)
         return places
-
-
-class Hole(msgspec.Struct, frozen=True):
-    """A hole of a piece; the diameter is None where no station states it."""
-
-    x: float
-    y: float
-    diameter: float | None
 
 
 class Cutout(msgspec.Struct, frozen=True):
@@ -123,10 +115,10 @@ class Piece(msgspec.Struct, frozen=True):
     joints: tuple[int | None, int | None]
     outline: Polygon
     stations: tuple[Station, ...]
-    #: What is cut; without it, the outline is.
-    path: Ring = msgspec.field(default_factory=lambda: np.zeros((0, 3)))
-    #: Everything that is cut out; None where the map leaves it to stations and joints.
-    cutouts: tuple[Cutout, ...] | None = None
+    #: What is cut; the outline is a polygon near it.
+    path: Ring
+    #: Everything that is cut out.
+    cutouts: tuple[Cutout, ...]
     #: Width of its sheet if that is drawn mirrored, with the pieces' insides up.
     mirror_mm: float | None = None
     #: Whether it covers the first piece of its kind when it is turned end for end.
@@ -135,12 +127,8 @@ class Piece(msgspec.Struct, frozen=True):
     fitted_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Require corners, and cut along the outline where no path is stated."""
+        """Require corners."""
         _require_shape(self.outline, 2, "the outline")
-        # What is stated to be empty has another shape.
-        if self.path.shape == (0, 3):
-            path = np.column_stack([self.outline, np.zeros(len(self.outline))])
-            msgspec.structs.force_setattr(self, "path", path)
         _require_shape(self.path, 3, "the path", least=2)
 
     @property
@@ -151,7 +139,12 @@ class Piece(msgspec.Struct, frozen=True):
     @property
     def slots(self) -> list[Floats]:
         """The cut-outs that are no circles."""
-        return [cutout.path for cutout in self.cutouts or () if cutout.path is not None]
+        return [cutout.path for cutout in self.cutouts if cutout.path is not None]
+
+    @property
+    def holes(self) -> list[Cutout]:
+        """The round ones."""
+        return [cutout for cutout in self.cutouts if cutout.path is None]
 
     def placed(self, points: Floats) -> Floats:
         """Return points of the piece where they stand on its sheet."""
@@ -180,17 +173,17 @@ class Spare(msgspec.Struct, frozen=True):
 class Joint(msgspec.Struct, frozen=True):
     """Where two pieces meet; ``holes`` is (n, 2, 2), for each hole its place in both pieces.
 
-    What the map does not state is None; a lap is then as long as its crossing panel.
+    A lap of no stated length is as long as its crossing panel.
     """
 
     id: int
     pieces: tuple[str, str]
     crossing: int
     holes: Floats
-    kind: str = "rivet"
-    hole_mm: float | None = None
+    kind: str
+    hole_mm: float | None
+    grip_mm: float | None
     lap_mm: float | None = None
-    grip_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Require two places for each hole."""
@@ -378,32 +371,6 @@ class CrossingMap(msgspec.Struct, frozen=True, dict=True):
         for piece in self.to_cut:
             pieces.setdefault(piece.sheet, []).append(piece)
         return pieces
-
-    @cached_property
-    def holes(self) -> dict[str, list[Hole]]:
-        """The round holes of each piece and spare.
-
-        Where a piece does not list its cut-outs: one at each station that states a diameter, and
-        its joints'. A joint's hole on a station's own is the same hole; others have that
-        station's diameter.
-        """
-        return {piece.id: self._holes(piece) for piece in self.to_cut}
-
-    def _holes(self, piece: Piece) -> list[Hole]:
-        """Return the holes of one piece."""
-        if piece.cutouts is not None:
-            return [Hole(c.x, c.y, c.diameter_mm) for c in piece.cutouts if c.path is None]
-        holes = [Hole(s.x, s.y, s.hole_mm) for s in piece.stations if s.hole_mm is not None]
-        for joint_id, side, at in ((piece.joints[0], 1, 0), (piece.joints[1], 0, -1)):
-            joint = self.joint.get(joint_id) if joint_id is not None else None
-            if joint is None or not piece.stations:
-                continue
-            diameter = piece.stations[at].hole_mm
-            for x, y in joint.holes[:, side].tolist():
-                near = 0.25 * (diameter or 1.0)
-                if all(math.hypot(hole.x - x, hole.y - y) > near for hole in holes):
-                    holes.append(Hole(x, y, diameter))
-        return holes
 
 
 class RibbonReport(TypedDict):

@@ -1,7 +1,5 @@
 """Decide over and under: the twist sense of every crossing of a weave."""
 
-from dataclasses import field
-
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
@@ -31,7 +29,7 @@ class Weave:
     pattern: str
     twist: BoolArray
     over: BoolArray
-    broken: Broken = field(default_factory=Broken)
+    broken: Broken = Broken(0, 0, 0)
 
     @property
     def exact(self) -> bool:

@@ -83,8 +83,6 @@ def test_a_terminal_sees_no_comment_no_picture_and_no_dead_link():
         assert re.findall(r"\]\((?!https?:)", shown) == []
         # Nothing else is lost.
         assert shown.count("```") == page(topic).count("```")
-    sample = "a\n\n<!-- not run: b -->\n```sh\n\nc ![d](e.png) [f](g.md) [h](https://i.org)"
-    assert for_terminal(sample) == "a\n\n```sh\n\nc f [h](https://i.org)".replace("c f", "c  f")
 
 
 # -- links and pictures --------------------------------------------------------------------------

@@ -105,14 +105,7 @@ def test_the_job_is_of_the_users_materials(made) -> None:
     assert prices == {"felt:red": "EUR", "card": ""}
     broken = json.loads((made / "preflight.json").read_text())["findings"]
     rules = {finding["rule"] for finding in broken}
-    assert rules >= {
-        "hole",
-        "hole-edge",
-        "web",
-        "piece",
-        "sheet",
-        "gap",
-    }
+    assert rules >= {"hole", "hole-edge", "web", "piece", "sheet", "gap"}
 
 
 def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
@@ -123,9 +116,8 @@ def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
     # All of it, so that another default changes nothing.
     assert job["rules"]["school"]["web_t"] == 1.0
     # A code of dots would be too small for all that.
-    assert (
-        "--config job.toml" in json.loads((made / "crossing_map.json").read_text())["cut"]["code"]
-    )
+    plan = json.loads((made / "crossing_map.json").read_text())
+    assert "--config job.toml" in plan["cut"]["code"]
 
 
 @pytest.mark.slow

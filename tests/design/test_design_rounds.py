@@ -246,19 +246,12 @@ def test_less_is_tried_where_it_helped_and_more_where_it_did_not():
     ]
     good = [(one, GOOD) for one in first]
     bad = [(one, stopped("bend", 2.0)) for one in first]
-    assert [
-        (one.mesh.size_mm, one.stock.thickness_mm) for one in next_alternatives(ASKED, design, good)
-    ] == [
-        (380.0, None),
-        (300.0, 0.6),
-    ]
-    assert [
-        (one.mesh.size_mm, one.stock.thickness_mm) for one in next_alternatives(ASKED, design, bad)
-    ] == [
-        (1200.0, None),
-        (300.0, 0.2),
-    ]
-    for outcome in (good, bad):
+    for outcome, expected in (
+        (good, [(380.0, None), (300.0, 0.6)]),
+        (bad, [(1200.0, None), (300.0, 0.2)]),
+    ):
+        found = next_alternatives(ASKED, design, outcome)
+        assert [(one.mesh.size_mm, one.stock.thickness_mm) for one in found] == expected
         told = why_text(ASKED, [stopped("bend", 2.0)], outcome)
         assert {"480", "0.4"} <= set(re.findall(r"[\d.]*\d", told))
     assert why_text(ASKED, [GOOD, GOOD], []) == ""

@@ -39,12 +39,8 @@ def text_of(facts: dict) -> str:
 
 def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     facts = facts_of("shape:torus?m=8&n=4")
-    assert (facts["mesh"]["vertices"], facts["mesh"]["edges"], facts["mesh"]["faces"]) == (
-        32,
-        64,
-        32,
-    )
-    assert facts["mesh"]["genus"] == 1
+    known = {"vertices": 32, "edges": 64, "faces": 32, "genus": 1}
+    assert facts["mesh"].items() >= known.items()
     assert facts["mesh"]["face_sizes"] == facts["mesh"]["valences"] == {"4": 32}
     # 2 gcd(m, n) threads, as long together as twice the edges.
     assert facts["threads"]["count"] == facts["threads"]["closed"] == 8
@@ -151,9 +147,8 @@ def test_what_is_told_is_what_is_made(settings) -> None:
     assert facts["pieces"]["sheets"] == ["1000x700mm"]
     width = measure_bends(job.woven.ribbons).width_mm
     length = thread_lengths(job.woven.ribbons)
-    assert facts["ribbons"]["least"] == pytest.approx(width.min(), abs=5e-4)
-    assert facts["ribbons"]["median"] == pytest.approx(np.median(width), abs=5e-4)
-    assert facts["ribbons"]["greatest"] == pytest.approx(width.max(), abs=5e-4)
+    spread = {"least": width.min(), "median": np.median(width), "greatest": width.max()}
+    assert facts["ribbons"] == pytest.approx(spread, abs=5e-4)
     assert facts["threads"]["total_mm"] == pytest.approx(length.sum(), abs=0.05)
     told = [(one["rule"], one["size_mm"]) for one in facts["checks"]["findings"]]
     assert told == [(one.rule, one.size_mm) for one in job.check.findings]

@@ -98,7 +98,7 @@ def test_a_checker_of_layouts_objects_to_each_fault(piece_sets):
 
     assert faults() == ""
     smaller = tuple((0.6 * x, 0.6 * y) for x, y in EL)
-    assert "from the outline of sheet 1" in faults(outline=smaller)
+    assert "reaches over the border of sheet 1" in faults(outline=smaller)
     first = layout.placements[0]
     x, y = first.apply(pieces[0]).mean(axis=0)
     knot = ((x - 30, y - 30), (x + 30, y - 30), (x + 30, y + 30), (x - 30, y + 30))

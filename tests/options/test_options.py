@@ -101,7 +101,6 @@ SPOILT = {
     "along": ("", " ", 3),
     "refine": ("spline:2", "loop:x", 2),
     "symmetrise": ("yes", 1, None),
-    "bed": ("600x400mm", 3, (600, 400), SheetSize(0.0, 5.0)),
     "fair": (-1, 1001, 1.5, "3", True, math.nan, 10**30),
     "leave_out": ("", "top", "top:0mm", "top:80mm,top:9mm", "side:8mm", "-1", "1:2", "a.txt", 3),
     "pattern": ("nonsense", "satin:5", 3, None),
@@ -159,6 +158,8 @@ SPOILT = {
     "template": ("a5", None),
     "qr": ("phone", None),
     "calibrate": (*NO_NUMBERS, 0, 51.0, "1.3", None),
+    "bed": ("600x400mm", 600.0, SheetSize(0.0, 5.0), SheetSize(9.0, 9.0, 2),
+            SheetSize(9.0, 9.0, bunch="warp"), (SheetSize(9.0, 9.0), SheetSize(8.0, 8.0)), ()),
 }  # fmt: skip
 
 
@@ -292,6 +293,7 @@ TYPED = {
     "kerf": _units(0.01, 0.39) | st.just("0"),
     "micro_joints": st.sampled_from(["4", "12:0.5mm", "1:0.02in"]),
     "calibrate": st.sampled_from(["1.3", "0.5", "20"]),
+    "bed": st.builds("{}x{}mm".format, st.integers(5, 2000), st.integers(5, 2000)),
 }
 
 

@@ -5,10 +5,10 @@ import io
 import numpy as np
 import pytest
 from PIL import Image
+from weaving_meshes import walked
 
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture import object_picture
@@ -24,7 +24,6 @@ from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.strand_colours import thread_colours
-from fabweave.weave.threads import trace_threads
 
 #: Smaller than users get them: two views are drawn beside one another.
 SIDE_PX = 300
@@ -37,8 +36,7 @@ def small(monkeypatch) -> None:
 
 def woven(name: str) -> tuple[Ribbons, Colours]:
     mesh, _ = resize_mesh(parse_shape(f"shape:{name}"), size_mm=200.0)
-    halfedges = build_halfedges(mesh)
-    threads = trace_threads(halfedges)
+    halfedges, threads = walked(mesh)
     ribbons = project_ribbons(mesh, halfedges, plain_weave(threads), height_mm=0.3)
     return ribbons, thread_colours(part_bunches(threads))
 

@@ -5,6 +5,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from weaving_meshes import walked
 
 from fabweave.core.colour_space import light_of
 from fabweave.core.errors import InputError
@@ -30,7 +31,6 @@ from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_tr
 from fabweave.picture.zbuffer import nearest_triangles, planes_through
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
-from fabweave.weave.threads import trace_threads
 
 FRONT = View(-90.0, 0.0)
 SIZE, WOVEN = (240, 200), (320, 320)
@@ -157,7 +157,9 @@ def test_edges_are_as_smooth_as_samples_allow(samples, slope):
     away = np.abs(found - exact)
     assert away.max() <= 1.2 / samples
     edge = (exact > 0.02) & (exact < 0.98)
-    assert away[edge].mean() <= 0.5 / samples if edge.any() else True
+    # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is off by half
+    # of that, all the way.
+    assert not edge.any() or away[edge].mean() <= 0.61 / samples
 
 
 @pytest.mark.parametrize(
@@ -199,8 +201,8 @@ def test_the_order_of_triangles_does_not_matter_and_bytes_repeat():
 
 def woven(name: str, *, twisted: bool = True):
     mesh = parse_shape(f"shape:{name}")
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
+    halfedges, threads = walked(mesh)
+    weave = plain_weave(threads)
     if not twisted:
         twist = ~weave.twist
         weave = Weave(weave.threads, "plain", twist, over_of_passes(weave.threads, twist))

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from weaving_meshes import walked
 
-from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide.primal import catmull_clark
 from fabweave.picture.camera import View
 from fabweave.picture.twist_picture import broken_places, twill_seams, weave_on_mesh
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
-from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 
@@ -22,8 +21,7 @@ def traced(name, steps=0):
     mesh = parse_shape(f"shape:{name}")
     for _ in range(steps):
         mesh = catmull_clark(mesh)
-    halfedges = build_halfedges(mesh)
-    return mesh, halfedges, trace_threads(halfedges)
+    return mesh, *walked(mesh)
 
 
 def with_twist(threads, twist):
@@ -85,13 +83,8 @@ def test_every_broken_condition_has_its_place(name, seed):
 
 def naive_seams(mesh, halfedges, weave):
     """Follow the definition, face after face."""
-    twist = dict(
-        zip(
-            halfedges.edge[weave.threads.crossing_halfedge].tolist(),
-            weave.twist.tolist(),
-            strict=True,
-        )
-    )
+    edges = halfedges.edge[weave.threads.crossing_halfedge]
+    twist = dict(zip(edges.tolist(), weave.twist.tolist(), strict=True))
     through = {}
     for face in range(mesh.n_faces):
         edges = halfedges.edge[halfedges.face == face].tolist()
@@ -103,10 +96,7 @@ def naive_seams(mesh, halfedges, weave):
             through[face] = {edges[k], edges[k + 2]}
     seams = set()
     for here in weave.threads.crossing_halfedge.tolist():
-        edge, pair = (
-            halfedges.edge[here],
-            (halfedges.face[here], halfedges.face[halfedges.twin[here]]),
-        )
+        edge, pair = halfedges.edge[here], halfedges.face[[here, halfedges.twin[here]]].tolist()
         if all(face in through for face in pair):
             one, other = (edge in through[face] for face in pair)
             if one != other:
@@ -144,9 +134,8 @@ def test_a_face_shows_the_twists_of_its_edges():
         if edge not in sense:
             continue
         column, row = int(share[0] * 300), int((1 - share[1]) * 300)
-        red, _, blue = (
-            pixels[row - 1 : row + 2, column - 1 : column + 2].reshape(-1, 3).mean(axis=0)
-        )
+        around = pixels[row - 1 : row + 2, column - 1 : column + 2]
+        red, _, blue = around.mean(axis=(0, 1))
         assert (blue > red + 60) if sense[edge] else (red > blue + 60)
 
 

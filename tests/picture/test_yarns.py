@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jobs import laid
-from weaving_meshes import meshes
+from weaving_meshes import meshes, walked
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
@@ -24,7 +24,9 @@ from fabweave.picture.yarns import (
 )
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.clearance import segment_distances
+from fabweave.weave.pattern import plain_weave
 from fabweave.weave.strand_colours import thread_colours
+from fabweave.weave.threads import thread_labels
 
 SHAPES = {
     "torus": ("torus?m=10&n=6", "plain", "end"),
@@ -192,12 +194,8 @@ def test_a_surface_that_runs_through_itself_is_refused():
 
 
 def woven_mesh(mesh: PolyMesh) -> WovenObject:
-    from fabweave.mesh.halfedge import build_halfedges  # noqa: PLC0415 - only here
-    from fabweave.weave.pattern import plain_weave  # noqa: PLC0415
-    from fabweave.weave.threads import thread_labels, trace_threads  # noqa: PLC0415
-
-    halfedges = build_halfedges(mesh)
-    weave = plain_weave(trace_threads(halfedges))
+    halfedges, threads = walked(mesh)
+    weave = plain_weave(threads)
     labels = thread_labels(weave.threads.n_threads)
     bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
     source = SimpleNamespace(portals=None)

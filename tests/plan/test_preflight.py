@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from jobs import run
 
 from fabweave.core.finding import Finding
-from fabweave.plan.preflight.rules import finding_lines, preflight, preflight_record
+from fabweave.plan.preflight import finding_lines, preflight, preflight_record
 from fabweave.ribbon.rules.broken_rule import BrokenRule, written
 from fabweave.sheet.targets import target_named
 from fabweave.stock.material import material_named, with_thickness

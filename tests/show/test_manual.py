@@ -9,25 +9,18 @@ import numpy as np
 import pypdf
 import pytest
 import shapely
+from drawn_jobs import drawn_job
 
 from fabweave.estimate.assembly_time import step_seconds
-from fabweave.job import make_job
-from fabweave.options.settings import Settings
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bill_of_materials import bill_of_materials
-from fabweave.show.files import job_map
 from fabweave.show.manual import book as manual_book
 from fabweave.show.manual.cover import write_cover
-from fabweave.show.manual.painting import build_scene, packed
+from fabweave.show.manual.painting import packed
 from fabweave.show.manual.sheets import place_across
 from fabweave.show.manual.step_pictures import step_pictures
 from fabweave.show.papers import job_facts, manual_pdf
-
-
-@cache
-def job_of(mesh="shape:torus?m=8&n=4", **changed):
-    return make_job(Settings.of(mesh, size_mm=300.0, effort="quick", **changed))
 
 
 def facts_of(job):
@@ -35,25 +28,10 @@ def facts_of(job):
 
 
 @cache
-def parts_of(**changed):
-    job = job_of(**changed)
-    crossing_map = job_map(job)
-    return crossing_map, step_pictures(scene_of(**changed), crossing_map)
-
-
-@cache
-def scene_of(**changed):
-    job = job_of(**changed)
-    pieces, colours = job.piece_set.pieces, job.piece_colours
-    return build_scene(job.woven.ribbons, job.weave, pieces, job_map(job), colours)
-
-
-@cache
 def manual_of(paper="a4", **changed):
-    job = job_of(**changed)
-    crossing_map, pictures = parts_of(**changed)
-    seconds = step_seconds(crossing_map, job.costs.assembly)
-    return manual_pdf(crossing_map, facts_of(job), job.drawings, pictures, seconds, paper=paper)
+    made = drawn_job(**changed)
+    seconds, facts = step_seconds(made.plan, made.job.costs.assembly), facts_of(made.job)
+    return manual_pdf(made.plan, facts, made.job.drawings, made.pictures, seconds, paper=paper)
 
 
 @cache
@@ -96,16 +74,15 @@ def test_nothing_stands_outside_the_margins(paper):
 
 
 def test_same_bytes():
-    crossing_map, _ = parts_of()
-    job = job_of()
-    again = step_pictures(scene_of(), crossing_map)
-    seconds = step_seconds(crossing_map, job.costs.assembly)
-    data = manual_pdf(crossing_map, facts_of(job), job.drawings, again, seconds)
+    made = drawn_job()
+    again = step_pictures(made.scene, made.plan)
+    seconds = step_seconds(made.plan, made.job.costs.assembly)
+    data = manual_pdf(made.plan, facts_of(made.job), made.job.drawings, again, seconds)
     assert data == manual_of()
 
 
 def test_every_piece_is_in_every_section_that_lists_pieces():
-    crossing_map, _ = parts_of()
+    crossing_map = drawn_job().plan
     ids = {piece.id for piece in crossing_map.pieces}
     for name in ("Threads and their pieces", "Parts list", "Sheets", "Steps"):
         words = set(re.findall(r"[A-Z]+\d+", section(name)))
@@ -114,7 +91,7 @@ def test_every_piece_is_in_every_section_that_lists_pieces():
 
 
 def test_cover_has_the_figures():
-    crossing_map, _ = parts_of()
+    crossing_map = drawn_job().plan
     text = section("Overview")
     assert f"{len(crossing_map.pieces)} pieces on {len(crossing_map.sheets)} sheet" in text
     assert f"{len(crossing_map.joints)} joints" in text
@@ -129,7 +106,7 @@ def test_cover_has_the_figures():
 
 
 def test_the_map_tells_the_step_of_each_piece():
-    crossing_map, _ = parts_of()
+    crossing_map = drawn_job().plan
     told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))
     step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
     assert {key: int(number) for key, number in told if key in step_of}.items() >= step_of.items()
@@ -140,7 +117,7 @@ def test_the_map_tells_the_step_of_each_piece():
 
 def test_pieces_cover_the_ribbons():
     """Every stretch of ribbon is of one piece; where two lap, of both."""
-    job = job_of(max_length_mm=250.0)
+    job = drawn_job(max_length_mm=250.0).job
     ribbons, pieces = job.woven.ribbons, job.piece_set.pieces
     rung, piece = piece_stretches(ribbons, job.weave, pieces).quads()
     vertices, triangles, thread = ribbon_triangles(ribbons)
@@ -195,7 +172,7 @@ def test_each_sign_that_is_explained_is_pointed_out():
 
 
 def test_pieces_that_are_alike_are_drawn_once():
-    crossing_map, _ = parts_of()
+    crossing_map = drawn_job().plan
     text = section("Parts list")
     kinds = [piece.kind for piece in crossing_map.pieces]
     assert len(set(kinds)) < len(kinds)
@@ -249,9 +226,9 @@ def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_ma
 
 @pytest.mark.parametrize(("words", "pages"), [(10, 1), (150, 1), (600, 2)])
 def test_a_long_verdict_makes_the_picture_small_and_runs_on(words, pages):
-    facts = replace(facts_of(job_of()), buildable="Yes, with care. " * (words // 3))
+    facts = replace(facts_of(drawn_job().job), buildable="Yes, with care. " * (words // 3))
     book = manual_book.Book("a4", "Torus")
-    write_cover(book, job_map(job_of()), facts)
+    write_cover(book, drawn_job().plan, facts)
     reader = pypdf.PdfReader(io.BytesIO(book.finish()))
     assert len(reader.pages) == pages
     heights = []

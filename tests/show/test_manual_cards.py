@@ -1,28 +1,22 @@
 """A card shows what its piece meets, in order, with names clear of one another."""
 
 from collections import defaultdict
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import shapely
+from drawn_jobs import drawn_job
 
-from fabweave.job import make_job
-from fabweave.options.settings import Settings
-from fabweave.show.files import job_map
 from fabweave.show.manual.cards import lay_card, spread, what_is_met
 from fabweave.show.manual.step_pictures import strand_pieces
 
 WIDE = 254.0
-SMALL = ("shape:torus?m=8&n=4", "auto")
-LARGE = pytest.param(("shape:torus?m=24&n=12", "twill"), marks=pytest.mark.slow)
-
-
-@cache
-def plan_of(mesh, pattern):
-    changed = {} if pattern == "auto" else {"pattern": pattern}
-    return job_map(make_job(Settings.of(mesh, size_mm=300.0, effort="quick", **changed)))
+SMALL = {}
+LARGE = pytest.param(
+    {"mesh": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
+    marks=pytest.mark.slow,
+)
 
 
 def cards_of(crossing_map):
@@ -38,7 +32,7 @@ def cards_of(crossing_map):
 
 @pytest.mark.parametrize("job", [SMALL, LARGE])
 def test_cards_tell_each_crossing_and_joint_of_all_steps_once(job):
-    crossing_map = plan_of(*job)
+    crossing_map = drawn_job(**job).plan
     crossings, joints, fastened = [], [], []
     # Where two pieces are joined, either may be there already.
     strands = defaultdict(set)
@@ -67,7 +61,7 @@ def test_cards_tell_each_crossing_and_joint_of_all_steps_once(job):
 
 @pytest.mark.parametrize("job", [SMALL, LARGE])
 def test_names_stand_on_the_card_clear_of_one_another_and_of_the_piece(job):
-    for _, _, card in cards_of(plan_of(*job)):
+    for _, _, card in cards_of(drawn_job(**job).plan):
         boxes = []
         for name in card.names:
             x, y = name.name
@@ -83,7 +77,7 @@ def test_names_stand_on_the_card_clear_of_one_another_and_of_the_piece(job):
 
 
 def test_a_card_is_the_piece_drawn_smaller_with_its_start_at_the_left():
-    for piece, _, card in cards_of(plan_of(*SMALL)):
+    for piece, _, card in cards_of(drawn_job(**SMALL).plan):
         true = np.array(piece.outline)
         ratio = [np.linalg.norm(np.roll(one, 1, 0) - one, axis=1) for one in (card.outline, true)]
         scale = ratio[0].sum() / ratio[1].sum()

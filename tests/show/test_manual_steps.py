@@ -4,19 +4,16 @@ Measures and their sources: share of what is new, contrast (WCAG 2.2, 1.4.11), h
 (NUREG-0700, 11.4.1.5), turns.
 """
 
-from functools import cache
 from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from drawn_jobs import drawn_job
 
 from fabweave.core.colour_space import light_of
 from fabweave.estimate.assembly_time import step_seconds
-from fabweave.job import make_job
-from fabweave.options.settings import Settings
 from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
-from fabweave.show.files import job_map
 from fabweave.show.manual.painting import (
     BLACK,
     FIXED,
@@ -24,7 +21,6 @@ from fabweave.show.manual.painting import (
     OUTLINE,
     POINTS_PX,
     THERE,
-    build_scene,
     make_palette,
 )
 from fabweave.show.manual.step_pictures import (
@@ -33,31 +29,21 @@ from fabweave.show.manual.step_pictures import (
     seen_from_views,
     shown_shares,
     side_words,
-    step_pictures,
     strand_pieces,
 )
 from fabweave.show.manual.steps import view_words
 from fabweave.show.manual.tags import place_tags
 
 LARGE = pytest.param(
-    {"source": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
+    {"mesh": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
     marks=pytest.mark.slow,
 )
-SMALL = {"source": "shape:torus?m=8&n=4", "size_mm": 300.0}
-
-
-@cache
-def _made(changed):
-    job = make_job(Settings.of(effort="quick", **dict(changed)))
-    crossing_map = job_map(job)
-    scene = build_scene(
-        job.woven.ribbons, job.weave, job.piece_set.pieces, crossing_map, job.piece_colours
-    )
-    return job, crossing_map, scene, step_pictures(scene, crossing_map)
+SMALL = {}
 
 
 def made(settings):
-    return _made(tuple(settings.items()))
+    found = drawn_job(**settings)
+    return found.job, found.plan, found.scene, found.pictures
 
 
 def steps_of(pictures):

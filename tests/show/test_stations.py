@@ -9,7 +9,12 @@ from fabweave.plan.csv_tables import crossing_table, piece_stations, station_tab
 def crossing(number, over, under):
     strands = [StrandRecord(thread=0, piece=piece, station=k) for piece, k in (over, under)]
     return CrossingRecord(
-        id=number, edge=(0, 1), position=(1.5, -2.0, number), over=strands[0], under=strands[1]
+        id=number,
+        edge=(0, 1),
+        position=(1.5, -2.0, number),
+        over=strands[0],
+        under=strands[1],
+        fastened=True,
     )
 
 

@@ -9,11 +9,9 @@ import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.core.entries import read_toml
+from fabweave.core.entries import entry_keys, read_toml
 from fabweave.core.errors import InputError
-from fabweave.sheet import targets as target_module
 from fabweave.sheet.targets import Target, target_named, target_table, targets, targets_of
-from fabweave.stock import material as material_module
 from fabweave.stock.material import (
     Material,
     material_library,
@@ -131,10 +129,10 @@ def test_an_entry_that_is_no_material_is_told_with_its_place(key) -> None:
 
 
 def test_every_key_of_a_material_and_of_a_target_has_a_spoilt_example() -> None:
-    assert {key.name for key in material_module.KEYS} <= SPOILT.keys()
-    for key in target_module.KEYS:
-        entry = target_table(target_named("snijlab")) | {key.name: "wide" * 99}
-        with pytest.raises(InputError, match=rf"^mine.toml, \[me\]: {key.name} is 'wide"):
+    assert entry_keys(Material).keys() <= SPOILT.keys()
+    for key in entry_keys(Target):
+        entry = target_table(target_named("snijlab")) | {key: "wide" * 99}
+        with pytest.raises(InputError, match=rf"^mine.toml, \[me\]: {key} is 'wide"):
             targets_of({"me": entry}, "mine.toml")
 
 
@@ -150,7 +148,7 @@ def test_what_is_no_entry_or_no_name_is_refused(document) -> None:
             read(document, "mine.toml")
 
 
-@pytest.mark.parametrize("key", [key.name for key in target_module.KEYS])
+@pytest.mark.parametrize("key", entry_keys(Target))
 def test_targets_made_in_python_are_checked_too(key) -> None:
     with pytest.raises(InputError, match=f"^target 'snijlab': {key} is"):
         replace(target_named("snijlab"), **{key: -1.0})
@@ -160,7 +158,7 @@ _leaves = st.one_of(
     st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5),
     st.lists(st.floats() | st.lists(st.floats(), max_size=3), max_size=3),
 )  # fmt: skip
-_keys = [key.name for key in (*material_module.KEYS, *target_module.KEYS)]
+_keys = [*entry_keys(Material), *entry_keys(Target)]
 _entries = st.dictionaries(st.sampled_from(_keys) | st.text(max_size=4), _leaves, max_size=4)
 _documents = st.dictionaries(
     st.sampled_from(["felt", "default"]) | st.text(max_size=4),

@@ -77,7 +77,7 @@ NINE = '[[sheet]]\nsize = "9x9mm"\n'
 SPOILT = [
     ("[[sheet]\n", "line 1"),
     ("", "stock"),
-    ("sheets = 3", "sheets;"),
+    ("sheets = 3", "sets sheets,"),
     ("sheet = 3", "sheet"),
     ("\n\n[[sheet]]\n", "line 3, [[sheet]] 1: "),
     ("[[sheet]]\nsize = 3", "size is 3"),

@@ -24,7 +24,7 @@ def small_map(**parts):
         **{
             "schema": "fabweave.crossing-map/1",
             "units": "mm",
-            "weave": WeaveRecord(pattern="plain", exact=True, broken=Broken()),
+            "weave": WeaveRecord(pattern="plain", exact=True, broken=Broken(0, 0, 0)),
             "layout": LayoutRecord(
                 margin_mm=5.0,
                 gap_mm=2.0,

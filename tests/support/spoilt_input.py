@@ -22,7 +22,7 @@ from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
 from fabweave.plan.coupon_job import coupon_for
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight.preflight_job import preflight_job
+from fabweave.plan.preflight import preflight_job
 from fabweave.sheet.presets import preset_named
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -335,7 +335,6 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
     *,
     pattern="plain",
     joints=3,
-    offcentre=False,
     on_top=False,
     height=0.6,
     c=0.7,
@@ -356,7 +355,8 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
 
     plan_threads, crossings, pieces, laps, strips, engraving = [], {}, [], [], {}, {}
     for edge, key in number.items():
-        crossings[key] = {"id": key, "edge": list(edge), "over": None, "under": None}
+        crossings[key] = {"id": key, "edge": list(edge), "over": None, "under": None,
+                          "fastened": True}  # fmt: skip
     for t, (closed, passes) in enumerate(threads):
         label = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[t % 26] * (1 + t // 26)
         ring = [number[corners.edge(h)] for h, _ in passes]
@@ -433,11 +433,9 @@ def make_specimen(  # noqa: PLR0912, PLR0915 - one obvious loop
             a, b = own_pieces[k], own_pieces[(k + 1) % len(runs)]
             one, two = a["stations"][-1]["_panel"], b["stations"][0]["_panel"]
             holes = [[pair(sum(one) / 4), pair(sum(two) / 4)]]
-            for share in (-0.3, 0.3) if offcentre else ():
-                spot = [sum(p) / 4 + share * (p[2] + p[3] - p[0] - p[1]) / 2 for p in (one, two)]
-                holes.append([pair(z) for z in spot])
             laps.append({"id": base + k + 1, "pieces": [a["id"], b["id"]],
-                         "crossing": a["stations"][-1]["crossing"], "holes": holes})  # fmt: skip
+                         "crossing": a["stations"][-1]["crossing"], "holes": holes,
+                         "kind": "rivet", "hole_mm": HOLE, "grip_mm": None})  # fmt: skip
     lap_of = {lap["id"]: lap for lap in laps}
     for piece in pieces:
         for station in piece["stations"]:

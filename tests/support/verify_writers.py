@@ -28,24 +28,24 @@ def rounded(value, digits=6):
     return value
 
 
-def piece_holes(plan, piece):
-    """Return (x, y, diameter) of a piece's holes, each once."""
-    holes = [(s["x"], s["y"], s["hole_mm"]) for s in piece["stations"] if s["hole_mm"]]
-    for joint in plan["joints"]:
-        for side in (0, 1):
-            if joint["pieces"][side] != piece["id"]:
-                continue
-            diameter = piece["stations"][-1 if side == 0 else 0]["hole_mm"]
-            holes += [(*both[side], diameter) for both in joint["holes"][1:]]
-    return holes
+def completed(plan):
+    """Return a plan that says of each piece what is cut, and cut out: its outline, and holes."""
+    for piece in plan["pieces"]:
+        piece.setdefault("path", [[x, y, 0.0] for x, y in piece["outline"]])
+        holes = [
+            {"station": k, "kind": "hole", "x": s["x"], "y": s["y"], "diameter_mm": s["hole_mm"]}
+            for k, s in enumerate(piece["stations"])
+            if s["hole_mm"]
+        ]
+        piece.setdefault("cutouts", holes)
+    return plan
 
 
 def placed_path(piece):
-    """Return what is cut of a piece on its sheet; points of arcs have their bulge after x and y."""
-    if "path" not in piece:
-        return placed(piece, piece["outline"])
+    """Return what is cut of a piece on its sheet; with arcs, bulges stand after x and y."""
     points = placed(piece, [(x, y) for x, y, _ in piece["path"]])
-    return [[*p, bulge] for p, (_, _, bulge) in zip(points, piece["path"], strict=True)]
+    bulges = [bulge for _, _, bulge in piece["path"]]
+    return [[*p, b] for p, b in zip(points, bulges, strict=True)] if any(bulges) else points
 
 
 def svg_path(data, height, closed):
@@ -65,16 +65,15 @@ def svg_path(data, height, closed):
 def sheet_shapes(specimen, plan, sheet):
     """Return (piece, layer, kind, points or circle, closed) in cutting order."""
     shapes = []
-    for piece in plan["pieces"]:
+    for piece in completed(plan)["pieces"]:
         if piece["sheet"] != sheet["sheet"]:
             continue
         name = piece["id"]
         for layer, points, closed in specimen.engraving[name]:
             shapes.append((name, layer, "path", placed(piece, points), closed))
-        for x, y, diameter in piece_holes(plan, piece):
-            shapes.append(
-                (name, "CUT_INNER", "circle", (*placed(piece, [(x, y)])[0], diameter / 2), True)
-            )
+        for hole in piece["cutouts"]:
+            (centre,) = placed(piece, [(hole["x"], hole["y"])])
+            shapes.append((name, "CUT_INNER", "circle", (*centre, hole["diameter_mm"] / 2), True))
         shapes.append((name, "CUT_OUTER", "path", placed_path(piece), True))
     w, h = sheet["width_mm"], sheet["height_mm"]
     shapes.append((None, "NOTES", "path", [[0, 0], [w, 0], [w, h], [0, h]], True))
@@ -228,7 +227,7 @@ def write_sheets(specimen, folder, *, r12=False, edit=None):
 
 
 def write_plan(specimen, folder):
-    (folder / "crossing_map.json").write_text(json.dumps(rounded(specimen.plan)))
+    (folder / "crossing_map.json").write_text(json.dumps(rounded(completed(specimen.plan))))
 
 
 def write_mesh(specimen, folder):
@@ -240,7 +239,7 @@ def write_mesh(specimen, folder):
 def write_job(specimen, folder):
     """Write every file that is proved of a job, and seal them."""
     folder.mkdir(parents=True, exist_ok=True)
-    settings = 'mesh = "specimen"\n'
+    settings = 'mesh = "specimen"\n[outcome]\nfasten = "all"\n'
     asked = {} if specimen.boundary is None else {"boundary": specimen.boundary}
     if asked:
         settings += "[job]\n" + "".join(f'{key} = "{value}"\n' for key, value in asked.items())

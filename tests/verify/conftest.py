@@ -10,7 +10,7 @@ from verify_writers import write_job
 @pytest.fixture(scope="session")
 def specimens():
     return {
-        "torus": make_specimen(torus(6, 4), offcentre=True),
+        "torus": make_specimen(torus(6, 4)),
         "octahedron": make_specimen(octahedron(), joints=2),
         "saddle": make_specimen(saddle(), joints=1),
         "bent": make_specimen(octahedron(), joints=2, bent=True),

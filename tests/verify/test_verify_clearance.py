@@ -28,7 +28,7 @@ def change(folder, **changes) -> None:
     def edit(document):
         document["limits"] |= changes.pop("limits", {})
         if changes:
-            document["findings"][0] |= changes
+            document["findings"] = [changes]
 
     edit_json(folder / "ribbons.json", edit)
 

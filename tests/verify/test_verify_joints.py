@@ -139,6 +139,11 @@ def move_hole_of_one_lap(plan, joint):
     joint["holes"][0][1][0] += 0.1
 
 
+def exchange_holes_of_one_lap(_, joint):
+    (_, first), (_, second) = joint["holes"]
+    first[:], second[:] = second[:], first[:]
+
+
 def move_hole_of_the_strand_above(plan, joint):
     over(plan, joint)[1][0]["y"] += 0.1
 
@@ -242,6 +247,7 @@ def cut_out_something_more(plan, joint):
 LONGER_LAP = state_more("lap_mm", 2.0)
 SPOILS = [
     ("rivet:2", move_hole_of_one_lap, "joints", "off its partner"),
+    ("rivet:2", exchange_holes_of_one_lap, "joints", "off its partner"),
     ("rivet:2", move_hole_of_the_strand_above, "joints", "off that of"),
     ("rivet:2", drop_hole_of_the_strand_above, "crossing-holes", "but should be 2"),
     ("rivet:2", change_hole(1, "diameter_mm", 0.5), "crossing-holes", "diameters"),

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 ALLOWED = {"msgspec", "numpy", "scipy", "shapely"}
 
 CLEAN = {
-    "plain torus, three pieces a ring, three holes a joint": (torus(6, 4), {"offcentre": True}),
+    "plain torus, three pieces a ring": (torus(6, 4), {}),
     "rings of one piece": (octahedron(), {"joints": 1}),
     "open threads, some without a crossing": (saddle(), {"joints": 1}),
     "open threads of one crossing": (saddle(2), {"joints": 0}),
@@ -39,17 +39,16 @@ def test_a_true_job_is_proved(name, tmp_path):
     counts = {check.name: check.count for check in report.checks}
     # Nothing passes by not having been looked at.
     idle = {name for name, count in counts.items() if count == 0}
-    # No specimen asks for these files, or says what mesh it comes from or what is fastened.
-    idle -= {"cut", "source", "fastened"}
-    assert idle == (set() if specimen.plan["joints"] else {"joints"})
+    # No specimen asks for these files, or says what mesh it comes from.
+    assert idle == {"cut", "source"}
     assert counts["space"] >= 6 * n_crossings
-    assert counts["crossing-holes"] == 2 * n_crossings
+    assert counts["crossing-holes"] >= 2 * n_crossings
     assert counts["unfolding"] >= 2 * len(specimen.plan["pieces"])
 
 
 def test_the_worst_values_are_those_of_32_bit_rounding(tmp_path):
     # Independent unfoldings of the same strip agree to what float32 metres can hold.
-    report = verify_job(write_job(make_specimen(torus(6, 4), offcentre=True), tmp_path))
+    report = verify_job(write_job(make_specimen(torus(6, 4)), tmp_path))
     measured = {
         (check.name, measure.what): measure.value
         for check in report.checks

@@ -198,7 +198,7 @@ def test_no_crossings_are_no_conditions() -> None:
     conditions = conditions_of(lone)
     assert conditions.count == 0
     assert decide_twill(conditions).twillable
-    assert count_broken(conditions, np.zeros(0, dtype=bool)) == Broken()
+    assert count_broken(conditions, np.zeros(0, dtype=bool)) == Broken(0, 0, 0)
     assert isinstance(trace_threads(build_halfedges(lone)), Threads)
 
 

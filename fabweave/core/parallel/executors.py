@@ -43,7 +43,14 @@ _STARTING = threading.Lock()  # held while a process is started: one at a time
 
 
 class HereExecutor(Executor):
-    """Do the work at once, in this process."""
+    """Does the work at once, in this process.
+
+    Examples
+    --------
+    >>> with here() as executor:
+    ...     executor.submit(max, 2, 3).result()
+    3
+    """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Do the work and return a future that is done."""
@@ -213,17 +220,8 @@ def _serve(link: Connection) -> None:
         link.send(answer)
 
 
-@contextmanager
-def here() -> Iterator[Executor]:
-    """Open an executor that does the work at once, in this process.
-
-    Examples
-    --------
-    >>> with here() as executor:
-    ...     executor.submit(max, 2, 3).result()
-    3
-    """
-    yield HereExecutor()
+#: Opens an executor that does the work at once, in this process.
+here: Executors = HereExecutor
 
 
 def processes(count: int) -> Executors:
@@ -297,8 +295,8 @@ def result_of(future: Future[Any]) -> Any:
             return future.result()
     except (BrokenExecutor, CancelledError) as error:
         raise CannotMakeError(
-            f"part of the work was lost ({error!s}); make sure that there is enough memory, and "
-            "try again"
+            f"part of the work was lost ({error}); make sure that there is enough memory, and try "
+            "again"
         ) from error
 
 

@@ -25,6 +25,7 @@ from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
+from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.symmetry import EXACT, Symmetry, orbits
 from fabweave.options.command import long_command
@@ -115,12 +116,7 @@ def advice(
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)
     too_fine = most > NEAR_SIZE * woven.size_mm
     if too_fine or None in sizes:  # or no size helps, or none was looked for
-        remeshed = (
-            asked.mesh.remesh is not None
-            or asked.mesh.refine is not None
-            or is_shape(asked.mesh.source)
-        )
-        coarser = None if remeshed else _coarser(woven)
+        coarser = _coarser(woven) if tries_designs(asked.mesh) else None
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
         text, command = "a mesh with fewer, larger faces may do", None
         if coarser is not None and level == "not makeable" and is_free(asked):
@@ -299,10 +295,6 @@ _MOST_PLANNED = 20_000
 Told: TypeAlias = Callable[[dict[str, Any]], None]
 
 
-def _nobody(_facts: dict[str, Any]) -> None:
-    """Tell nobody."""
-
-
 @frozen_value
 class Inspection:
     """What is known about a mesh.
@@ -338,7 +330,7 @@ def inspect_mesh(
     n_designs: int = 0,
     always: bool = True,
     executors: Executors = here,
-    told: Told = _nobody,
+    told: Told = tell_nobody,
     told_design: ToldDesign = tell_nobody,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
@@ -427,7 +419,7 @@ def inspect_mesh(
         left_out.append("how wide ribbons of constant width could be")
     check = with_all(check)
     level = facts["verdict"]["level"]
-    wanted = n_designs if tries_designs(asked) and (always or level == "not makeable") else 0
+    wanted = n_designs if tries_designs(asked.mesh) and (always or level == "not makeable") else 0
     count = pieces["count"]
     facts |= {
         **(
@@ -549,15 +541,14 @@ def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) 
     return to_json(verdict)
 
 
-def tries_designs(settings: Settings) -> bool:
+def tries_designs(mesh: MeshSettings) -> bool:
     """Tell whether designs can be tried: the mesh is a model that may be remeshed."""
-    stated = settings.mesh.remesh is not None or settings.mesh.refine is not None
-    return not stated and not is_shape(settings.mesh.source)
+    return mesh.remesh is None and mesh.refine is None and not is_shape(mesh.source)
 
 
 def _searched(trials: Trials, count: int) -> Search:
     """Try some designs from coarse to fine, and others where few of them can be built."""
-    if not count or not tries_designs(trials.asked):
+    if not count or not tries_designs(trials.asked.mesh):
         return Search(designs=(), tried=())
     quick = replace(trials, asked=trials.asked.but(effort="quick"))
     return search_designs(quick, plan_designs(quick, 3 * count)[:count], 2 * count)

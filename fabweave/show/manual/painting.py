@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from PIL import Image
+from scipy.ndimage import binary_dilation
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
@@ -299,19 +300,9 @@ def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray
         lower[two] |= first
         lower[one] |= second
     upper &= piece >= 0
-    gap = (grown(lower) | lower) & ~upper & (piece >= 0)
+    gap = binary_dilation(lower) & ~upper & (piece >= 0)
     code[gap] = PAPER
     code[upper] = OUTLINE
     ends = upper & new
-    heavy = (grown(grown(ends)) | ends) & new & ~gap
+    heavy = binary_dilation(ends, iterations=2) & new & ~gap
     code[heavy] = BLACK
-
-
-def grown(area: BoolArray) -> BoolArray:
-    """Return an area with the pixels beside it."""
-    larger = area.copy()
-    larger[:, :-1] |= area[:, 1:]
-    larger[:, 1:] |= area[:, :-1]
-    larger[:-1] |= area[1:]
-    larger[1:] |= area[:-1]
-    return larger

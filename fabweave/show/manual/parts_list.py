@@ -10,7 +10,7 @@ from fabweave.core.messages import agree
 from fabweave.plan.crossing_map import CrossingMap, PieceRecord
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.show.manual.book import LEADING, SMALL, Book, text_width, wrapped
-from fabweave.show.manual.sheets import DrawnPiece, drawn_pieces, levelled
+from fabweave.show.manual.sheets import DrawnPiece, drawn_pieces, levelling
 
 PARTS = "Parts list"
 #: Cells of the parts list: at most so many in a row, the space below a piece for two lines of text,
@@ -36,7 +36,8 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
         kinds.setdefault(piece.kind, []).append(piece)
     parts = list(kinds.values())
     own, spares = {piece.id for piece in crossing_map.pieces}, len(crossing_map.spares or ())
-    level = [levelled(drawn[pieces[0].id].outline) for pieces in parts]
+    outlines = [drawn[pieces[0].id].outline for pieces in parts]
+    level = [outline @ levelling(outline) for outline in outlines]
     names = {sheet.sheet: sheet.name for sheet in crossing_map.sheets}
     told = [_places(pieces, names, drawn) for pieces in parts]
     book.page(PARTS)

@@ -76,19 +76,15 @@ def drawn_pieces(*drawings: SheetDrawing) -> dict[str, DrawnPiece]:
     return drawn
 
 
-def levelled(outline: FloatArray) -> FloatArray:
-    """Turn an outline so that its longest direction is level.
+def levelling(outline: FloatArray) -> FloatArray:
+    """Return the turn, to the right of points, that lays the longest direction of one level.
 
     Examples
     --------
-    >>> levelled(np.array([[0, 0], [1, 1], [5, 5.0], [4, 4]])).round(6)[:, 1].tolist()
+    >>> outline = np.array([[0, 0], [1, 1], [5, 5.0], [4, 4]])
+    >>> (outline @ levelling(outline)).round(6)[:, 1].tolist()
     [0.0, 0.0, 0.0, 0.0]
     """
-    return outline @ levelling(outline)
-
-
-def levelling(outline: FloatArray) -> FloatArray:
-    """Return the turn that lays an outline level, to the right of points."""
     _, _, axes = np.linalg.svd(outline - outline.mean(axis=0), full_matrices=False)
     x, y = axes[0] * (1.0 if axes[0, 0] >= 0.0 else -1.0)
     return np.array([[x, -y], [y, x]])

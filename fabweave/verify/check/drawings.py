@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from fabweave.verify.crossing_map import CrossingMap, Hole, Piece, Sheet
+from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
@@ -147,15 +147,15 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
     for piece in pieces.values():
         outlines, cutouts = drawing.of(OUTLINES, piece.id), drawing.of(HOLES, piece.id)
         here = place.at(f"piece {piece.id}")
-        check_piece_drawn(piece, plan.holes[piece.id], outlines, cutouts, here)
+        check_piece_drawn(piece, outlines, cutouts, here)
 
 
 def check_piece_drawn(
-    piece: Piece, holes: list[Hole], outlines: list[Shape], cutouts: list[Shape], place: Place
+    piece: Piece, outlines: list[Shape], cutouts: list[Shape], place: Place
 ) -> None:
     """Check the shapes that are a piece's outline, and those that are its cut-outs."""
     _check_outline(piece, outlines, place)
-    _check_holes(piece, holes, [one for one in cutouts if one.radius is not None], place)
+    _check_holes(piece, [one for one in cutouts if one.radius is not None], place)
     _check_slots(piece, [one for one in cutouts if one.radius is None], place)
 
 
@@ -221,10 +221,9 @@ def _side_distance(ring: Floats, wanted: Floats) -> float:
     return float(np.max(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0, initial=0.0))
 
 
-def _check_holes(
-    piece: Piece, holes: Sequence[Hole], shapes: Sequence[Shape], place: Place
-) -> None:
+def _check_holes(piece: Piece, shapes: Sequence[Shape], place: Place) -> None:
     """Check the holes of a piece."""
+    holes = piece.holes
     if not place.equal(f"the number of circles on {HOLES}", len(shapes), len(holes)) or not holes:
         return
     wanted = piece.placed(np.array([(hole.x, hole.y) for hole in holes]))
@@ -238,12 +237,11 @@ def _check_holes(
         what = f"the hole at ({hole.x:.3f}, {hole.y:.3f})"
         place.at_most("hole_mm", off, SAME_MM, f"{what} is {{}} from where it should be")
         diameter = 2.0 * (shapes[at].radius or 0.0)
-        change = 0.0 if hole.diameter is None else abs(diameter - hole.diameter)
         place.at_most(
             "diameter_mm",
-            change,
+            abs(diameter - hole.diameter_mm),
             SAME_MM,
-            f"{what} is {diameter:.4f} mm wide instead of {hole.diameter} mm: {{}} off",
+            f"{what} is {diameter:.4f} mm wide instead of {hole.diameter_mm} mm: {{}} off",
         )
 
 

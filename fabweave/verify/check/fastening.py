@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import Flags
+from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh
@@ -15,14 +15,13 @@ from fabweave.verify.report import Tally, stated_number
 _EVERY = re.compile(r"every:(\d+)")
 #: Vertices of a rim are on its circle to this, but for those that are told to be off it.
 _ON_RIM_MM = 2e-3
+#: Heights and directions that differ by less are the same.
+_LEVEL_MM, _SAME_TURN = 1e-3, 1e-6
 
 
 def check_fastening(job: Job, tally: Tally) -> None:
     """Check what the map calls fastened against the settings, the holes and the weave."""
     plan = required(job.map)
-    stated = [crossing.fastened for crossing in plan.crossings]
-    if all(one is None for one in stated):
-        return
     outcome = (job.settings or {}).get("outcome")
     chosen = outcome.get("fasten") if isinstance(outcome, dict) else None
     asked = job.options.get("fasten", chosen)
@@ -38,13 +37,16 @@ def check_fastening(job: Job, tally: Tally) -> None:
         edges = set[tuple[int, int]]().union(*(ring_edges(mesh, one) for one in openings))
         around = {one.id for one in plan.crossings if tuple(sorted(one.edge)) in edges}
         wanted = (wanted or set()) | around
-    wanted = (wanted or set()) | {crossing.id for crossing in plan.crossings if crossing.hang}
+    hung = {crossing.id for crossing in plan.crossings if crossing.hang}
+    due_to_carry = _hanging(str(job.options.get("hang", "")), plan)
+    tally.at("crossings that carry").same("something", hung, due_to_carry)
+    wanted = (wanted or set()) | hung
     drilled = {
         station.crossing
         for piece in plan.pieces
         for at, station in enumerate(piece.stations)
         if station.hole_mm is not None
-        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts or ())
+        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts)
     }
     allowed = _allowed(plan, {one.id for one in plan.crossings if one.fastened}, job)
     for crossing in plan.crossings:
@@ -56,6 +58,33 @@ def check_fastening(job: Job, tally: Tally) -> None:
             due or not there or crossing.id in allowed,
             "it has holes, but is not to be fastened",
         )
+
+
+def _hanging(asked: str, plan: CrossingMap) -> set[int]:
+    """Return the crossings that settings ask to carry something: by number, or at a side."""
+    due = set()
+    for part in filter(None, asked.split(",")):
+        side, _, count = part.partition(":")
+        if side.isdigit():
+            due.add(int(side))
+        else:
+            points = np.array([one.position for one in plan.crossings]).reshape(-1, 3)
+            rows = _outermost(points, int(count or 1), 1.0 if side == "top" else -1.0)
+            due |= {plan.crossings[row].id for row in rows}
+    return due
+
+
+def _outermost(points: Floats, count: int, up: float) -> list[int]:
+    """Return which point is highest; of several sectors, that of each, well off the middle."""
+    offset = points[:, :2] - (points[:, :2].min(axis=0) + points[:, :2].max(axis=0)) / 2.0
+    away = np.hypot(offset[:, 0], offset[:, 1])
+    turn = (np.arctan2(offset[:, 1], offset[:, 0]) / (2.0 * np.pi) + _SAME_TURN) % 1.0
+    height = np.rint(up * points[:, 2] / _LEVEL_MM)
+    if count == 1:
+        return [int(np.argmax(height))]
+    far = away >= away.max() / 3.0
+    sectors = (np.flatnonzero(far & (np.floor(turn * count) == n)) for n in range(count))
+    return [int(rows[np.argmax(height[rows])]) for rows in sectors if len(rows)]
 
 
 def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:

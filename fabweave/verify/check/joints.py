@@ -101,11 +101,11 @@ def _check_statement(joint: Joint, layers_mm: float, place: Place) -> None:
         lap is None or (lap > 0.0 if kind.laps else lap == 0.0),
         f"a joint of kind {kind.name} laps by {lap} mm",
     )
-    if joint.grip_mm is not None and not isnan(layers_mm):
+    if not isnan(layers_mm):
         place.number(
             "the grip of its fasteners",
-            joint.grip_mm if len(joint.holes) else None,
-            layers_mm,
+            joint.grip_mm,
+            layers_mm if len(joint.holes) else None,
             within=_GRIP_MM,
         )
 

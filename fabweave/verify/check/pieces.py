@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 import shapely
 
-from fabweave.verify.crossing_map import CrossingMap, Cutout, Hole, Joint, Piece, Thread
+from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece, Thread
 from fabweave.verify.drawing import Floats, chords_of, ring_area, ring_points
 from fabweave.verify.measure.development import Development, kind_of
 from fabweave.verify.measure.geometry import distances, farthest, fit_motion, widest_miss
@@ -27,8 +27,6 @@ def check_cutouts(plan: CrossingMap, tally: Tally) -> None:
     """Check that the cut-outs of each piece are those of its stations and joints, and no others."""
     joint_at = {joint.crossing: joint for joint in plan.joints}
     for piece in plan.pieces:
-        if piece.cutouts is None:
-            continue
         place = tally.at(f"piece {piece.id}")
         of_station: list[list[Cutout]] = [[] for _ in piece.stations]
         for cutout in piece.cutouts:
@@ -110,7 +108,7 @@ def check_layers(plan: CrossingMap, developments: dict[str, Development], tally:
     layers: dict[int, list[tuple[str, Floats, Floats, float]]] = {}
     for piece in plan.pieces:
         development = developments.get(piece.id)
-        if piece.cutouts is None or development is None:
+        if development is None:
             continue
         of_station: dict[int, list[tuple[float, float]]] = {}
         for cutout in piece.cutouts:
@@ -308,7 +306,7 @@ def check_simple(job: Job, tally: Tally) -> None:
             place.at_least("side_mm", lengths.min(), SHORTEST_SIDE_MM, text)
         turn = float(np.max(np.degrees(4.0 * np.arctan(np.abs(piece.path[:, 2])))))
         place.at_most("arc_deg", turn, MOST_ARC_DEG, "an arc of its path turns by {}")
-        _check_webs(polygon, plan.holes[piece.id], place)
+        _check_webs(polygon, piece.holes, place)
     apart = shapely.hausdorff_distance(
         *(
             shapely.segmentize([shapely.LinearRing(ring) for ring in rings], _LOOK_MM)
@@ -320,12 +318,12 @@ def check_simple(job: Job, tally: Tally) -> None:
         place.at_most("path_mm", off, PATH_MM, "its path leaves its outline by {}")
 
 
-def _check_webs(polygon: shapely.Polygon, holes: list[Hole], place: Place) -> None:
+def _check_webs(polygon: shapely.Polygon, holes: list[Cutout], place: Place) -> None:
     """Check that holes are inside their outline and clear of it and of one another."""
     if not holes:
         return
     centres: Floats = np.array([(hole.x, hole.y) for hole in holes])
-    radii = np.array([(hole.diameter or 0.0) / 2.0 for hole in holes])
+    radii = np.array([hole.diameter_mm / 2.0 for hole in holes])
     points = shapely.points(centres)
     depth = shapely.distance(points, polygon.exterior)
     webs = np.where(shapely.contains(shapely.make_valid(polygon), points), depth, -depth) - radii
@@ -368,7 +366,7 @@ def check_kinds(job: Job, tally: Tally) -> None:
         same = job.supplies[piece.thread] == job.supplies[other.thread]
         place.expect(same, "it is of another material")
         ways = (-1,) if piece.turned else (1,) if plan.cut.labels == "kinds" else (1, -1)
-        off = min(_apart(piece, other, plan, way) for way in ways)
+        off = min(_apart(piece, other, way) for way in ways)
         what = "they differ by {}"
         if not np.isfinite(off):
             what = "stations, over and under, or holes differ"
@@ -392,12 +390,12 @@ def _check_spares(job: Job, plan: CrossingMap, tally: Tally) -> None:
         tally.at(f"kind {kind}").equal("the number of its spares", spares[kind], wanted)
 
 
-def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
+def _apart(piece: Piece, other: Piece, way: int) -> float:
     """Return how far two pieces differ when superposed by their stations; infinite if at all."""
     ours, theirs = piece.stations[::way], other.stations
     if [s.over for s in ours] != [s.over for s in theirs]:
         return np.inf
-    holes, there = plan.holes[piece.id], plan.holes[other.id]
+    holes, there = piece.holes, other.holes
     if len(holes) != len(there) or len(piece.slots) != len(other.slots):
         return np.inf
     source, target = piece.points[::way], other.points
@@ -413,8 +411,8 @@ def _apart(piece: Piece, other: Piece, plan: CrossingMap, way: int) -> float:
         worst = max(worst, min(map(float, near)))
     if holes:
         places = motion.apply(np.array([(hole.x, hole.y) for hole in holes]))
-        sizes = np.array([hole.diameter or 0.0 for hole in holes])
-        wanted = np.array([(hole.x, hole.y, hole.diameter or 0.0) for hole in there])
+        sizes = np.array([hole.diameter_mm for hole in holes])
+        wanted = np.array([(hole.x, hole.y, hole.diameter_mm) for hole in there])
         wider = np.abs(sizes[:, None] - wanted[None, :, 2])
         off = np.maximum(distances(places, wanted[:, :2]), wider)
         worst = max(worst, float(off.min(axis=1).max()))

@@ -15,8 +15,9 @@ from fabweave.verify.measure.geometry import farthest, fit_motion
 from fabweave.verify.read.job_files import RIM, RIM_RECORD, Job, required
 from fabweave.verify.report import Place, Tally
 
-#: Holes lie where they must to this, and chords of arcs are off by less than this.
-_SAME_MM, _CHORD_MM = 0.02, 0.05
+#: Holes lie where they must to this, figures are rounded to a thousandth, and chords of arcs are
+#: off by less than this.
+_SAME_MM, _FIGURE, _CHORD_MM = 0.02, 2e-3, 0.05
 #: A hole keeps two diameters off the edge, less what rounding takes.
 _EDGE, _TINY = 2.0, 1e-3
 #: Further off a ring cannot be fastened.
@@ -29,9 +30,12 @@ class _Cone:
 
     crossings: list[int]
     flat: Floats
-    #: By how much the way down the cone is longer than in plan, and how far crossings are off it.
+    #: Its rise, by how much the way down it is longer than in plan, how far crossings are off it,
+    #: and how far out the ring is pushed by lying above them.
+    slope: float
     stretch: float
     off: float
+    lift: float
 
     def laid(self, names: Sequence[int]) -> Floats:
         """Return where the feet of crossings lie as they follow one another around, unrolled."""
@@ -86,9 +90,12 @@ def _check_ring(job: Job, ring: dict[str, Any], opening: dict[str, Any], place: 
         any(abs(ring["thickness_mm"] - one) < _TINY for one in thick), "it is of no material here"
     )
     cone = _cone(job, sorted(held), opening, float(ring["thickness_mm"]))
+    steep = float(np.degrees(np.arctan(abs(cone.slope))))
+    place.number("slope_deg", ring["slope_deg"], steep, within=_FIGURE)
+    place.number("off_mm", ring["off_mm"], cone.off, within=_FIGURE)
     place.at_most("off_mm", cone.off, _MOST_OFF_MM, "strands are {} from where it passes")
     for piece, run in zip(ring["pieces"], runs, strict=True):
-        _check_piece(job, piece, (cone, run), place.at(f"piece {piece['id']}"))
+        _check_piece(job, ring, piece, (cone, run), place.at(f"piece {piece['id']}"))
 
 
 def _cone(job: Job, names: list[int], opening: dict[str, Any], thick: float) -> _Cone:
@@ -111,11 +118,11 @@ def _cone(job: Job, names: list[int], opening: dict[str, Any], thick: float) -> 
     lift = -up * (1.5 * thick + (job.clearance_mm or 0.0) / 2.0) * slope / stretch
     way = (away + off * slope / stretch + lift) * stretch
     flat = np.column_stack((way, turn / stretch))
-    return _Cone(names, flat, stretch, float(np.abs(off).max()))
+    return _Cone(names, flat, slope, stretch, float(np.abs(off).max()), lift)
 
 
 def _check_piece(
-    job: Job, piece: dict[str, Any], laid: tuple[_Cone, list[int]],
+    job: Job, ring: dict[str, Any], piece: dict[str, Any], laid: tuple[_Cone, list[int]],
     place: Place,
 ) -> None:  # fmt: skip
     """Check that a piece's holes come to lie on its crossings, and that its drawing has them."""
@@ -151,6 +158,9 @@ def _check_piece(
     back = fit_motion(holes[:, :2], wanted)
     radii = np.hypot(*back.apply(outline).T)
     inner, outer = float(radii.min()), float(radii.max())
+    place.number("width_mm", ring["width_mm"], outer - inner, within=_CHORD_MM)
+    opening = 2.0 * (inner / cone.stretch - cone.lift)
+    place.number("opening_mm", ring["opening_mm"], opening, within=2.0 * _CHORD_MM)
     aside = np.minimum(np.abs(radii - inner), np.abs(radii - outer))
     ends = np.abs(np.diff(radii, append=radii[:1])) > _CHORD_MM
     place.expect(int(np.count_nonzero((aside > _CHORD_MM) & ~ends)) == 0, "its outline is no band")

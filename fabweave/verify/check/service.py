@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from fabweave.verify.check.drawings import SAME_MM, check_piece_drawn
-from fabweave.verify.crossing_map import CrossingMap, Piece, Placement
+from fabweave.verify.crossing_map import Piece, Placement
 from fabweave.verify.drawing import Drawing, ring_points
 from fabweave.verify.read.job_files import SERVICE, TABLE, Job, required
 from fabweave.verify.report import Place, Tally
@@ -46,12 +46,12 @@ def check_service(job: Job, tally: Tally) -> None:
             if drawing is None:
                 place.fail(f"its {suffix[1:]} is not checked, because it could not be read")
             elif pieces:
-                _check_drawing(drawing, pieces[0], plan, place.at(suffix[1:]))
+                _check_drawing(drawing, pieces[0], place.at(suffix[1:]))
     for name in service.files:
         folder.at(name).expect(name in files, "it is no piece's")
 
 
-def _check_drawing(drawing: Drawing, piece: Piece, plan: CrossingMap, place: Place) -> None:
+def _check_drawing(drawing: Drawing, piece: Piece, place: Place) -> None:
     """Check that a drawing holds the cut-outs and, last, the outline of a piece; nothing else."""
     for problem in drawing.problems:
         place.fail(problem)
@@ -74,4 +74,4 @@ def _check_drawing(drawing: Drawing, piece: Piece, plan: CrossingMap, place: Pla
         piece, placement=Placement(0.0, *(-low).tolist()), mirror_mm=None
     )
     outline, cutouts = [shapes[-1]], list(shapes[:-1])
-    check_piece_drawn(moved, plan.holes[piece.id], outline, cutouts, place)
+    check_piece_drawn(moved, outline, cutouts, place)

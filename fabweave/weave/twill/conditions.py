@@ -128,9 +128,9 @@ class TwillConditions:
 class Broken:
     """How many conditions are broken."""
 
-    edge: int = 0
-    face: int = 0
-    vertex: int = 0
+    edge: int
+    face: int
+    vertex: int
 
     @property
     def total(self) -> int:

@@ -325,7 +325,7 @@ def weave_twill(
     conditions = twill_conditions(halfedges, threads)
     decision = decide_twill(conditions)
     if decision.twist is not None:
-        exact = Twill(_twill(threads, decision.twist, Broken()), conditions.count)
+        exact = Twill(_twill(threads, decision.twist, Broken(0, 0, 0)), conditions.count)
         return _tied(exact, conditions, threads, how, progress)
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
@@ -370,7 +370,7 @@ def _tied(
         return free
     least = 0 if free.bound is None else free.bound.least
     twist = tied_twill(conditions, how, least, progress)
-    kept = Kept(min(tie.order for tie in how.ties), free.weave.broken or Broken())
+    kept = Kept(min(tie.order for tie in how.ties), free.weave.broken or Broken(0, 0, 0))
     broken = count_broken(conditions, twist)
     return replace(free, weave=_twill(threads, twist, broken), kept=kept)
 

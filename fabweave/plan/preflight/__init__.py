@@ -1,1 +1,0 @@
-"""Check pieces against the rules of those who cut them."""

@@ -1,0 +1,19 @@
+"""Small jobs with the pictures of their steps, made once for all tests of the manual."""
+
+from functools import cache
+from types import SimpleNamespace
+
+from fabweave.job import make_job
+from fabweave.options.settings import Settings
+from fabweave.show.files import job_map
+from fabweave.show.manual.painting import build_scene
+from fabweave.show.manual.step_pictures import step_pictures
+
+
+@cache
+def drawn_job(mesh="shape:torus?m=8&n=4", *, size_mm=300.0, **changed):
+    """Return a job, its crossing map (``plan``), its scene, and the pictures of its steps."""
+    job = make_job(Settings.of(mesh, size_mm=size_mm, effort="quick", **changed))
+    plan = job_map(job)
+    scene = build_scene(job.woven.ribbons, job.weave, job.piece_set.pieces, plan, job.piece_colours)
+    return SimpleNamespace(job=job, plan=plan, scene=scene, pictures=step_pictures(scene, plan))
