@@ -224,6 +224,8 @@ def lengthened(mesh: PolyMesh, n_quads: int) -> PolyMesh:
 #: A face is too large beyond this share of the area wanted; smaller ones, down to that, fill
 #: corners; a ring goes around no fewer than so many.
 _LARGE, _FILLS, _LEAST_PART = 2.2, 0.7, 4
+#: Turns of looking from where most of a part looks.
+_LOOKS = 5
 
 
 def wide_part(mesh: PolyMesh, side: float) -> BoolArray | None:
@@ -241,19 +243,26 @@ def wide_part(mesh: PolyMesh, side: float) -> BoolArray | None:
     inner = half.twin >= 0
     one, two = half.face[inner], half.face[half.twin[inner]]
     large = size > _LARGE
-    while large.any():
-        both = large[one] & large[two]
+
+    def around(face: int, of: BoolArray) -> BoolArray:
+        both = of[one] & of[two]
         label = label_links(one[both], two[both], mesh.n_faces)[1]
+        return of & (label == label[face])
+
+    while large.any():
         largest = int(np.argmax(size * large))
-        part = label == label[largest]
-        # Of a part that goes around a limb, what is seen from where most of it looks.
-        way, seen = unit(twice[[largest]])[0], part
-        for _ in range(5):
-            seen = part & (twice @ way > 0)
-            way = unit(twice[seen].sum(axis=0)[None])[0]
-        seen = _straightened(half, seen, (size > _FILLS) & (twice @ way > 0))
-        if np.count_nonzero(seen) >= _LEAST_PART and pillowed(mesh, seen) is not None:
-            return seen
+        part = around(largest, large)
+        # Of a part that goes around a limb, what is seen from where most of it looks; if that has
+        # a hole, from where its largest face looks.
+        for looks in (_LOOKS, 0):
+            way = unit(twice[[largest]])[0]
+            for _ in range(looks):
+                way = unit(twice[part & (twice @ way > 0)].sum(axis=0)[None])[0]
+            before = twice @ way > 0
+            seen = around(int(np.argmax(size * (part & before))), part & before)
+            seen = _straightened(half, seen, (size > _FILLS) & before)
+            if np.count_nonzero(seen) >= _LEAST_PART and pillowed(mesh, seen) is not None:
+                return seen
         large &= ~part
     return None
 

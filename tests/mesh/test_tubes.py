@@ -1,0 +1,280 @@
+"""Quads born from the skeleton: limbs are tubes, and rows of quads are put in and taken out."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.fair.fairing import fair_mesh
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.remesh import auto, tubes
+from fabweave.mesh.remesh.chords import (
+    find_chords,
+    lengthened,
+    pillowed,
+    split_chords,
+    thinned,
+    wide_part,
+    without_chord,
+)
+from fabweave.mesh.remesh.engines import SKELETON
+from fabweave.mesh.remesh.fit import model_of
+from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
+from fabweave.mesh.remesh.request import Remesh, parse_remesh
+from fabweave.mesh.remesh.skeleton import Skeleton, pruned, resampled
+from fabweave.mesh.remesh.tubes import remesh_tubes
+from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
+from fabweave.mesh.shapes.solids import cube
+from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.triangulate import triangulate
+
+needs_pygel = pytest.mark.skipif(not SKELETON.installed, reason="needs fabweave[tubes]")
+
+
+def starfish(arms=5, reach=150.0, open_at=None):
+    """Return a body with so many limbs; one may be open at its end."""
+    turn = 2 * np.pi * np.arange(arms) / arms
+    ring = [25 * np.array([np.cos(a - np.pi / arms), np.sin(a - np.pi / arms)]) for a in turn]
+    flat, quads, sides = [*ring], [], []
+    for k, angle in enumerate(turn):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        right, left = k, (k + 1) % arms
+        for far in np.linspace(25, reach, 6)[1:]:
+            flat += [
+                far * way + 14 * np.array([way[1], -way[0]]),
+                far * way + 14 * np.array([-way[1], way[0]]),
+            ]
+            new_right, new_left = len(flat) - 2, len(flat) - 1
+            quads.append([right, new_right, new_left, left])
+            sides += [[right, new_right], [new_left, left]]
+            right, left = new_right, new_left
+        if k != open_at:
+            sides.append([right, left])
+    n, count = len(flat), np.array(flat)
+    points = np.concatenate([np.column_stack([count, np.full(n, z)]) for z in (-14.0, 14.0)])
+    top = [[v + n for v in face] for face in ([*range(arms)], *quads)]
+    under = [face[::-1] for face in ([*range(arms)], *quads)]
+    around = [[a, b, b + n, a + n] for a, b in sides]
+    body = PolyMesh.from_faces(points, [*top, *under, *around])
+    return triangulate(refine_mesh(body, parse_refinements("catmull-clark:2")))
+
+
+def euler(mesh):
+    return check_mesh(mesh).euler
+
+
+@pytest.fixture(scope="module")
+def star():
+    return starfish()
+
+
+@needs_pygel
+def test_limbs_are_counted_and_kept(star) -> None:
+    found = remesh_tubes(star, 200)
+    assert any("a skeleton with 5 tips" in note for note in found.notes)
+    assert np.all(found.mesh.face_sizes == 4)
+    assert check_remeshed(star, found.mesh) == ()
+    assert 0.6 * 200 <= found.mesh.n_faces <= 1.1 * 200
+    faired = fair_mesh(found.mesh, model_of(star, found.mesh.n_vertices)).mesh
+    like = likeness(star, faired)
+    assert like.greatest_mm < 0.05 * like.size_mm
+
+
+@needs_pygel
+def test_the_same_bytes_each_time(star) -> None:
+    one, two = (remesh_tubes(star, 150).mesh for _ in range(2))
+    assert one.vertices.tobytes() == two.vertices.tobytes()
+    assert one.indices.tobytes() == two.indices.tobytes()
+
+
+@needs_pygel
+@pytest.mark.parametrize(
+    "model", [triangulate(torus(40, 20, 100.0, 30.0)), starfish(open_at=2)], ids=["ring", "open"]
+)
+def test_genus_and_openings_are_kept(model) -> None:
+    found = remesh_tubes(model, 150)
+    before, after = check_mesh(model), check_mesh(found.mesh)
+    assert (after.euler, after.n_boundary_loops) == (before.euler, before.n_boundary_loops)
+    assert np.all(found.mesh.face_sizes == 4)
+
+
+@needs_pygel
+def test_branches_too_thin_for_ribbons_are_left_out_and_told(star) -> None:
+    small = star.with_vertices(star.vertices * 0.12)
+    note = next(note for note in remesh_tubes(small, 100).notes if "too thin" in note)
+    assert "a larger size would keep more" in note
+
+
+def test_a_missing_package_is_named(star, monkeypatch) -> None:
+    monkeypatch.setattr(type(SKELETON), "installed", property(lambda _: False))
+    with pytest.raises(CannotMakeError, match=r"pip install 'fabweave\[tubes\]'"):
+        remesh_tubes(star, 100)
+
+
+@needs_pygel
+def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
+    monkeypatch.setattr(tubes, "check_remeshed", lambda *_: ("it is a pity",))
+    with pytest.raises(CannotMakeError, match=r"it is a pity\. What may help: "):
+        remesh_tubes(star, 100)
+
+
+# The better of two ways.
+
+
+def _way(mesh):
+    def way(*_, **__):
+        if mesh is None:
+            raise CannotMakeError("it cannot be\nfor many reasons")
+        return auto.Remeshed(mesh, "some", ("made",), ())
+
+    return way
+
+
+@pytest.mark.parametrize(
+    ("quads", "others", "taken"),
+    [
+        (sphere(5, 50.0), sphere(5, 40.0), "quads"),
+        (sphere(5, 40.0), sphere(5, 50.0), "tubes"),
+        (None, sphere(5, 50.0), "tubes"),
+        (sphere(5, 50.0), None, "quads"),
+    ],
+)
+def test_the_better_way_is_taken_and_told(quads, others, taken, monkeypatch) -> None:
+    monkeypatch.setattr(auto, "remesh_quads", _way(quads))
+    monkeypatch.setattr(auto, "remesh_tubes", _way(others))
+    monkeypatch.setattr(auto, "_STEPS", 0)
+    found = auto.remesh_auto(sphere(16, 50.0), 150)
+    assert found.mesh is (quads if taken == "quads" else others)
+    first, *rest = found.notes
+    assert first.startswith(f"--remesh auto took {taken}: ")
+    assert all(f"--remesh {kind}:150 " in first for kind in ("quads", "tubes"))
+    assert rest == ["made"]
+
+
+def test_if_neither_way_serves_both_reasons_are_given(monkeypatch) -> None:
+    for way in ("remesh_quads", "remesh_tubes"):
+        monkeypatch.setattr(auto, way, _way(None))
+    with pytest.raises(CannotMakeError) as caught:
+        auto.remesh_auto(sphere(4, 50.0), 150)
+    assert str(caught.value).count("it cannot be") == 2
+
+
+def test_what_is_asked_for_is_read() -> None:
+    assert parse_remesh("tubes:300") == Remesh("tubes", 300)
+    assert parse_remesh("auto:90") == Remesh("auto", 90)
+    for text, said in (
+        ("tubes", "tubes:300"),
+        ("auto", "auto:300"),
+        ("tubes:5", "24 to 100000 quads"),
+    ):
+        with pytest.raises(InputError, match=said):
+            parse_remesh(text)
+
+
+# Chords.
+
+
+@given(m=st.integers(3, 9), n=st.integers(3, 9))
+@settings(max_examples=10)
+def test_a_grid_has_a_chord_for_each_row_and_column(m, n) -> None:
+    ring = torus(m, n, 3.0, 1.0)
+    halfedges = build_halfedges(ring)
+    number, chord = find_chords(halfedges)
+    assert number == m + n
+    assert sorted(np.bincount(chord)) == sorted([m] * n + [n] * m)
+    for one in range(number):
+        fewer = without_chord(ring, one)
+        # Of three rows or columns, none can go: two would lie on one another.
+        left = m * n - np.bincount(chord)[one]
+        assert (fewer is None) if left in (2 * m, 2 * n) and 3 in (m, n) else fewer.n_faces == left
+        assert fewer is None or euler(fewer) == 0
+
+
+@given(times=st.lists(st.integers(1, 4), min_size=3, max_size=3))
+@settings(max_examples=10)
+def test_chords_are_split_into_as_many_as_asked(times) -> None:
+    a, b, c = times
+    fine = split_chords(cube(), np.array(times))
+    assert fine.n_faces == 2 * (a * b + b * c + a * c)
+    assert euler(fine) == 2
+    assert np.allclose(np.abs(fine.vertices).max(axis=1), np.abs(cube().vertices).max())
+    assert find_chords(build_halfedges(fine))[0] == a + b + c
+
+
+@pytest.mark.parametrize("count", [60, 200, 700])
+def test_chords_are_put_in_up_to_a_number(count) -> None:
+    long = cube().with_vertices(cube().vertices * [1, 1, 6])
+    fine = lengthened(long, count)
+    assert 0.6 * count <= fine.n_faces <= count
+    assert np.ptp(edge_lengths(fine)) / edge_lengths(fine).mean() < 0.6
+
+
+def test_narrow_rows_are_taken_out() -> None:
+    narrow = split_chords(cube(), np.array([9, 3, 3]))
+    side = float(np.ptp(cube().vertices[:, 0])) / 3
+    even = thinned(narrow, side, 54)
+    assert even.n_faces < narrow.n_faces
+    assert euler(even) == 2
+    assert thinned(even, side, 54) is even
+
+
+def test_a_ring_goes_around_a_disc_only() -> None:
+    fine = split_chords(cube(), np.array([3, 3, 3]))
+    part = np.arange(54) < 9
+    ringed = pillowed(fine, part)
+    assert ringed.n_faces == 54 + 12
+    assert euler(ringed) == 2
+    assert check_mesh(ringed).fatal == ()
+    ball = torus(12, 6, 3.0, 1.0)
+    assert pillowed(ball, np.arange(72) < 6) is None
+    bowl = hemisphere(4, 50.0)
+    assert pillowed(bowl, np.ones(bowl.n_faces, dtype=bool)) is None
+
+
+def test_what_is_too_wide_is_found_from_one_side() -> None:
+    ball = sphere(6, 50.0)
+    high = ball.vertices[:, 2:] > 30
+    wide = ball.with_vertices(ball.vertices * np.where(high, 3.0, 1.0))
+    side = float(np.median(edge_lengths(ball)))
+    part = wide_part(wide, side)
+    assert part is not None
+    ringed = pillowed(wide, part)
+    assert ringed is not None
+    assert euler(ringed) == 2
+    assert face_centres(wide)[part, 2].min() > 10
+    assert wide_part(ball, side) is None
+
+
+# Skeletons.
+
+
+def test_bumps_and_thin_branches_are_pruned() -> None:
+    places = np.array(
+        [[0, 0, z] for z in range(0, 110, 10)] + [[x, 0, 50] for x in (12, 24, 36, 48)]
+    )
+    trunk, limb = list(range(11)), [5, 11, 12, 13, 14]
+    edges = np.array([*pairwise(trunk), *pairwise(limb)])
+
+    def kept(radius, reach=15):
+        radii = np.array([10.0] * 11 + [radius] * 4)
+        used = edges[: reach - 1]
+        found, thin = pruned(Skeleton(places[:reach].astype(float), used, radii[:reach]), 4.0)
+        return found.n_tips, len(thin)
+
+    assert kept(6.0) == (3, 0)
+    assert kept(3.0) == (2, 1)
+    assert kept(1.5, reach=12) == (2, 1)
+
+
+def test_rings_stand_two_radii_apart() -> None:
+    places = np.array([[0.0, 0.0, z] for z in range(0, 101, 5)])
+    edges = np.column_stack([np.arange(20), np.arange(1, 21)])
+    found = resampled(Skeleton(places, edges, np.full(21, 10.0)))
+    assert sorted(found.places[:, 2]) == pytest.approx([0, 20, 40, 60, 80, 100])
+    assert found.n_tips == 2
