@@ -105,10 +105,10 @@ def test_genus_and_openings_are_kept(model) -> None:
 
 
 @needs_pygel
-def test_branches_too_thin_for_ribbons_are_left_out_and_told(star) -> None:
+def test_branches_too_small_for_ribbons_are_left_out_and_told(star) -> None:
     small = star.with_vertices(star.vertices * 0.12)
-    note = next(note for note in remesh_tubes(small, 100).notes if "too thin" in note)
-    assert "a larger size would keep more" in note
+    note = next(note for note in remesh_tubes(small, 100).notes if "too small" in note)
+    assert "would keep more" in note
 
 
 def test_a_missing_package_is_named(star, monkeypatch) -> None:
@@ -254,22 +254,24 @@ def test_what_is_too_wide_is_found_from_one_side() -> None:
 # Skeletons.
 
 
-def test_bumps_and_thin_branches_are_pruned() -> None:
+def test_bumps_and_small_branches_are_pruned() -> None:
     places = np.array(
         [[0, 0, z] for z in range(0, 110, 10)] + [[x, 0, 50] for x in (12, 24, 36, 48)]
     )
     trunk, limb = list(range(11)), [5, 11, 12, 13, 14]
     edges = np.array([*pairwise(trunk), *pairwise(limb)])
 
-    def kept(radius, reach=15):
+    def kept(radius, reach=15, side=0.0):
         radii = np.array([10.0] * 11 + [radius] * 4)
         used = edges[: reach - 1]
-        found, thin = pruned(Skeleton(places[:reach].astype(float), used, radii[:reach]), 4.0)
+        found, thin = pruned(Skeleton(places[:reach].astype(float), used, radii[:reach]), 4.0, side)
         return found.n_tips, len(thin)
 
     assert kept(6.0) == (3, 0)
     assert kept(3.0) == (2, 1)
-    assert kept(1.5, reach=12) == (2, 1)
+    assert kept(1.5, reach=12) == (2, 0)
+    assert kept(6.0, side=30.0) == (3, 0)
+    assert kept(6.0, side=60.0) == (2, 1)
 
 
 def test_rings_stand_two_radii_apart() -> None:

@@ -62,7 +62,9 @@ def remesh_auto(
             found = way()
         except CannotMakeError as error:
             failed.append(error)
-            told.append(f"--remesh {kind}:{n_quads} failed: {str(error).splitlines()[0]}")
+            told.append(
+                f"--remesh {kind}:{n_quads} failed: {str(error).splitlines()[0].rstrip(':')}"
+            )
             continue
         near = model_of(mesh, found.mesh.n_vertices)
         faired = fair_mesh(found.mesh, near, _STEPS, wish=wish, course=course, progress=progress)

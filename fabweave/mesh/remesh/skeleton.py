@@ -14,6 +14,8 @@ from fabweave.mesh.triangulate import area_samples, plain_triangles
 _SAMPLES = 8000
 #: A branch that sticks out of a trunk by less than this share of the trunk's radius is a bump.
 _BUMP = 0.5
+#: A branch that sticks out by less than this share of an edge has no room for a row of faces.
+_ROW = 0.8
 #: Rings stand so many radii apart.
 _APART = 2.0
 #: A chain gets no ring of its own where fewer radii are left beside branchings.
@@ -104,37 +106,39 @@ def measured(bones: PolyMesh, surface: PolyMesh) -> Skeleton:
     return Skeleton(places, edges, radii)
 
 
-def pruned(bones: Skeleton, least: float) -> tuple[Skeleton, list[FloatArray]]:
-    """Take away branches that are bumps of a trunk, or thinner than a least radius.
+def pruned(bones: Skeleton, least: float, side: float = 0.0) -> tuple[Skeleton, list[FloatArray]]:
+    """Take away branches that are bumps of a trunk, or too small for faces of their own.
 
     Parameters
     ----------
     bones : Skeleton
     least : float
         The least mean radius of a branch.
+    side : float
+        How long edges will be: a branch sticks out by more than `_ROW` of that.
 
     Returns
     -------
     pruned : Skeleton
-    thin : list of (3,) float arrays
-        The tips of those that were too thin.
+    small : list of (3,) float arrays
+        The tips of those that were no bumps, but too small.
     """
-    thin: list[FloatArray] = []
+    small: list[FloatArray] = []
     while True:
         worst: tuple[float, list[int], bool] | None = None
         for chain in bones.branches():
             long = np.linalg.norm(np.diff(bones.places[chain], axis=0), axis=1).sum()
-            out = long + bones.radii[chain[0]] - bones.radii[chain[-1]]
-            short = out / (_BUMP * bones.radii[chain[-1]])
+            out = float(long + bones.radii[chain[0]] - bones.radii[chain[-1]])
+            bump = out / (_BUMP * float(bones.radii[chain[-1]]))
             slim = float(bones.radii[chain[:-1]].mean()) / least
-            score = min(short, slim)
+            score = min(bump, slim, out / (_ROW * side) if side > 0 else np.inf)
             if score < 1 and (worst is None or score < worst[0]):
-                worst = score, chain, slim < short
+                worst = score, chain, bump >= 1
         if worst is None:
-            return bones, thin
-        _, chain, slim = worst
-        if slim:
-            thin.append(bones.places[chain[0]])
+            return bones, small
+        _, chain, told = worst
+        if told:
+            small.append(bones.places[chain[0]])
         bones = _without(bones, chain[:-1])
 
 

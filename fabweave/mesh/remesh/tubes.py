@@ -40,8 +40,9 @@ _LEAST_RADIUS_MM = 4.0
 _GROW, _REGROW = 25, 6
 #: A sample draws a vertex whose normal has at least this cosine with its own.
 _ALIKE = 0.3
-#: Few samples are less than this share of the usual; how strongly what is in a pleat rises.
-_FEW, _RISE = 0.3, 0.2
+#: Few samples are less than this share of the usual. How strongly what is in a pleat rises out of
+#: it, at first and where that spoils the surface.
+_FEW, _RISES = 0.3, (0.2, 0.0)
 #: Rounds of fitting at the end, and how even vertices stand.
 _FIT, _EVEN = 3, 3.0
 #: At most so many rings are put around wide parts.
@@ -89,20 +90,18 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
             "'fabweave[tubes]', or write --remesh quads"
         )
     source, notes = ready_source(mesh)
-    model = model_of(source, n_quads)
+    model, side = model_of(source, n_quads), float(np.sqrt(surface_area(source) / n_quads))
     try:
         progress("finding the skeleton", 0, 2)
-        bones, thin = _skeleton(source, model)
+        bones, small = _skeleton(source, model, side)
         progress("laying tubes around the skeleton", 1, 2)
         graph = PolyMesh.from_faces(bones.places, bones.edges)
         tubes = run_engine(EXTRUSION, graph, Run(0, 0, rim=False), radii=bones.radii)
-        tubes = _opened(grown(model, tubes, _GROW), source)
     except AttemptFailedError as error:
         raise _failed(str(error)) from error
-    side = float(np.sqrt(surface_area(source) / n_quads))
     found = None
     faults: tuple[str, ...] = ()
-    for made in _sized(model, tubes, n_quads, side):
+    for made in _sized(model, tubes, source, n_quads, side):
         faults = check_remeshed(source, made)
         clashes = len(self_intersections(made))
         if not faults and (found is None or clashes < found[0]):
@@ -116,11 +115,11 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
         f"PyGEL found a skeleton with {agree(bones.n_tips, '{n} tip[|s]')}; tubes around it have "
         f"{made.n_faces} quads ({n_quads} were wanted)"
     )
-    if thin:
-        where = few_of(sorted({name_place(place, source) for place in thin}), 5)
+    if small:
+        where = few_of(sorted({name_place(place, source) for place in small}), 5)
         notes.append(
-            agree(len(thin), "{n} [branch is|branches are] too thin for ribbons and [is|are] left ")
-            + f"out: {where}; a larger size would keep more"
+            agree(len(small), "{n} [branch is|branches are] too small for ribbons and [is|are] ")
+            + f"left out ({where}); more quads, and a larger size, would keep more"
         )
     irregular = find_irregular(made)
     return Remeshed(made, "tubes", (*notes, irregular_note(irregular)), irregular)
@@ -134,18 +133,18 @@ def _failed(why: str) -> CannotMakeError:
     )
 
 
-def _skeleton(source: PolyMesh, model: Model) -> tuple[Skeleton, list[FloatArray]]:
-    """Return where rings are to stand, and the tips of branches that are too thin."""
+def _skeleton(source: PolyMesh, model: Model, side: float) -> tuple[Skeleton, list[FloatArray]]:
+    """Return where rings are to stand, and the tips of branches that are too small."""
     surface = cut_surface(source)
-    small = surface
+    fewer = surface
     if surface.n_faces > _ENOUGH:
-        small = run_engine(QSLIM, surface, Run(_ENOUGH, 0, rim=False))
-    bones = measured(run_engine(SKELETON, small, Run(0, 0, rim=False)), surface)
-    bones, thin = pruned(rerouted(bones, model.surface), _LEAST_RADIUS_MM)
-    return resampled(bones), thin
+        fewer = run_engine(QSLIM, surface, Run(_ENOUGH, 0, rim=False))
+    bones = measured(run_engine(SKELETON, fewer, Run(0, 0, rim=False)), surface)
+    bones, small = pruned(rerouted(bones, model.surface), _LEAST_RADIUS_MM, side)
+    return resampled(bones), small
 
 
-def grown(model: Model, mesh: PolyMesh, rounds: int) -> PolyMesh:
+def grown(model: Model, mesh: PolyMesh, rounds: int, rise: float) -> PolyMesh:
     """Let a mesh grow smoothly from inside a model to it.
 
     Each round draws each vertex to the samples that are nearest to it, of those that look its way,
@@ -156,11 +155,13 @@ def grown(model: Model, mesh: PolyMesh, rounds: int) -> PolyMesh:
     model : Model
     mesh : PolyMesh
     rounds : int
+    rise : float
+        How strongly what is in a pleat between limbs rises out of it.
 
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import sphere
-    >>> ball = grown(model_of(sphere(24, 50.0), 98), sphere(4, 20.0), 8)
+    >>> ball = grown(model_of(sphere(24, 50.0), 98), sphere(4, 20.0), 8, 0.0)
     >>> bool(np.linalg.norm(ball.vertices, axis=1).min() > 45)
     True
     """
@@ -182,10 +183,10 @@ def grown(model: Model, mesh: PolyMesh, rounds: int) -> PolyMesh:
         feet = model.surface.feet(mesh.vertices)
         inside = np.einsum("vd,vd->v", mesh.vertices - feet.points, feet.normals) < 0
         risen = mesh.vertices + np.where(inside, feet.distances, 0.0)[:, None] * normal
-        rise = _RISE * (1.0 - drawn)
-        matrix = smooth + sparse.diags_array((drawn + rise)[:, 0])
+        rising = rise * (1.0 - drawn)
+        matrix = smooth + sparse.diags_array((drawn + rising)[:, 0])
         mesh = mesh.with_vertices(
-            splu(sparse.csc_array(matrix)).solve(drawn * middle + rise * risen)
+            splu(sparse.csc_array(matrix)).solve(drawn * middle + rising * risen)
         )
     return mesh
 
@@ -203,16 +204,20 @@ def _opened(tubes: PolyMesh, source: PolyMesh) -> PolyMesh:
     return without_loose(PolyMesh.from_faces(tubes.vertices, tubes.indices.reshape(-1, 4)[kept]))
 
 
-def _sized(model: Model, tubes: PolyMesh, n_quads: int, side: float) -> Iterator[PolyMesh]:
-    """Yield tubes whose faces are about as large as wanted, the most even first."""
-    tubes = grown(model, thinned(tubes, side, n_quads), _REGROW)
-    wide = tubes
-    for _ in range(_MOST_RINGS):
-        part = wide_part(wide, side)
-        ringed = None if part is None else pillowed(wide, part)
-        if ringed is None:
-            break
-        wide = grown(model, ringed, _REGROW)
-    for one in (wide, tubes) if wide is not tubes else (tubes,):
-        smooth = grown(model, lengthened(one, n_quads), _REGROW)
-        yield fit(model, smooth, _FIT, _EVEN)
+def _sized(
+    model: Model, raw: PolyMesh, source: PolyMesh, n_quads: int, side: float
+) -> Iterator[PolyMesh]:
+    """Yield tubes whose faces are about as large as wanted, in the order of preference."""
+    for rise in _RISES:
+        tubes = _opened(grown(model, raw, _GROW, rise), source)
+        tubes = grown(model, thinned(tubes, side, n_quads), _REGROW, rise)
+        wide = tubes
+        for _ in range(_MOST_RINGS):
+            part = wide_part(wide, side)
+            ringed = None if part is None else pillowed(wide, part)
+            if ringed is None:
+                break
+            wide = grown(model, ringed, _REGROW, rise)
+        for one in (wide, tubes) if wide is not tubes else (tubes,):
+            smooth = grown(model, lengthened(one, n_quads), _REGROW, rise)
+            yield fit(model, smooth, _FIT, _EVEN)
