@@ -25,7 +25,7 @@ from fabweave.mesh.one_rings import find_rim
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
 from fabweave.mesh.shapes.solids import cube
-from fabweave.mesh.subdivide.primal import split_to_quads
+from fabweave.mesh.subdivide import split_to_quads
 from fabweave.mesh.triangulate import fans, triangulate
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import load_asked
