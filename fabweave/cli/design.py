@@ -56,8 +56,7 @@ def design(
     """
     with held_back():
         from fabweave.core.parallel.executors import processes
-        from fabweave.design.job import run_design
-        from fabweave.design.page import best_of, design_json, told_design
+        from fabweave.design.page import best_of, design_json, run_design, told_design
         from fabweave.design.search import Trials
         from fabweave.mesh.shapes.catalogue import object_title
 

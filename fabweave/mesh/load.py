@@ -38,8 +38,7 @@ from fabweave.mesh.remesh.triangles import remesh_triangles
 from fabweave.mesh.remesh.tubes import remesh_tubes
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
-from fabweave.mesh.subdivide.primal import mid_edge
-from fabweave.mesh.subdivide.refine import format_refinements, parse_refinements, refine_mesh
+from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry import symmetrise
 from fabweave.mesh.upright import (
     Up,

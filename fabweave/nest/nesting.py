@@ -21,10 +21,9 @@ from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.nest.container import container_of
-from fabweave.nest.effort import Effort, effort_named
 from fabweave.nest.fits import fits_on, fits_rectangle
 from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, rotated, shapes_of
-from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.layout import Effort, Layout, Placement, effort_named
 from fabweave.nest.offcut import offcut_of
 from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet, kernel_cache
 from fabweave.nest.place.greedy import (

@@ -108,7 +108,7 @@ OBJECT_OPTIONS = (
         text(
             "SCHEME:STEPS",
             "a text such as 'catmull-clark:2'",
-            "fabweave.mesh.subdivide.refine.parse_refinements",
+            "fabweave.mesh.subdivide.parse_refinements",
         ),
         "Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. These "
         "schemes round the shape: catmull-clark, doo-sabin, simplest, sqrt3, loop. These keep "

@@ -11,7 +11,7 @@ from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.bodies import Body, joined_bodies

@@ -7,9 +7,8 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray
 from fabweave.mesh.leave_out import Opening
-from fabweave.piece.brief import Brief
+from fabweave.piece.brief import ACROSS_DEG, Brief, tight_along
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.grain import ACROSS_DEG, tight_along
 from fabweave.piece.joined_strands import JoinedObject
 from fabweave.piece.joint.fastening import (
     beside_edges,

@@ -10,8 +10,8 @@ from fabweave.core.arrays import (
     IntArray,
 )
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.nest.effort import ROUGH
 from fabweave.nest.fits import fits_stock
+from fabweave.nest.layout import ROUGH
 from fabweave.nest.nesting import nest
 from fabweave.piece.rim_ring import RimRing
 from fabweave.piece.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets

@@ -1,10 +1,15 @@
 """Make a test coupon, alone or for a finished job."""
 
+import math
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
@@ -12,12 +17,301 @@ from fabweave.options.settings import read_job_options
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.plan.preflight import finished_job, supplies_of
 from fabweave.plan.ribbon_report import read_ribbon_report
-from fabweave.sheet.coupon import FIRST_WORDS, Coupon, coupon_text, draw_coupon, plan_coupon
+from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, draw_flat
+from fabweave.sheet.labels.lettering import characters, place_text, text_box
+from fabweave.sheet.labels.texts import (
+    ARROW,
+    HIDDEN_HEIGHTS_MM,
+    ID_HEIGHTS_MM,
+    LOW_ID_HEIGHTS_MM,
+    OVER_SIGN,
+    TEXT_HEIGHTS_MM,
+    UNDER_SIGN,
+)
+from fabweave.sheet.sheet_notes import sheet_notes
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.svg import svg_text
-from fabweave.stock.material import Material, with_thickness
+from fabweave.stock.material import (
+    Material,
+    hole_edge_mm,
+    laid_across,
+    min_bend_radius_mm,
+    min_hole_mm,
+    with_thickness,
+)
+from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies, sort_of_material
+
+#: Holes of the ladder are so much smaller and larger than the one that is wanted.
+LADDER_MM = (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3)
+#: Blocks of the comb, and their size: their widths add up to a hundred millimetres.
+BLOCKS, BLOCK_MM = 10, (10.0, 16.0)
+#: A common fastener, for which a hole is drawn where none is asked for.
+_HOLE_MM = 3.3
+#: Pieces stand at least this far apart, even where the material needs less.
+_LEAST_GAP_MM = 3.0
+_MARGIN_MM, _GRIP_MM, _LONGEST_BEND_MM = 10.0, 20.0, 200.0
+#: Narrower, the notes of the sheet would have no room.
+_LEAST_WIDTH_MM = 180.0
+_LETTER_MM = TEXT_HEIGHTS_MM[0]
+#: Between letters, edges and holes.
+_AIR_MM = 1.5
+
+
+class Coupon(NamedTuple):
+    """What a coupon tests, in millimetres: ``bend_mm`` is the radius of the bend sample."""
+
+    material: Material
+    hole_mm: float
+    lap_mm: float
+    width_mm: float
+    bend_mm: float
+
+
+class _Part(NamedTuple):
+    """A rectangle from the origin with holes (x, y, d), texts (text, height, x, y), and ticks."""
+
+    name: str
+    size: tuple[float, float]
+    holes: Sequence[tuple[float, float, float]] = ()
+    texts: Sequence[tuple[str, float, float, float]] = ()
+    ticks: Sequence[FloatArray] = ()
+
+
+def plan_coupon(
+    material: Material,
+    *,
+    hole_mm: float | None = None,
+    lap_mm: float | None = None,
+    width_mm: float | None = None,
+    bend_mm: float | None = None,
+) -> Coupon:
+    """Fill in what a coupon tests where a job does not say it.
+
+    Parameters
+    ----------
+    material : Material
+    hole_mm : float, optional
+        The fastener's hole; 3.3 mm, or the least that can be cut.
+    lap_mm, width_mm : float, optional
+        The laps of the job and the width of its ribbons; as wide as the hole needs.
+    bend_mm : float, optional
+        Tightest radius of the job; else the tightest that the material takes.
+
+    Raises
+    ------
+    InputError
+        If the smallest hole of the ladder could not be cut.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named
+    >>> plan_coupon(material_named("card"))[1:]
+    (3.3, 13.2, 13.2, 8.0)
+    """
+    least = min_hole_mm(material)
+    hole = max(_HOLE_MM, least) if hole_mm is None else hole_mm
+    if hole < least:
+        raise InputError(
+            f"a hole of {hole:g} mm is too small for a laser in "
+            f"{material.description}: use {least:g} mm or more"
+        )
+    needed = round(2 * hole_edge_mm(material, hole), 6)
+    width = max(needed, width_mm or 0.0)
+    bend = min_bend_radius_mm(material) if bend_mm is None else bend_mm
+    return Coupon(material, hole, max(needed, lap_mm or 0.0), width, bend)
+
+
+def draw_coupon(coupon: Coupon) -> SheetDrawing:
+    """Draw a coupon: hole ladder, kerf comb, lap, lettering and bend sample.
+
+    Returns
+    -------
+    SheetDrawing
+        Pieces ``KERF1`` to ``KERF10``, ``HOLES``, ``LAP-A``, ``LAP-B``, ``TEXT`` and ``BEND`` on
+        a sheet as small as they allow.
+    """
+    parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
+    gap = max(coupon.material.gap_mm, _LEAST_GAP_MM)
+    comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
+    wide = max(*(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
+    placed, x, y, row = [], 0.0, 0.0, 0.0
+    for part in parts:
+        if x > 0.0 and x + part.size[0] > wide + 1e-9:
+            x, y, row = 0.0, y + row + gap, 0.0
+        placed.append((part, x, y))
+        x, row = x + part.size[0] + gap, max(row, part.size[1])
+    width, height = math.ceil(wide + 2 * _MARGIN_MM), math.ceil(y + row + 2 * _MARGIN_MM)
+    title = f"COUPON {coupon.material.name} {coupon.material.thickness_mm:g} MM".upper()
+    return SheetDrawing(
+        name="coupon",
+        width_mm=width,
+        height_mm=height,
+        pieces=tuple(
+            _drawn(part, np.array([x + _MARGIN_MM, height - _MARGIN_MM - y - part.size[1]]))
+            for part, x, y in placed
+        ),
+        notes=sheet_notes(
+            SheetSize(width, height),
+            [
+                _letterable(title),
+                f"KERF = (100 - WIDTH OF ALL {BLOCKS} BLOCKS) / {BLOCKS}, SEE COUPON.TXT",
+            ],
+        ),
+    )
+
+
+#: How the text of a coupon begins, by which it is known.
+FIRST_WORDS = "Test coupon: "
+
+
+def coupon_text(coupon: Coupon) -> str:
+    """Return the instructions that go with a coupon: what to measure, and what to set."""
+    material, hole = coupon.material, coupon.hole_mm
+    first, last = hole + LADDER_MM[0], hole + LADDER_MM[-1]
+    return f"""{FIRST_WORDS}{material.description}
+
+Cut it with the settings that you will use for the job, from a sheet of the same stock.
+
+HOLES    Holes of {first:.2f} to {last:.2f} mm, as drawn. Find the smallest that your fastener fits
+         without force, and make the job with it: --fastener {hole:g}mm (or the size you found).
+KERF     Push the {BLOCKS} blocks together in one row and measure its length, M mm. The beam burns
+         away (100 - M) / {BLOCKS} mm. The library assumes {material.kerf_mm:g} mm for this
+         material. fabweave's sheets are nominal: set the kerf in your laser's software, ask your
+         shop to do so, or make the job with --kerf.
+         Measure the thickness of a stack of blocks, divide it by their number, and set it:
+         --thickness {material.thickness_mm:g}mm (or what you measured).
+LAP      Join LAP-A and LAP-B, hole on hole, with your fastener: the lap is {coupon.lap_mm:.1f} mm
+         long and {coupon.width_mm:.1f} mm wide. Pull. For a longer lap use
+         --joint rivet,lap=20mm, for wider ribbons --width.
+TEXT     Letters {", ".join(f"{height:g}" for height in _heights())} mm high. If you cannot read the
+         smallest, use a larger --size, which leaves room for larger letters, or --labels numbers,
+         which engraves only the ids. A disc (over) and a ring (under) are to be told apart.
+BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.1f} mm in diameter,
+         along and across the grain. It must not crack. The rule for this material is a radius
+         of {min_bend_radius_mm(material):.1f} mm{_across(material)}. If it cracks, use a thinner
+         sheet or a larger --size.
+"""
+
+
+def _across(material: Material) -> str:
+    """Say what strips across the grain take, where that is another radius."""
+    if not material.across_table_mm:
+        return ""
+    return f", and of {min_bend_radius_mm(laid_across(material)):.1f} mm across the grain"
+
+
+def _heights() -> tuple[float, ...]:
+    """Return all heights of letters."""
+    return (*ID_HEIGHTS_MM, *LOW_ID_HEIGHTS_MM)
+
+
+def _ladder(coupon: Coupon) -> _Part:
+    """Return the holes, each with its diameter."""
+    sizes = [round(coupon.hole_mm + step, 3) for step in LADDER_MM]
+    names = [f"{size:.3f}".rstrip("0").rstrip(".") for size in sizes]
+    edge = hole_edge_mm(coupon.material, sizes[-1])
+    letters = max(text_box(name, _LETTER_MM).width for name in names)
+    pitch = max(3 * sizes[-1], letters + 2 * _AIR_MM)
+    edge = max(edge, letters / 2 + _AIR_MM)
+    # Below the holes, between them and the lower edge, their diameters.
+    low = sizes[-1] / 2 + 2 * _AIR_MM + 1.25 * _LETTER_MM
+    below = max(edge, low)
+    text_y = below - sizes[-1] / 2 - _AIR_MM - 0.625 * _LETTER_MM
+    places = [edge + pitch * number for number in range(len(sizes))]
+    return _Part(
+        "HOLES",
+        (2 * edge + pitch * (len(sizes) - 1), below + edge),
+        [(x, below, size) for x, size in zip(places, sizes, strict=True)],
+        [(name, _LETTER_MM, x, text_y) for x, name in zip(places, names, strict=True)],
+    )
+
+
+def _comb() -> list[_Part]:
+    """Return the blocks of the comb, numbered."""
+    middle = (BLOCK_MM[0] / 2, BLOCK_MM[1] / 2)
+    return [
+        _Part(f"KERF{number}", BLOCK_MM, texts=[(str(number), ID_HEIGHTS_MM[0], *middle)])
+        for number in range(1, BLOCKS + 1)
+    ]
+
+
+def _laps(coupon: Coupon) -> list[_Part]:
+    """Return two strips with the hole in the middle of their lap; a tick where the other ends."""
+    parts = []
+    for name in ("LAP-A", "LAP-B"):
+        box = text_box(name, _LETTER_MM)
+        length = coupon.lap_mm + box.width + 2 * _AIR_MM + 2.0
+        middle = coupon.width_mm / 2
+        ticks = _ticks((coupon.lap_mm,), coupon.width_mm, min(2.0, coupon.width_mm / 4))
+        at = coupon.lap_mm + 2.0 + box.width / 2
+        parts.append(
+            _Part(
+                name,
+                (length, coupon.width_mm),
+                [(coupon.lap_mm / 2, middle, coupon.hole_mm)],
+                [(name, _LETTER_MM, at, middle)],
+                ticks,
+            )
+        )
+    return parts
+
+
+def _letters() -> _Part:
+    """Return a strip with all that labels use, at every height."""
+    rows, y, wide = [], _AIR_MM, 0.0
+    for height in reversed(_heights()):
+        text = f"A69{ARROW} #10>B8 {OVER_SIGN}C2 {UNDER_SIGN}D5 {height:g}"
+        if height < min(HIDDEN_HEIGHTS_MM):
+            text = f"A69{ARROW} {height:g}"  # nothing but ids is so low
+        box = text_box(text, height)
+        y += (box.top - box.bottom) / 2
+        rows.append((text, height, y))
+        y += (box.top - box.bottom) / 2 + _AIR_MM
+        wide = max(wide, box.width)
+    size = (wide + 2 * _AIR_MM, y)
+    return _Part("TEXT", size, texts=[(text, height, size[0] / 2, y) for text, height, y in rows])
+
+
+def _bend(coupon: Coupon) -> _Part:
+    """Return a strip that bends between its ticks, half round if it is not too long for that."""
+    bent = min(math.pi * coupon.bend_mm, _LONGEST_BEND_MM)
+    name = f"BEND R{coupon.bend_mm:.1f}"
+    wide = max(coupon.width_mm, 8.0)
+    grip = max(_GRIP_MM, text_box(name, _LETTER_MM).width + 2 * _AIR_MM)
+    ticks = _ticks((grip, grip + bent), wide, 2.0)
+    return _Part(
+        "BEND", (2 * grip + bent, wide), texts=[(name, _LETTER_MM, grip / 2, wide / 2)], ticks=ticks
+    )
+
+
+def _ticks(places: Sequence[float], wide: float, long: float) -> list[FloatArray]:
+    """Return ticks across a strip at some places, from near either edge inwards."""
+    ends = ((0.5, 0.5 + long), (wide - 0.5, wide - 0.5 - long))
+    return [np.array([[x, start], [x, end]]) for x in places for start, end in ends]
+
+
+def _drawn(part: _Part, corner: FloatArray) -> PieceDrawing:
+    """Return a part's entities where it stands."""
+    (wide, high), (left, low) = part.size, corner.tolist()
+    outline = corner + np.array([[0.0, 0.0], [wide, 0.0], [wide, high], [0.0, high]])
+    strokes = (
+        place_text(text, height, (left + x, low + y), 0.0) for text, height, x, y in part.texts
+    )
+    return draw_flat(
+        part.name,
+        chain.from_iterable(strokes),
+        [tick + corner for tick in part.ticks],
+        [(left + x, low + y, diameter) for x, y, diameter in part.holes],
+        Polyline(Layer.CUT_OUTER, outline, closed=True),
+    )
+
+
+def _letterable(text: str) -> str:
+    """Return a text without characters that cannot be lettered."""
+    known = set(characters())
+    return "".join(sign for sign in text if sign in known)
 
 
 def coupon_for(

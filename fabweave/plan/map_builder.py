@@ -36,7 +36,7 @@ from fabweave.plan.crossing_map import (
     ThreadRecord,
     weave_record,
 )
-from fabweave.plan.order.planning import Order
+from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.steps import build_steps, last_tenth
 from fabweave.ribbon.lay import WovenObject

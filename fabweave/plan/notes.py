@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout
-from fabweave.piece.grain import grain_notes
+from fabweave.piece.brief import grain_notes
 from fabweave.piece.joint.fastening import TIGHT_COVER
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
@@ -16,7 +16,7 @@ from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.bill_of_materials import bill_of_materials, bom_notes
 from fabweave.plan.extent import extent_notes
-from fabweave.plan.order.planning import Order
+from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import ribbon_notes
 from fabweave.plan.steps import build_steps, order_note

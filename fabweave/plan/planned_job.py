@@ -21,10 +21,9 @@ from fabweave.piece.joint.holes import HoleRule
 from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import SplitPlan
-from fabweave.plan.ask import brief_of, settle_grain
+from fabweave.plan.ask import brief_of, settle_grain, try_refinement
 from fabweave.plan.colours import piece_colours, woven_colours
 from fabweave.plan.nest_pieces import nest_pieces
-from fabweave.plan.refinement import try_refinement
 from fabweave.plan.verdict import NotMakeableError, Verdict, judge
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import BrokenRule

@@ -8,7 +8,7 @@ from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.order.planning import Order
+from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8

@@ -9,8 +9,8 @@ from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.core.errors import InputError, TooFineError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import interior_valences
 from fabweave.mesh.leave_out import leave_out, parse_leave_out
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.triangulate import surface_area
 from fabweave.ribbon.project import Ribbons, following_rung

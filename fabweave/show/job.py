@@ -23,7 +23,7 @@ from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.ask import complete_settings
 from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.plan.notes import job_notes
-from fabweave.plan.order.planning import Order, plan_order
+from fabweave.plan.order import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import hole_findings
 from fabweave.plan.steps import build_steps

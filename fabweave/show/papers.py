@@ -32,13 +32,11 @@ from fabweave.sheet.write.template import template_pdf
 from fabweave.show.job import Job
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
-from fabweave.show.manual.legend import write_legend
 from fabweave.show.manual.painting import build_scene
-from fabweave.show.manual.parts_list import write_parts
+from fabweave.show.manual.parts_list import write_legend, write_map, write_parts
 from fabweave.show.manual.sheets import drawn_pieces, write_sheets
 from fabweave.show.manual.step_pictures import WholePicture, step_pictures
 from fabweave.show.manual.steps import write_steps
-from fabweave.show.manual.thread_map import write_map
 from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
 from fabweave.show.viewer.page import space_record, viewer_page
 from fabweave.weave.pattern import Weave

@@ -8,8 +8,7 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, TypeVar
 import msgspec
 import numpy as np
 
-from fabweave.verify.drawing import Floats, ReadError
-from fabweave.verify.read.content import read_content
+from fabweave.verify.drawing import Floats, ReadError, read_content
 
 #: Corners, (N, 2); and with the bulge of the side that leaves each, (N, 3).
 Polygon: TypeAlias = Floats

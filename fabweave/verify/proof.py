@@ -9,29 +9,32 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.check.drawings import check_dxf, check_lines, check_order, check_svg
+from fabweave.verify.check.drawings import (
+    check_dxf,
+    check_labels,
+    check_lines,
+    check_order,
+    check_svg,
+)
 from fabweave.verify.check.fastening import check_fastening
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.kerf import check_ready
-from fabweave.verify.check.labels import check_labels
 from fabweave.verify.check.pieces import (
     check_crossing_holes,
     check_kinds,
     check_piece_order,
     check_simple,
+    check_unfolding,
 )
-from fabweave.verify.check.references import check_references
 from fabweave.verify.check.ribbons import check_bends, check_clearance, check_grain
 from fabweave.verify.check.rim import check_rim
 from fabweave.verify.check.service import check_service
 from fabweave.verify.check.sheets import check_materials, check_offcuts, check_sheets, check_stock
-from fabweave.verify.check.source import check_source
+from fabweave.verify.check.source import check_references, check_source
 from fabweave.verify.check.space import check_space
 from fabweave.verify.check.steps import check_steps
-from fabweave.verify.check.unfolding import check_unfolding
 from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
-from fabweave.verify.drawing import ReadError
-from fabweave.verify.read.content import read_text
+from fabweave.verify.drawing import ReadError, read_text
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import Tally, VerifyReport
 

@@ -16,11 +16,11 @@ from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.topology import ParityClasses, label_links, solve_parity
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads, thread_labels
-from fabweave.weave.twill.obstruction import Obstruction
+from fabweave.weave.twill.decide import Obstruction
 
 #: Longest repeat; a window of passes fits a 64-bit integer.
 _LONGEST = 60

@@ -9,8 +9,8 @@ from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import interior_valences
-from fabweave.mesh.subdivide.primal import mid_edge_twist
+from fabweave.mesh.one_rings import interior_valences
+from fabweave.mesh.subdivide import mid_edge_twist
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads

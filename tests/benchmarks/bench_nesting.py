@@ -29,7 +29,7 @@ from fabweave.job import make_job
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
 from fabweave.options.settings import Settings
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)

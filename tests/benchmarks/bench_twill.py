@@ -25,7 +25,7 @@ from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.anneal import couple, optimise_twill

@@ -14,7 +14,7 @@ from fabweave.cli.guide import TOPICS, for_terminal, page, summary
 from fabweave.cli.main import cli
 from fabweave.estimate.texts import hours_text
 from fabweave.mesh.shapes.catalogue import SHAPES
-from fabweave.mesh.subdivide.refine import SCHEMES
+from fabweave.mesh.subdivide import SCHEMES
 from fabweave.options.page import options_page
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.sheet.presets import preset_names

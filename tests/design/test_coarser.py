@@ -16,7 +16,7 @@ from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.primal import mid_edge
+from fabweave.mesh.subdivide import mid_edge
 from fabweave.options.settings import Settings, read_job_options
 from fabweave.plan.ask import load_asked
 from fabweave.plan.verdict import Verdict

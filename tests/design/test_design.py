@@ -17,9 +17,16 @@ from fabweave.core.parallel.executors import processes
 from fabweave.core.records import from_json
 from fabweave.design import search
 from fabweave.design.candidate import Candidate
-from fabweave.design.job import check_folder, run_design
 from fabweave.design.making import make_or_advise, meet_wishes
-from fabweave.design.page import design_csv, design_json, design_page, objectives, pareto_front
+from fabweave.design.page import (
+    check_folder,
+    design_csv,
+    design_json,
+    design_page,
+    objectives,
+    pareto_front,
+    run_design,
+)
 from fabweave.design.rounds import Search
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import densities, name_of

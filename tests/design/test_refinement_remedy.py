@@ -5,8 +5,7 @@ from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.piece.joined_strands import split_object
-from fabweave.plan.ask import brief_of
-from fabweave.plan.refinement import REFINEMENTS, try_refinement
+from fabweave.plan.ask import REFINEMENTS, brief_of, try_refinement
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.broken_rule import sentence, written
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck

@@ -20,7 +20,7 @@ from fabweave.estimate.machine_time import MachineTime, add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price
 from fabweave.estimate.texts import costs_text
 from fabweave.job import make_job
-from fabweave.options.calibration import parse_calibration
+from fabweave.options.file_kinds import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.bill_of_materials import (
     BillOfMaterials,

@@ -10,7 +10,7 @@ from weaving_meshes import cut_faces
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.irregular import find_irregular
+from fabweave.mesh.one_rings import find_irregular
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.shapes import grids, solids

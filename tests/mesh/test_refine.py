@@ -15,24 +15,23 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.one_rings import find_rim, valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.subdivide.dual import doo_sabin, simplest
-from fabweave.mesh.subdivide.primal import (
-    catmull_clark,
-    catmull_clark_limit,
-    loop,
-    loop_limit,
-    mid_edge,
-)
-from fabweave.mesh.subdivide.refine import (
+from fabweave.mesh.subdivide import (
     MOST_EDGES,
     SCHEMES,
     Refinement,
+    catmull_clark,
+    catmull_clark_limit,
+    doo_sabin,
     find_scheme,
     format_refinements,
+    loop,
+    loop_limit,
+    mid_edge,
     parse_refinements,
     refine_mesh,
+    simplest,
+    sqrt3,
 )
-from fabweave.mesh.subdivide.sqrt3 import sqrt3
 
 NAMES = [scheme.name for scheme in SCHEMES]
 names = pytest.mark.parametrize("name", NAMES)

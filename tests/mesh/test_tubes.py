@@ -31,7 +31,7 @@ from fabweave.mesh.remesh.skeleton import Skeleton, pruned, resampled
 from fabweave.mesh.remesh.tubes import remesh_tubes
 from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
 from fabweave.mesh.shapes.solids import cube
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.mesh.triangulate import triangulate
 
 needs_pygel = pytest.mark.skipif(not SKELETON.installed, reason="needs fabweave[tubes]")

@@ -13,7 +13,7 @@ from fabweave.mesh.likeness import likeness
 from fabweave.mesh.remesh.coarse import cages, remesh_coarse, unrefined
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.subdivide.primal import catmull_clark
+from fabweave.mesh.subdivide import catmull_clark
 
 
 def as_cycles(mesh):

@@ -13,12 +13,12 @@ from fabweave.core.parallel.executors import processes
 from fabweave.nest import nesting
 from fabweave.nest import nesting as batches
 from fabweave.nest.container import container_of
-from fabweave.nest.effort import effort_named
 from fabweave.nest.fits import fits_on
 from fabweave.nest.item_shape import shapes_of
+from fabweave.nest.layout import effort_named
 from fabweave.nest.nesting import nest
 from fabweave.nest.place.fill import NestingJob
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import FREE
 from fabweave.stock.sheet_size import SheetSize
 

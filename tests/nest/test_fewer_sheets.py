@@ -7,10 +7,10 @@ from fabweave.nest.container import container_of
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.nesting import nest
 from fabweave.nest.place.coarse_search import CoarseSearch
-from fabweave.nest.separate import emptying
-from fabweave.nest.separate.emptying import SeparationProblem, shortfall_mm
+from fabweave.nest.separate import fewer_sheets as emptying
+from fabweave.nest.separate.fewer_sheets import SeparationProblem, shortfall_mm
 from fabweave.nest.separate.overlap import item_field
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import FREE
 from fabweave.stock.sheet_size import SheetSize
 

@@ -13,7 +13,7 @@ import shapely
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.nesting import nest
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 

@@ -12,7 +12,7 @@ from strategies import at_most
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.nesting import nest
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import FREE, parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 

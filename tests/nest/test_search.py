@@ -8,8 +8,8 @@ from sheet_fit import bar
 from strategies import at_most
 
 from fabweave.nest.container import Container
-from fabweave.nest.effort import effort_named
 from fabweave.nest.item_shape import shape_of
+from fabweave.nest.layout import effort_named
 from fabweave.nest.place.search import SheetPixels, grid_of, kernels_of
 
 SHEET = (160.0, 120.0)

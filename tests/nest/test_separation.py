@@ -10,7 +10,7 @@ from strategies import at_most
 
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated, shape_of
-from fabweave.nest.separate.emptying import shortfall_mm
+from fabweave.nest.separate.fewer_sheets import shortfall_mm
 from fabweave.nest.separate.overlap import (
     distances,
     item_arrays,

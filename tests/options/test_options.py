@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.nest.effort import effort_named
+from fabweave.nest.layout import effort_named
 from fabweave.options.option import SECTIONS
 from fabweave.options.page import options_page
 from fabweave.options.settings import (

@@ -12,7 +12,7 @@ from weaving_meshes import walked
 from fabweave.core.colour_space import light_of, oklab_of
 from fabweave.core.errors import InputError
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.primal import loop
+from fabweave.mesh.subdivide import loop
 from fabweave.picture.surfaces import rung_colours
 from fabweave.ribbon.project import following_rung, project_ribbons
 from fabweave.stock.material import material_library

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from weaving_meshes import walked
 
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.primal import catmull_clark
+from fabweave.mesh.subdivide import catmull_clark
 from fabweave.picture.camera import View
 from fabweave.picture.twist_picture import broken_places, twill_seams, weave_on_mesh
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave

@@ -15,10 +15,11 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.bodies import Body, clashing_facets, yarn_bodies
-from fabweave.picture.yarn_course import draw_spines, lay_course
 from fabweave.picture.yarns import (
     Yarns,
     bends_too_tightly,
+    draw_spines,
+    lay_course,
     spin_yarns,
     touching_points,
 )

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from jobs import laid
 
-from fabweave.piece.brief import ACROSS
-from fabweave.piece.grain import grain_notes, tight_along
+from fabweave.piece.brief import ACROSS, grain_notes, tight_along
 from fabweave.plan.ask import settle_grain
 from fabweave.plan.planned_job import plan_job
 from fabweave.stock.material import (

@@ -16,9 +16,8 @@ from fabweave.options.settings import settings_from_options
 from fabweave.piece.congruence import compare_pieces
 from fabweave.piece.cut_up import joined_pieces
 from fabweave.piece.development import Runs
-from fabweave.piece.joined_strands import split_object
+from fabweave.piece.joined_strands import object_repeats, split_object
 from fabweave.piece.split.repeats import Repeats, find_repeats
-from fabweave.piece.split.split_strands import object_repeats
 from fabweave.plan.ask import brief_of
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from sheet_fit import bar
 
 from fabweave.nest.layout import Layout, Placement
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 SQUARE = bar(10.0, 10.0)

@@ -13,12 +13,20 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import find_owners
 from fabweave.piece.rim_ring import plan_ring
+from fabweave.plan.order import (
+    MeasuredOrder,
+    State,
+    _easy_end,
+    find_contacts,
+    grow_order,
+    improve_order,
+    measure_order,
+    order_by_number,
+    piece_effort,
+    plan_order,
+    reach,
+)
 from fabweave.plan.order import effort as model
-from fabweave.plan.order.annealed import improve_order
-from fabweave.plan.order.contacts import find_contacts
-from fabweave.plan.order.effort import State, piece_effort, reach
-from fabweave.plan.order.greedy import MeasuredOrder, grow_order, measure_order
-from fabweave.plan.order.planning import _easy_end, order_by_number, plan_order
 from fabweave.plan.steps import build_steps, last_tenth
 
 

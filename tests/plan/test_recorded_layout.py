@@ -10,7 +10,7 @@ from fabweave.core.errors import InputError
 from fabweave.nest.nesting import nest
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.plan.crossing_map import ThreadRecord
-from fabweave.plan.recorded_layout import read_layout
+from fabweave.plan.nest_pieces import read_layout
 from fabweave.stock.sheet_size import SheetSize
 
 STOCK = [SheetSize(120, 90)]

@@ -15,11 +15,12 @@ from fabweave.ribbon.lay import (
     check_object,
     keep_clear,
     lay_ribbons,
+    widest_clear,
+    widest_width,
 )
 from fabweave.ribbon.project import Ribbons, convex_quads, following_rung, straighten_panels
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.rules.rules import measure_clearance, pass_of_rungs
-from fabweave.ribbon.widest import widest_clear, widest_width
 from fabweave.ribbon.width import PROPORTIONAL, WidthRule
 from fabweave.stock.ribbon_limits import ribbon_limits
 

@@ -13,7 +13,7 @@ from fabweave.mesh.fair.portals import medial_portals, portals_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.ribbon.measures import open_share
 
 WIDTH, LENGTH = 0.65, 0.7

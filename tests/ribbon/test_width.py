@@ -14,12 +14,11 @@ from weaving_meshes import walked
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
-from fabweave.piece.split.split_strands import plan_pieces
+from fabweave.piece.joined_strands import plan_pieces
 from fabweave.plan.ask import brief_of
-from fabweave.ribbon.lay import lay_ribbons
+from fabweave.ribbon.lay import even_widths, lay_ribbons, widest_width
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import following_rung
-from fabweave.ribbon.widest import even_widths, widest_width
 from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
 from fabweave.weave.pattern import plain_weave
 

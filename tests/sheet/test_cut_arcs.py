@@ -14,7 +14,7 @@ from PIL import Image
 from fabweave.estimate.waste import length_mm
 from fabweave.piece.outline import fit_paths
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.sheet.labels.titles import place_titles
+from fabweave.sheet.labels.texts import place_titles
 from fabweave.sheet.write.dxf import DXF_VERSIONS, dxf_bytes, extents
 from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.svg import SVG_UNITS, svg_text

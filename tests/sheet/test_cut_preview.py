@@ -11,7 +11,7 @@ from strategies import at_most
 
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.sheet.labels.lettering import place_text
-from fabweave.sheet.labels.titles import Title, place_titles
+from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.presets import preset_named
 from fabweave.sheet.write.preview import png_bytes, preview_frame
 

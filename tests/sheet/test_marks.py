@@ -10,13 +10,15 @@ from irregular_meshes import lumpy_ball, pieces_of
 
 from fabweave.core.arc_path import straight_path
 from fabweave.piece.piece import Piece
-from fabweave.sheet.labels.marks import Marks, mark_pieces, seen_mm
-from fabweave.sheet.labels.placement import (
+from fabweave.sheet.labels.marks import (
     CLEAR_MM,
     COVER_MM,
     WORD_SPACE_MM,
+    Marks,
     covered_rooms,
     covers_of,
+    mark_pieces,
+    seen_mm,
 )
 from fabweave.sheet.labels.texts import (
     ARROW,

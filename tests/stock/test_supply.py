@@ -13,7 +13,7 @@ from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.nesting import nest
 from fabweave.nest.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
 from fabweave.nest.place.raster import largest_rectangle
-from fabweave.plan.recorded_layout import check_layout
+from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 

@@ -8,7 +8,7 @@ from weaving_meshes import meshes, walked
 from fabweave.core.arrays import IntArray
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
-from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.mesh.topology import solve_parity
 from fabweave.weave.twill.conditions import TwillConditions, count_broken, twill_conditions
 from fabweave.weave.twill.decide import Decision

@@ -15,8 +15,7 @@ from fabweave.core.records import to_json
 from fabweave.picture.model_files import woven_glb
 from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import check_object
-from fabweave.verify.check.ribbons import check_bends, rung_widths
-from fabweave.verify.measure.bending import measure_bending
+from fabweave.verify.check.ribbons import check_bends, measure_bending, rung_widths
 from fabweave.verify.read.glb import read_model
 from fabweave.weave.strand_colours import thread_colours
 

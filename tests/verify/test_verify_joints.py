@@ -20,8 +20,7 @@ from fabweave.piece.joint import kinds as interlock
 from fabweave.show.files import write_plan
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.check.joints import check_joints
-from fabweave.verify.check.pieces import check_crossing_holes
-from fabweave.verify.check.unfolding import check_unfolding
+from fabweave.verify.check.pieces import check_crossing_holes, check_unfolding
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

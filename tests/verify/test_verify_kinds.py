@@ -11,7 +11,7 @@ from verify_writers import completed
 
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.shapes.grids import torus
-from fabweave.verify.check.unfolding import check_unfolding
+from fabweave.verify.check.pieces import check_unfolding
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

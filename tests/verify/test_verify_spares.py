@@ -10,8 +10,7 @@ from replacing import replace
 from sealing import found_by
 
 from fabweave.piece.congruence import parse_spares, spared
-from fabweave.verify.check.drawings import check_dxf
-from fabweave.verify.check.labels import check_labels
+from fabweave.verify.check.drawings import check_dxf, check_labels
 from fabweave.verify.check.pieces import check_kinds
 from fabweave.verify.check.service import check_service
 from fabweave.verify.read.job_files import Job, load_job

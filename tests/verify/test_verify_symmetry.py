@@ -9,7 +9,7 @@ from verify_writers import write_job
 
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.primal import catmull_clark
+from fabweave.mesh.subdivide import catmull_clark
 from fabweave.verify.check.weave import count_rotations
 from fabweave.verify.read.mesh import edge_keys, read_obj
 

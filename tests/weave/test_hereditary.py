@@ -27,7 +27,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.subdivide.primal import mid_edge, mid_edge_twist
+from fabweave.mesh.subdivide import mid_edge, mid_edge_twist
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill

@@ -23,8 +23,7 @@ from fabweave.mesh.shapes import grids, solids
 from fabweave.weave.pattern import over_of_passes
 from fabweave.weave.threads import Threads, thread_labels, trace_threads
 from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken, twill_conditions
-from fabweave.weave.twill.decide import Decision, decide_twill
-from fabweave.weave.twill.obstruction import explain
+from fabweave.weave.twill.decide import Decision, decide_twill, explain
 
 
 @pytest.mark.parametrize(

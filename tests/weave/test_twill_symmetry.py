@@ -8,7 +8,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.subdivide.primal import catmull_clark
+from fabweave.mesh.subdivide import catmull_clark
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.symmetry import find_weave_symmetry
 from fabweave.weave.threads import thread_labels, trace_threads

@@ -8,36 +8,42 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
-from fabweave.core.errors import FabweaveError
+from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.design.candidate import Tried
 from fabweave.design.coarser import check_along, is_free
-from fabweave.design.inspection.twill_facts import twill_facts
 from fabweave.design.rounds import Search, search_designs
 from fabweave.design.search import ToldDesign, Trials, plan_designs, tell_nobody
 from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import find_irregular, interior_valences
-from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
+from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
-from fabweave.mesh.symmetry import EXACT, Symmetry, orbits
+from fabweave.mesh.subdivide import parse_refinements, refine_mesh
+from fabweave.mesh.symmetry import EXACT, Symmetry, find_mirror, orbits
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
+from fabweave.piece.brief import grain_notes
 from fabweave.piece.cut_up import joined_pieces, with_grain
-from fabweave.piece.grain import grain_notes
 from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.piece.split.repeats import Repeats
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
-from fabweave.plan.refinement import try_refinement
+from fabweave.plan.ask import (
+    brief_of,
+    complete_settings,
+    lay_asked,
+    load_asked,
+    settle_grain,
+    try_refinement,
+)
 from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.plan.verdict import judge, refused
 from fabweave.ribbon.lay import (
@@ -58,9 +64,121 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
-from fabweave.weave.threads import Threads
+from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.twill.anneal import couple
+from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import twill_conditions
-from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.decide import decide_twill, explain
+from fabweave.weave.twill.voting import best_vote
+
+#: Refinements that may turn a mesh into one with an exact twill.
+_REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
+#: Larger meshes are not refined on trial, nor voted on, however thorough the inspection is.
+_MOST_REFINED = 60_000
+_MOST_VOTED = 30_000
+#: Unless it is thorough: up to so many crossings a twill is voted on, and refinements tried; a
+#: bound is proved with so much work (see prove_bound).
+_MOST_QUICK = 20_000
+_QUICK_WORK = 4_000_000_000
+
+
+def twill_facts(
+    woven: WovenObject,
+    settings: Settings,
+    left_out: list[str],
+    progress: Progress,
+    *,
+    thorough: bool,
+) -> dict[str, Any]:
+    """Decide the 2/2 twill, here and after changes of the mesh; add what is left out to a list."""
+    progress("twill", 0, 1)
+    halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
+    conditions = twill_conditions(halfedges, threads)
+    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
+    if twill is not None:
+        # The weave was to be a twill, so all this is known already.
+        reason, voted, bound = twill.obstruction, twill.voted, twill.bound
+    else:
+        decision = decide_twill(conditions)
+        reason, voted, bound = None, None, None
+        if not decision.twillable:
+            reason = explain(halfedges, threads, conditions, decision, woven.labels)
+            if threads.n_crossings <= (_MOST_VOTED if thorough else _MOST_QUICK):
+                progress("voting", 0, 1)
+                voted = best_vote(conditions, threads, woven.bunches).broken
+                seeds = irregular_seeds(halfedges, threads)
+                bound = prove_bound(
+                    couple(conditions),
+                    seeds,
+                    most_work=None if thorough else _QUICK_WORK,
+                    wider_work=WIDER_WORK["normal"] if thorough else 0.0,
+                    progress=progress,
+                )
+                if bound.cut_short:
+                    left_out.append("the best proof of how many conditions every twill breaks")
+            elif threads.n_crossings <= _MOST_VOTED:
+                left_out.append("how many conditions a twill breaks")
+    if reason is None:
+        return facts
+    facts |= {"exact": False, "because": reason.text}
+    if voted is not None and bound is not None:
+        facts["voting_breaks"] = voted.total
+        # What is not twillable breaks one condition at least.
+        facts["at_least_broken"] = max(bound.least, 1)
+    if twill is not None:
+        facts["broken"] = twill.weave.broken.total
+    n_edges = halfedges.n_edges
+    facts["exact_after"] = []
+    if n_edges <= (_MOST_REFINED if thorough else _MOST_QUICK):
+        facts["exact_after"] = _exact_after(woven.mesh, settings, progress)
+    elif n_edges <= _MOST_REFINED:
+        left_out.append("after which refinements an exact twill exists")
+    return facts
+
+
+def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
+    """Return the options that would give the mesh an exact twill, and how large it is then."""
+    options = []
+    for number, text in enumerate(("", *_REFINEMENTS)):
+        progress("refinements", number, len(_REFINEMENTS) + 1)
+        if text:
+            option = (
+                f"refine {settings.mesh.refine},{text}"
+                if settings.mesh.refine
+                else f"refine {text}"
+            )
+        else:
+            option = "remesh quads"
+        try:
+            changed = (
+                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
+            )
+            halfedges = build_halfedges(changed)
+        except FabweaveError:
+            continue  # a scheme that cannot hold this mesh is no advice
+        threads = trace_threads(halfedges, turn=settings.weave.boundary == "turn")
+        if decide_twill(twill_conditions(halfedges, threads)).twillable:
+            options.append(
+                {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
+            )
+    return options
+
+
+def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
+    """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
+
+    Raises
+    ------
+    CannotMakeError
+        If it would do something else.
+    """
+    first = not settings.mesh.remeshed and not settings.mesh.refine
+    pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
+    paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
+    if paired is mesh or (paired.face_sizes != 4).any():
+        raise CannotMakeError("the mesh is not made of split quads")
+    return paired
+
 
 #: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
 _DENSITIES = 3

@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_areas, without_loose
 from fabweave.mesh.topology import label_links
 

@@ -13,8 +13,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.irregular import find_irregular, irregular_note
-from fabweave.mesh.one_rings import corners_in_turn
+from fabweave.mesh.one_rings import corners_in_turn, find_irregular, irregular_note
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
@@ -42,7 +41,7 @@ def cages(mesh: PolyMesh) -> list[PolyMesh]:
     Examples
     --------
     >>> from fabweave.mesh.shapes.solids import cube
-    >>> from fabweave.mesh.subdivide.refine import parse_refinements, refine_mesh
+    >>> from fabweave.mesh.subdivide import parse_refinements, refine_mesh
     >>> fine = refine_mesh(cube(), parse_refinements("catmull-clark:3"))
     >>> [cage.n_faces for cage in cages(fine)]
     [96, 24, 6]
@@ -79,7 +78,7 @@ def unrefined(mesh: PolyMesh) -> PolyMesh | None:
     Examples
     --------
     >>> from fabweave.mesh.shapes.solids import icosahedron
-    >>> from fabweave.mesh.subdivide.primal import catmull_clark
+    >>> from fabweave.mesh.subdivide import catmull_clark
     >>> unrefined(catmull_clark(icosahedron())).n_faces, unrefined(icosahedron())
     (20, None)
 

@@ -25,8 +25,8 @@ from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
 from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.irregular import find_irregular
 from fabweave.mesh.likeness import likeness
+from fabweave.mesh.one_rings import find_irregular
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults

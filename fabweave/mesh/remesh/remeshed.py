@@ -7,8 +7,8 @@ from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.irregular import Irregular, interior_valences
 from fabweave.mesh.nearest import Surface
+from fabweave.mesh.one_rings import Irregular, interior_valences
 from fabweave.mesh.polymesh import (
     PolyMesh,
     face_centres,

@@ -7,9 +7,8 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_p
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.irregular import find_irregular, interior_valences
 from fabweave.mesh.likeness import nearly_as_like
-from fabweave.mesh.mirror import find_mirror, joined_with_image, sound_half
+from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh, triangle_normals
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Engine, Run, run_engine
 from fabweave.mesh.remesh.fit import Model, fit, line_edges, model_of
@@ -22,6 +21,7 @@ from fabweave.mesh.remesh.remeshed import (
     surface_faults,
 )
 from fabweave.mesh.remesh.request import checked_count
+from fabweave.mesh.symmetry import find_mirror, joined_with_image, sound_half
 from fabweave.mesh.triangulate import surface_area
 
 #: Edges shorter than this share of an even mesh's edges vanish.

@@ -12,9 +12,8 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.irregular import find_irregular, irregular_note
 from fabweave.mesh.likeness import name_place
-from fabweave.mesh.one_rings import sum_at
+from fabweave.mesh.one_rings import find_irregular, irregular_note, sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_normals, face_of_corner, without_loose
 from fabweave.mesh.remesh.chords import lengthened, pillowed, thinned, wide_part
 from fabweave.mesh.remesh.engines import (

@@ -6,10 +6,9 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, frozen_value
 from fabweave.nest.container import Container
-from fabweave.nest.effort import Effort
 from fabweave.nest.fits import sheet_grid
 from fabweave.nest.item_shape import ItemShape, Pose, Spot
-from fabweave.nest.layout import Placement
+from fabweave.nest.layout import Effort, Placement
 from fabweave.nest.place.raster import Cache
 from fabweave.nest.place.search import PULL, Grid, Kernels, SheetPixels, kernels_of
 from fabweave.stock.sheet_size import SheetSize

@@ -19,8 +19,8 @@ from scipy.ndimage import distance_transform_edt
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.container import Container
-from fabweave.nest.effort import Effort
 from fabweave.nest.item_shape import ItemShape, Spot, fitting_angles, rotated
+from fabweave.nest.layout import Effort
 from fabweave.nest.place.raster import (
     filled_pixels,
     region_sides,

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.arrays import FloatArray, offsets_of
 from fabweave.sheet.drawing import Entity, Layer, Polyline, SheetDrawing, check_drawing
-from fabweave.sheet.labels.titles import Title, place_titles
+from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.presets import Preset, preset_named
 
 _Colour: TypeAlias = tuple[int, int, int]

@@ -11,7 +11,7 @@ import shapely
 from fabweave.core.arrays import FloatArray, frozen_value, unit
 from fabweave.plan.crossing_map import CrossingMap, Point, SheetRecord
 from fabweave.sheet.drawing import Circle, Layer, Polyline, SheetDrawing
-from fabweave.sheet.labels.titles import Title, place_titles
+from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.sheet_notes import hatch
 from fabweave.show.manual.book import (
     PLATE,

@@ -8,8 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, ReadError, Shape
-from fabweave.verify.read.content import read_content
+from fabweave.verify.drawing import LAYERS, Drawing, ReadError, Shape, read_content
 
 APPID = "FABWEAVE"
 R12 = "AC1009"

@@ -9,8 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.verify.drawing import Floats, Ints, ReadError
-from fabweave.verify.read.content import read_content
+from fabweave.verify.drawing import Floats, Ints, ReadError, read_content
 
 Json: TypeAlias = dict[str, Any]
 

@@ -19,10 +19,9 @@ from fabweave.verify.crossing_map import (
     read_crossing_map,
     read_json,
 )
-from fabweave.verify.drawing import Drawing, ReadError
+from fabweave.verify.drawing import Drawing, ReadError, read_text
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
-from fabweave.verify.read.content import read_text
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
 from fabweave.verify.read.mesh import LoadedMesh, SourceMesh, read_obj, read_source

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fabweave.verify.drawing import Floats, Ints, ReadError
-from fabweave.verify.read.content import read_content
+from fabweave.verify.drawing import Floats, Ints, ReadError, read_content
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape
-from fabweave.verify.read.content import read_content
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape, read_content
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"

@@ -12,7 +12,7 @@ from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.mesh.irregular import interior_valences
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.weave.threads import Threads, crossing_of_halfedges
 from fabweave.weave.twill.anneal import Couplings
 

@@ -24,8 +24,7 @@ from fabweave.weave.twill.conditions import (
     count_broken,
     twill_conditions,
 )
-from fabweave.weave.twill.decide import decide_twill
-from fabweave.weave.twill.obstruction import Obstruction, explain
+from fabweave.weave.twill.decide import Obstruction, decide_twill, explain
 from fabweave.weave.twill.voting import best_vote, literal_vote
 
 #: At most so many groups of rotations are tried, those of the fewest rotations first.

@@ -1,1 +1,0 @@
-"""Refine meshes by subdivision."""

@@ -1,1 +1,0 @@
-"""Find the order in which pieces are put together."""
