@@ -7,6 +7,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.fair.fairing import fair_mesh
+from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import model_of
@@ -32,8 +33,9 @@ def remesh_auto(
 ) -> Remeshed:
     """Make quads in both ways, fair both, and take the better.
 
-    That is the one with the lesser sum of the energy of fairing for each face, and of how much of
-    the model is lost and added in the mean.
+    That is the one that does not run through itself; if neither or both do, the one with the lesser
+    sum of the energy of fairing for each face, and of how much of the model is lost and added in
+    the mean.
 
     Parameters
     ----------
@@ -54,7 +56,7 @@ def remesh_auto(
         "quads": partial(remesh_quads, mesh, n_quads, seed=seed, progress=progress),
         "tubes": partial(remesh_tubes, mesh, n_quads, progress=progress),
     }
-    made: list[tuple[float, str, Remeshed]] = []
+    made: list[tuple[bool, float, str, Remeshed]] = []
     failed: list[CannotMakeError] = []
     told = []
     for kind, way in ways.items():
@@ -71,14 +73,15 @@ def remesh_auto(
         like = likeness(mesh, faired.mesh)
         off = (like.in_mean_mm + like.out_mean_mm) / float(edge_lengths(faired.mesh).mean())
         energy = faired.energies[-1] / found.mesh.n_faces
-        made.append((energy + _OFF * off, kind, found))
+        through = len(self_intersections(faired.mesh)) > 0
+        made.append((through, energy + _OFF * off, kind, found))
         told.append(
-            f"--remesh {kind}:{n_quads} has an energy of {energy:.2f} a face, "
-            f"{like.in_mean_mm:.1f} mm of the model lost and {like.out_mean_mm:.1f} mm added "
-            "in the mean"
+            f"--remesh {kind}:{n_quads} {'runs through itself, ' * through}has an energy of "
+            f"{energy:.2f} a face, {like.in_mean_mm:.1f} mm of the model lost and "
+            f"{like.out_mean_mm:.1f} mm added in the mean"
         )
     if not made:
         raise CannotMakeError("\n".join(str(error) for error in failed))
-    _, kind, best = min(made, key=lambda one: one[0])
+    *_, kind, best = min(made, key=lambda one: one[:2])
     chosen = f"--remesh auto took {kind}: " + "; ".join(told)
     return replace(best, notes=(chosen, *best.notes))
