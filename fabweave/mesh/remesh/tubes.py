@@ -44,6 +44,8 @@ _ALIKE = 0.3
 _FEW, _RISES = 0.3, (0.2, 0.0)
 #: Rounds of fitting at the end, and how even vertices stand.
 _FIT, _EVEN = 3, 3.0
+#: A corner is flat where the sine of its angle is below this; rounds of mending it.
+_FLAT, _UNFOLDINGS = 0.25, 30
 #: At most so many rings are put around wide parts.
 _MOST_RINGS = 8
 
@@ -107,19 +109,21 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
             found = clashes, made
         if found is not None and not found[0]:
             break
+    told = []
+    if small:
+        where = few_of(sorted({name_place(place, source) for place in small}), 5)
+        told.append(
+            agree(len(small), "{n} [branch is|branches are] too small for ribbons and [is|are] ")
+            + f"left out ({where}); more quads, and a larger size, would keep more"
+        )
     if found is None:
-        raise _failed("; ".join(faults))
+        raise _failed("; ".join([*faults, *told]))
     made = found[1]
     notes.append(
         f"PyGEL found a skeleton with {agree(bones.n_tips, '{n} tip[|s]')}; tubes around it have "
         f"{made.n_faces} quads ({n_quads} were wanted)"
     )
-    if small:
-        where = few_of(sorted({name_place(place, source) for place in small}), 5)
-        notes.append(
-            agree(len(small), "{n} [branch is|branches are] too small for ribbons and [is|are] ")
-            + f"left out ({where}); more quads, and a larger size, would keep more"
-        )
+    notes += told
     irregular = find_irregular(made)
     return Remeshed(made, "tubes", (*notes, irregular_note(irregular)), irregular)
 
@@ -219,4 +223,29 @@ def _sized(
             wide = grown(model, ringed, _REGROW, rise)
         for one in (wide, tubes) if wide is not tubes else (tubes,):
             smooth = grown(model, lengthened(one, n_quads), _REGROW, rise)
-            yield fit(model, smooth, _FIT, _EVEN)
+            yield _unfolded(model, fit(model, smooth, _FIT, _EVEN))
+
+
+def _unfolded(model: Model, mesh: PolyMesh) -> PolyMesh:
+    """Move corners of quads that are nearly flat or turned in to the middle of their neighbours."""
+    half, face = build_halfedges(mesh), face_of_corner(mesh)
+    rim = np.zeros(mesh.n_vertices, dtype=bool)
+    rim[mesh.indices[(half.twin < 0) | (half.twin[half.prev] < 0)]] = True
+    for _ in range(_UNFOLDINGS):
+        way = mesh.vertices[half.head] - mesh.vertices[half.tail]
+        turn = np.cross(way[half.prev], way)
+        area = np.einsum("hd,hd->h", turn, face_normals(mesh)[face])
+        size = np.linalg.norm(way, axis=1)
+        flat = area < _FLAT * size * size[half.prev]
+        if not flat.any():
+            break
+        moved = np.zeros(mesh.n_vertices, dtype=bool)
+        moved[mesh.indices[np.isin(face, face[flat])]] = True
+        moved &= ~rim
+        total = sum_at(half.tail, mesh.vertices[half.head], mesh.n_vertices)
+        number = np.bincount(half.tail, minlength=mesh.n_vertices)[:, None]
+        middle = model.surface.feet(total / number).points
+        mesh = mesh.with_vertices(
+            np.where(moved[:, None], (mesh.vertices + middle) / 2, mesh.vertices)
+        )
+    return mesh
