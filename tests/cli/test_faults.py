@@ -18,7 +18,7 @@ from jobs import run as run_here
 from fabweave import job as pipeline
 from fabweave.cli.terminal import speak_plainly
 from fabweave.nest import nesting as batches
-from fabweave.piece.split import split_strands as split_job
+from fabweave.piece import joined_strands as split_job
 from fabweave.verify.proof import verify_job
 
 

@@ -15,7 +15,7 @@ from fabweave.cli.main import main
 from fabweave.design import making
 from fabweave.options.settings import Settings
 from fabweave.picture import loss_picture, object_picture
-from fabweave.piece.split import split_strands as split_job
+from fabweave.piece import joined_strands as split_job
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.show import job as drawn
 
