@@ -272,13 +272,8 @@ def test_files_that_cannot_be_written_are_told_at_once(option, name, tmp_path) -
 @pytest.fixture
 def small_limits(monkeypatch) -> None:
     """Let 64 crossings be many."""
-    for name in (
-        "facts._MOST_SEARCHED",
-        "facts._MOST_PRICED",
-        "facts._MOST_PLANNED",
-        "twill_facts._MOST_QUICK",
-    ):
-        monkeypatch.setattr(f"fabweave.design.inspection.{name}", 20)
+    for name in ("_MOST_SEARCHED", "_MOST_PRICED", "_MOST_PLANNED", "_MOST_QUICK"):
+        monkeypatch.setattr(f"fabweave.design.inspection.facts.{name}", 20)
 
 
 @pytest.mark.usefixtures("small_limits")

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import find_owners
 from fabweave.piece.rim_ring import plan_ring
+from fabweave.plan import order as model
 from fabweave.plan.order import (
     MeasuredOrder,
     State,
@@ -26,7 +27,6 @@ from fabweave.plan.order import (
     plan_order,
     reach,
 )
-from fabweave.plan.order import effort as model
 from fabweave.plan.steps import build_steps, last_tenth
 
 
