@@ -1045,7 +1045,7 @@ class Layout(_Shown):
             New, empty, or an older job's folder, which is replaced.
         options
             Of files, as on the command line: ``kerf="0.15mm"``, ``preset="glowforge"``,
-            ``labels="numbers"``, ``dxf="R12"``, ``profile="service"``, ``manual_paper="letter"`` …
+            ``labels="numbers"``, ``dxf="R12"``, ``profile="service"``, ``paper="letter"`` …
 
         Returns
         -------

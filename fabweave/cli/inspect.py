@@ -24,6 +24,8 @@ from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
     from fabweave.design.candidate import Candidate
+    from fabweave.design.inspection.facts import Inspection
+    from fabweave.options.settings import Settings
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
@@ -103,20 +105,12 @@ def inspect(
     with held_back():
         from fabweave.core.parallel.executors import processes
         from fabweave.design.inspection.facts import inspect_mesh, tries_designs
-        from fabweave.design.inspection.files import (
-            inspection_edges,
-            inspection_gauss,
-            inspection_link,
-            inspection_picture,
-        )
         from fabweave.design.inspection.text import (
             answer_rows,
             design_rows,
             first_rows,
             further_rows,
         )
-        from fabweave.design.page import told_design
-        from fabweave.picture.object_picture import png_bytes
 
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (pd, ""), (gauss, ""), (edges, "")):
@@ -150,6 +144,8 @@ def inspect(
 
         def tell_design(candidate: "Candidate") -> None:
             """Print what a design came to, as soon as it was tried."""
+            from fabweave.design.page import told_design
+
             if not as_json:
                 progress.say(f"  {told_design(candidate)}")
 
@@ -168,14 +164,35 @@ def inspect(
             with progress.aside():
                 click.echo()
                 _print(design_rows(found.facts))
-        texts = ((pd, inspection_link), (gauss, inspection_gauss), (edges, inspection_edges))
-        files = {path: text(found).encode() for path, text in texts if path is not None}
-        if png is not None:
-            progress("picture", 0, 1)
-            files[png] = png_bytes(inspection_picture(found, settings))
-        write_files(files)
+        if named:
+            progress("files", 0, 1)
+            _write(found, settings, png, pd, gauss, edges)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))
+
+
+def _write(
+    found: "Inspection",
+    settings: "Settings",
+    png: Path | None,
+    pd: Path | None,
+    gauss: Path | None,
+    edges: Path | None,
+) -> None:
+    """Write the files that were asked for."""
+    from fabweave.design.inspection.files import (
+        inspection_edges,
+        inspection_gauss,
+        inspection_link,
+        inspection_picture,
+    )
+    from fabweave.picture.object_picture import png_bytes
+
+    texts = ((pd, inspection_link), (gauss, inspection_gauss), (edges, inspection_edges))
+    files = {path: text(found).encode() for path, text in texts if path is not None}
+    if png is not None:
+        files[png] = png_bytes(inspection_picture(found, settings))
+    write_files(files)
 
 
 def _print(rows: Sequence[tuple[str, str]]) -> None:

@@ -208,7 +208,7 @@ def table_option(name: str) -> Decorator:
     """Return what gives a command an option of the table."""
     option = option_named(name)
     names = f"{option.flag}/{option.denial}" if option.kind.denied else option.flag
-    return click.option(names, cls=TableOption, option=option)
+    return click.option(names, option.name, cls=TableOption, option=option)
 
 
 def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:

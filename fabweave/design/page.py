@@ -1,4 +1,4 @@
-"""Show designs side by side: a page with their pictures, figures and scatter plots, and tables."""
+"""Run a design, and show the designs side by side: pictures, figures, plots and tables."""
 
 import csv
 import io

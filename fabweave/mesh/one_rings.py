@@ -1,4 +1,4 @@
-"""Gather what lies around each vertex: its edges and faces, and its neighbours on the boundary."""
+"""Gather what lies around each vertex, and find vertices that are irregular: their rings differ."""
 
 import numpy as np
 from scipy import sparse

@@ -1,4 +1,4 @@
-"""Name the refinement schemes, and run chains of them such as ``simplest:1,catmull-clark:2``."""
+"""Refine meshes: schemes that split edges, faces or corners, and chains of them."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Find the group of motions that map a mesh onto itself, or does so but for noise."""
+"""Find the motions and mirrors that map a mesh onto itself, or do so but for noise."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Hold where each piece stands on which sheet."""
+"""Hold where each piece stands on which sheet, and how long is looked for that."""
 
 from dataclasses import dataclass
 

@@ -130,12 +130,13 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
-        "manual_paper",
+        "paper",
         MACHINE,
         choice(("a4", "letter")),
         "Paper of the assembly manual.",
         default="a4",
         brief="Paper of the manual.",
+        typed="manual-paper",  # verify has --papers
         making=True,
     ),
     Option(

@@ -34,7 +34,7 @@ class Option:
     Parameters
     ----------
     name : str
-        In job.toml and in Python; the command line has hyphens for its underscores.
+        In job.toml and in Python.
     section : str
         One of ``SECTIONS``.
     kind : Kind
@@ -50,6 +50,8 @@ class Option:
         machine to machine, which `fabweave machine new` asks.
     holder : str
         The field of its group, where it is not called as the option, with ``_mm`` for lengths.
+    typed : str
+        Its name on the command line, where that is not its name with hyphens for underscores.
     making : bool
         Whether it is for making alone: it changes neither the weave nor the ribbons.
     """
@@ -62,12 +64,13 @@ class Option:
     otherwise: str = ""
     brief: str = ""
     holder: str = ""
+    typed: str = ""
     making: bool = False
 
     @property
     def flag(self) -> str:
         """Its name on the command line."""
-        return "--" + self.name.replace("_", "-")
+        return "--" + (self.typed or self.name.replace("_", "-"))
 
     @property
     def group(self) -> str:

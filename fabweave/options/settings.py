@@ -277,7 +277,7 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
 
 def _fold(kept: dict[str, Any]) -> None:
     """Give options of an older job.toml the names and the form that they have now."""
-    for old, new in (("materials", "library"), ("targets", "rules"), ("paper", "manual_paper")):
+    for old, new in (("materials", "library"), ("targets", "rules")):
         if old in kept:
             kept[new] = kept.pop(old)
     if "open" in kept:

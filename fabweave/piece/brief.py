@@ -1,4 +1,4 @@
-"""Complete what is asked of pieces: how they lie, which crossings are fastened, and with what."""
+"""Complete what is asked of pieces: how they lie to the grain, what is fastened, and with what."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

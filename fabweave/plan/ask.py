@@ -1,4 +1,4 @@
-"""Complete what is asked of a job, and take its first steps: mesh, weave, ribbons as asked."""
+"""Complete what is asked of a job, take its first steps, and try whether refining would help."""
 
 from dataclasses import replace
 from pathlib import Path

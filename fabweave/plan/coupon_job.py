@@ -1,4 +1,4 @@
-"""Make a test coupon, alone or for a finished job."""
+"""Draw a test coupon, alone or for a finished job."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Lay the pieces of a job out, one nesting for each material."""
+"""Lay the pieces of a job out: nested, one material at a time, or as an older job has them."""
 
 from collections import Counter
 from collections.abc import Sequence

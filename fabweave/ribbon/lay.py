@@ -1,4 +1,4 @@
-"""Weave a mesh and lay its ribbons: the woven object, before anything is unfolded or cut."""
+"""Lay the ribbons of a weave, with the widths that fit: the woven object, before it is cut."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -24,7 +24,7 @@ class MachineSettings:
     target: str
     rules: tuple[Target, ...]
     strict: bool
-    manual_paper: str
+    paper: str
     kerf_mm: float
     micro_joints: MicroJoints | None
     cut_order: str

@@ -79,7 +79,7 @@ def show_job(
         job.drawings,
         (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
         step_seconds(plan, report.estimate.assembly),
-        machine.manual_paper,
+        machine.paper,
         rings,
     )
     missing = [one for finish in shown for one in finish()]

@@ -1,4 +1,4 @@
-"""Hold what is read from a sheet's drawing, the same for DXF and SVG."""
+"""Read a file's bytes, and hold what is read from a sheet's drawing, the same for DXF and SVG."""
 
 import stat
 from dataclasses import dataclass

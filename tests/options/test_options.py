@@ -151,7 +151,7 @@ SPOILT = {
     "hang": ("", "top:0", "left", "bottom:3:4", "-1", 3),
     "rim": ("round", None),
     "label_side": ("both", None),
-    "manual_paper": ("a3", None),
+    "paper": ("a3", None),
     "kerf_mm": (*NO_NUMBERS, None),
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),

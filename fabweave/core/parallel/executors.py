@@ -77,8 +77,7 @@ class SignalSafeExecutor(Executor):
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Shut that one down."""
         with held_back():
-            # Not every executor has the option.
-            self._executor.shutdown(wait, **({"cancel_futures": True} if cancel_futures else {}))
+            self._executor.shutdown(wait, cancel_futures=cancel_futures)
 
 
 class ProcessesExecutor(ThreadPoolExecutor):

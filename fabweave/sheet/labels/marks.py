@@ -1,4 +1,4 @@
-"""Mark pieces: guides at glued joints, and labels where there is room."""
+"""Mark pieces: guides at glued joints, and labels where there is room for them."""
 
 from collections.abc import Sequence
 from dataclasses import replace

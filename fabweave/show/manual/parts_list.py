@@ -1,4 +1,4 @@
-"""Draw the parts list of the manual: each kind of piece once, and where its pieces lie."""
+"""Draw what the manual has before its steps: how to read a piece, its threads, and the parts."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby

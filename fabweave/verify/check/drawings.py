@@ -1,4 +1,4 @@
-"""Check the sheets' drawings: what they cut, and that both formats agree."""
+"""Check the sheets' drawings: what they cut and letter, and that both formats agree."""
 
 from collections.abc import Sequence
 from itertools import pairwise

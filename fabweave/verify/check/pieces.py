@@ -1,4 +1,4 @@
-"""Check the pieces by themselves: order along threads, holes, outlines."""
+"""Check the pieces by themselves: order along threads, holes, outlines, and their unfolding."""
 
 import re
 from collections import Counter

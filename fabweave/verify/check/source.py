@@ -1,4 +1,4 @@
-"""Check the woven mesh against the settings: its size, the mesh that it is of, and its openings."""
+"""Check the woven mesh against the settings, and that what the map names is there."""
 
 from collections import Counter
 from collections.abc import Container, Iterator, Sequence

@@ -124,13 +124,11 @@ def _sections(path: Path) -> dict[str, _Groups]:
     """Read the sections of a DXF text file, to its end."""
     text = read_content(path).decode("utf-8", errors="replace").replace("\r\n", "\n")
     lines = text.split("\n")
-    values = lines[1::2]
-    codes = lines[::2][: len(values)]
+    pairs = zip(lines[::2], lines[1::2], strict=False)
     try:
-        number = {code: int(code) for code in set(codes)}  # there are few
+        groups = [(int(code), value) for code, value in pairs]
     except ValueError as error:
         raise ReadError(f"a line that should be a group code is not a number: {error}") from error
-    groups = [(number[code], value) for code, value in zip(codes, values, strict=True)]
     if not groups or groups[-1] != (0, "EOF"):
         raise ReadError("the file does not end with EOF: it is truncated")
     found: dict[str, _Groups] = {}
