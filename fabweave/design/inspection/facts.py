@@ -493,10 +493,12 @@ def inspect_mesh(
     mesh, threads = woven.mesh, woven.weave.threads
     depth = _depth(threads.n_crossings, answer=answer, thorough=thorough)
     most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
-    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    hopeless = _hopeless(woven, settings, supplies, pieces) if answer else None
+    hopeless = _hopeless(woven, settings, supplies) if answer else None
     if hopeless is not None:
-        depth = Depth.ALONG
+        # An answer plans no pieces of what cannot be built, and looks closely where it is small.
+        most = 0
+        depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
+    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
@@ -519,7 +521,7 @@ def inspect_mesh(
     repeats = joined.repeats if joined is not None else None
     check = (
         stiff
-        or hopeless
+        or (hopeless if depth == Depth.ALONG else None)
         or check_joined(woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR))
     )
     facts: dict[str, Any] = {
@@ -694,14 +696,10 @@ def _crossings_of(tried: Tried) -> float:
     return np.inf if figures is None else figures.crossings
 
 
-def _hopeless(
-    woven: WovenObject, settings: Settings, supplies: Supplies, pieces: Mapping[str, Any]
-) -> RibbonCheck | None:
-    """Return the check of single ribbons if it tells already that a large mesh cannot be built."""
-    if woven.weave.threads.n_crossings <= _MOST_CLOSELY:
-        return None
+def _hopeless(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck | None:
+    """Return the check of single ribbons if it tells already that they cannot be built."""
     check = check_along(woven, settings, supplies)
-    return check if _verdict(woven, check, pieces)["level"] == "not makeable" else None
+    return check if _verdict(woven, check, {})["level"] == "not makeable" else None
 
 
 def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
@@ -729,7 +727,7 @@ def _planned(
         if stiff is not None:
             require_stiffness(woven, settings.ribbons, supplies, stiff)
         if woven.weave.threads.n_crossings > most:
-            why = f"there are more than {most} crossings"
+            why = f"there are more than {most} crossings" if most else "it cannot be built"
             return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
         progress("pieces", 0, 1)
         joined = split_object(woven, brief_of(settings, supplies))
