@@ -242,7 +242,13 @@ def _figures(planned: PlannedJob) -> Figures:
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
-    costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
+    costs = pieces_costs(
+        planned.piece_set,
+        planned.woven,
+        planned.settings.pieces,
+        planned.supplies,
+        planned.settings.machine.calibrate,
+    )
     machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,

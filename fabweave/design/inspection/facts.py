@@ -151,7 +151,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             option = "remesh quads"
         try:
             changed = (
-                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
+                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings.mesh)
             )
             halfedges = build_halfedges(changed)
         except FabweaveError:
@@ -164,7 +164,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
     return options
 
 
-def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
+def _paired(mesh: PolyMesh, asked: MeshSettings) -> PolyMesh:
     """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
 
     Raises
@@ -172,7 +172,7 @@ def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
     CannotMakeError
         If it would do something else.
     """
-    first = not settings.mesh.remeshed and not settings.mesh.refine
+    first = not asked.remeshed and not asked.refine
     pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
     paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
     if paired is mesh or (paired.face_sizes != 4).any():
@@ -615,7 +615,7 @@ def _costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(piece_set, woven, settings, supplies)
+    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
 
 
@@ -698,7 +698,7 @@ def _crossings_of(tried: Tried) -> float:
 
 def _hopeless(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck | None:
     """Return the check of single ribbons if it tells already that they cannot be built."""
-    check = check_along(woven, settings, supplies)
+    check = check_along(woven, settings.ribbons, supplies)
     return check if _verdict(woven, check, {})["level"] == "not makeable" else None
 
 
