@@ -873,7 +873,13 @@ class Pieces(_Shown):
     def costs(self) -> Costs:
         """Times of machine and hands, and money, as far as they are known before nesting."""
         planned = self.planned
-        return pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
+        return pieces_costs(
+            planned.piece_set,
+            planned.woven,
+            planned.settings.pieces,
+            planned.supplies,
+            planned.settings.machine.calibrate,
+        )
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.

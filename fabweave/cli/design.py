@@ -56,7 +56,8 @@ def design(
     """
     with held_back():
         from fabweave.core.parallel.executors import processes
-        from fabweave.design.page import best_of, design_json, run_design, told_design
+        from fabweave.design.candidate import told_design
+        from fabweave.design.page import best_of, design_json, run_design
         from fabweave.design.search import Trials
         from fabweave.mesh.shapes.catalogue import object_title
 
@@ -82,7 +83,8 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     """Print the designs that no other is better than, and where all are shown."""
     from rich.console import Console
 
-    from fabweave.design.page import lying_note, words
+    from fabweave.design.candidate import words
+    from fabweave.design.page import lying_note
 
     console = Console(highlight=False, soft_wrap=True)
     if any(best):

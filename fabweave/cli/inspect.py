@@ -144,7 +144,7 @@ def inspect(
 
         def tell_design(candidate: "Candidate") -> None:
             """Print what a design came to, as soon as it was tried."""
-            from fabweave.design.page import told_design
+            from fabweave.design.candidate import told_design
 
             if not as_json:
                 progress.say(f"  {told_design(candidate)}")

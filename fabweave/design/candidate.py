@@ -11,9 +11,11 @@ import numpy as np
 
 from fabweave import __version__
 from fabweave.core.errors import FabweaveError
+from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
 from fabweave.estimate.costs import pieces_costs
+from fabweave.estimate.texts import hours_text
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.command import long_command
@@ -240,7 +242,13 @@ def _figures(planned: PlannedJob) -> Figures:
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
-    costs = pieces_costs(planned.piece_set, planned.woven, planned.settings, planned.supplies)
+    costs = pieces_costs(
+        planned.piece_set,
+        planned.woven,
+        planned.settings.pieces,
+        planned.supplies,
+        planned.settings.machine.calibrate,
+    )
     machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,
@@ -262,4 +270,37 @@ def _figures(planned: PlannedJob) -> Figures:
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=None if costs.price is None else _rounded((costs.price.low, costs.price.high)),
+    )
+
+
+def told_design(candidate: Candidate) -> str:
+    """Return what a design came to, in a line."""
+    figures = "" if candidate.figures is None else f": {brief(candidate.figures)}"
+    return f"{candidate.name}{figures}; {candidate.verdict.level}"
+
+
+def words(figures: Figures) -> str:
+    """Return what a design comes to, in a few words."""
+    text = (
+        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
+        f"mm wide (mostly {figures.median_mm:.0f}), about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
+    )
+    if figures.hours is not None:
+        text += f", {hours_text(figures.hours)} of assembly"
+    if figures.likeness_mm is not None:
+        text += f", at most {figures.likeness_mm:.0f} mm off the model"
+    if figures.lost:
+        text += f" ({'; '.join(figures.lost)})"
+    return text
+
+
+def brief(figures: Figures) -> str:
+    """Return what a design comes to in the fewest words; its sheets are foretold."""
+    hours = figures.hours
+    time = "" if hours is None else f", {hours_text(hours)} of assembly"
+    return (
+        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
+        f"{agree(figures.sheets, '{n} sheet[|s]')}"
+        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
     )

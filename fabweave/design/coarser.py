@@ -21,6 +21,7 @@ from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
+from fabweave.ribbon.settings import RibbonSettings
 from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
@@ -131,18 +132,18 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[BrokenRule]:
     settings, supplies = complete_settings(plain)
     laid = lay_asked(loaded, settings, supplies)
     settings, supplies = settle_grain(laid, settings, supplies)
-    check = check_along(laid, settings, supplies)
+    check = check_along(laid, settings.ribbons, supplies)
     found = [one for one in check.findings if one.rule in _FORESEEN and excess([one]) > 1.0]
     return sorted(found, key=lambda one: one.rule != "width")
 
 
-def check_along(laid: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck:
+def check_along(laid: WovenObject, settings: RibbonSettings, supplies: Supplies) -> RibbonCheck:
     """Check each ribbon by itself, without a search for remedies: a moment's work."""
     return check_ribbons(
         laid.ribbons,
         laid.weave,
         laid.labels,
-        thread_limits(supplies, laid.bunches, settings.ribbons.clearance_mm),
+        thread_limits(supplies, laid.bunches, settings.clearance_mm),
         size_mm=laid.size_mm,
         depth=Depth.ALONG,
     )

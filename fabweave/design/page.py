@@ -13,12 +13,11 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
-from fabweave.core.messages import agree, few_of
+from fabweave.core.messages import few_of
 from fabweave.core.records import to_json
-from fabweave.design.candidate import Candidate, Figures, Tried
+from fabweave.design.candidate import Candidate, Tried, words
 from fabweave.design.rounds import Search, search_designs
 from fabweave.design.search import CANDIDATES, Trials, plan_designs
-from fabweave.estimate.texts import hours_text
 from fabweave.mesh.io.files import states_up
 from fabweave.mesh.shapes.catalogue import is_shape, object_title
 from fabweave.show.pages import render
@@ -224,45 +223,12 @@ def lying_note(found: Search) -> str:
     return " If the pictures show it lying, add --up y or --up x."
 
 
-def told_design(candidate: Candidate) -> str:
-    """Return what a design came to, in a line."""
-    figures = "" if candidate.figures is None else f": {brief(candidate.figures)}"
-    return f"{candidate.name}{figures}; {candidate.verdict.level}"
-
-
-def words(figures: Figures) -> str:
-    """Return what a design comes to, in a few words."""
-    text = (
-        f"{figures.pieces} pieces, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} "
-        f"mm wide (mostly {figures.median_mm:.0f}), about "
-        f"{agree(figures.sheets, '{n} sheet[|s]')}"
-    )
-    if figures.hours is not None:
-        text += f", {hours_text(figures.hours)} of assembly"
-    if figures.likeness_mm is not None:
-        text += f", at most {figures.likeness_mm:.0f} mm off the model"
-    if figures.lost:
-        text += f" ({'; '.join(figures.lost)})"
-    return text
-
-
 def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
     """Return a figure of a design: one number, the ends of a range, or nothing if not known."""
     value = None if candidate.figures is None else getattr(candidate.figures, key)
     if value is None:
         return ()
     return value if isinstance(value, tuple) else (value,)
-
-
-def brief(figures: Figures) -> str:
-    """Return what a design comes to in the fewest words; its sheets are foretold."""
-    hours = figures.hours
-    time = "" if hours is None else f", {hours_text(hours)} of assembly"
-    return (
-        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
-        f"{agree(figures.sheets, '{n} sheet[|s]')}"
-        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
-    )
 
 
 def _number(candidate: Candidate, key: str) -> float:

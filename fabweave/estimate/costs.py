@@ -32,9 +32,9 @@ from fabweave.estimate.money import (
     sheet_price,
     sum_prices,
 )
-from fabweave.options.settings import Settings
 from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import PieceSet
+from fabweave.piece.settings import PieceSettings
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.ribbon.lay import WovenObject
@@ -312,7 +312,11 @@ def job_costs(
 
 
 def pieces_costs(
-    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
+    piece_set: PieceSet,
+    woven: WovenObject,
+    labelled: PieceSettings,
+    supplies: Supplies,
+    calibration: float,
 ) -> Costs:
     """Return what a job will cost whose pieces are known, but not where they lie.
 
@@ -320,12 +324,12 @@ def pieces_costs(
     the share of strands that are slid under others are predicted.
     """
     pieces, bill = piece_set.pieces, bill_of_materials(piece_set)
-    calibration, of_thread = settings.machine.calibrate, supplies.of(woven.bunches)
+    of_thread = supplies.of(woven.bunches)
     marks = mark_pieces(
         pieces,
         woven.weave.threads.n_crossings,
-        settings.pieces.labels,
-        settings.pieces.label_side,
+        labelled.labels,
+        labelled.label_side,
         piece_set.kinds,
     )
     of_material: dict[Material, list[int]] = {}

@@ -20,7 +20,7 @@ from fabweave.estimate.offcuts import (
 from fabweave.estimate.texts import costs_text
 from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_report
 from fabweave.mesh.io.text import obj_bytes
-from fabweave.options.settings import Settings, job_toml
+from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
@@ -53,22 +53,22 @@ def job_map(job: Job) -> CrossingMap:
         job.order,
         job.allotment,
         offcuts=job.offcuts,
-        cut=_cut_record(job.settings, job.code),
+        cut=_cut_record(job.settings.machine, job.settings.pieces.labels, job.code),
     )
 
 
-def _cut_record(settings: Settings, code: str) -> CutRecord:
+def _cut_record(machine: MachineSettings, labels: str, code: str) -> CutRecord:
     """Return what the map says about the files for the cutter."""
     return CutRecord(
-        profile=settings.machine.profile,
-        preset=settings.machine.preset.name,
-        dxf=settings.machine.dxf,
-        svg_units=settings.machine.svg_units,
-        hairline_mm=settings.machine.line_mm,
-        labels=settings.pieces.labels,
+        profile=machine.profile,
+        preset=machine.preset.name,
+        dxf=machine.dxf,
+        svg_units=machine.svg_units,
+        hairline_mm=machine.line_mm,
+        labels=labels,
         layers=tuple(
             LayerRecord(layer=layer.value, colour=entry.colour, aci=entry.aci)
-            for layer, entry in settings.machine.preset.colours.items()
+            for layer, entry in machine.preset.colours.items()
         ),
         code=code,
     )

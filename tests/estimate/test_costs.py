@@ -61,7 +61,9 @@ def costs_of(job, materials=None, calibration=1.0):
 @pytest.mark.parametrize("joint", ["rivet", "slot"])
 def test_plan_and_drawing_agree_on_all_lines_and_nearly_on_the_ways(joint):
     job = job_of(joint=joint)
-    planned = pieces_costs(job.piece_set, job.woven, job.settings, job.supplies)
+    planned = pieces_costs(
+        job.piece_set, job.woven, job.settings.pieces, job.supplies, job.settings.machine.calibrate
+    )
     drawn = job.costs
     # An outline may be cut from its other end, which changes where the head rests.
     assert planned.machine.engrave_s == pytest.approx(drawn.machine.engrave_s, abs=2e-3)

@@ -151,7 +151,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             option = "remesh quads"
         try:
             changed = (
-                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings)
+                refine_mesh(mesh, parse_refinements(text)) if text else _paired(mesh, settings.mesh)
             )
             halfedges = build_halfedges(changed)
         except FabweaveError:
@@ -164,7 +164,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
     return options
 
 
-def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
+def _paired(mesh: PolyMesh, asked: MeshSettings) -> PolyMesh:
     """Pair triangles that are split quads, as ``--remesh quads`` would as the first thing.
 
     Raises
@@ -172,7 +172,7 @@ def _paired(mesh: PolyMesh, settings: Settings) -> PolyMesh:
     CannotMakeError
         If it would do something else.
     """
-    first = not settings.mesh.remeshed and not settings.mesh.refine
+    first = not asked.remeshed and not asked.refine
     pairing = pair_triangles(mesh) if first and (mesh.face_sizes == 3).any() else None
     paired = merge_pairs(mesh, pairing) if pairing is not None and pairing.split else mesh
     if paired is mesh or (paired.face_sizes != 4).any():
@@ -493,10 +493,12 @@ def inspect_mesh(
     mesh, threads = woven.mesh, woven.weave.threads
     depth = _depth(threads.n_crossings, answer=answer, thorough=thorough)
     most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
-    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    hopeless = _hopeless(woven, settings, supplies, pieces) if answer else None
+    hopeless = _hopeless(woven, settings, supplies) if answer else None
     if hopeless is not None:
-        depth = Depth.ALONG
+        # An answer plans no pieces of what cannot be built, and looks closely where it is small.
+        most = 0
+        depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
+    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
@@ -519,7 +521,7 @@ def inspect_mesh(
     repeats = joined.repeats if joined is not None else None
     check = (
         stiff
-        or hopeless
+        or (hopeless if depth == Depth.ALONG else None)
         or check_joined(woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR))
     )
     facts: dict[str, Any] = {
@@ -613,7 +615,7 @@ def _costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(piece_set, woven, settings, supplies)
+    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
 
 
@@ -694,14 +696,10 @@ def _crossings_of(tried: Tried) -> float:
     return np.inf if figures is None else figures.crossings
 
 
-def _hopeless(
-    woven: WovenObject, settings: Settings, supplies: Supplies, pieces: Mapping[str, Any]
-) -> RibbonCheck | None:
-    """Return the check of single ribbons if it tells already that a large mesh cannot be built."""
-    if woven.weave.threads.n_crossings <= _MOST_CLOSELY:
-        return None
-    check = check_along(woven, settings, supplies)
-    return check if _verdict(woven, check, pieces)["level"] == "not makeable" else None
+def _hopeless(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck | None:
+    """Return the check of single ribbons if it tells already that they cannot be built."""
+    check = check_along(woven, settings.ribbons, supplies)
+    return check if _verdict(woven, check, {})["level"] == "not makeable" else None
 
 
 def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
@@ -729,7 +727,7 @@ def _planned(
         if stiff is not None:
             require_stiffness(woven, settings.ribbons, supplies, stiff)
         if woven.weave.threads.n_crossings > most:
-            why = f"there are more than {most} crossings"
+            why = f"there are more than {most} crossings" if most else "it cannot be built"
             return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
         progress("pieces", 0, 1)
         joined = split_object(woven, brief_of(settings, supplies))

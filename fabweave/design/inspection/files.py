@@ -7,9 +7,8 @@ import numpy as np
 from PIL import Image
 
 from fabweave.core.messages import agree
-from fabweave.design.candidate import PICTURE_PX, Tried
+from fabweave.design.candidate import PICTURE_PX, Tried, brief
 from fabweave.design.inspection.facts import Inspection
-from fabweave.design.page import brief
 from fabweave.options.settings import Settings
 from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture

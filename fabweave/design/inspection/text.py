@@ -7,8 +7,7 @@ from msgspec import convert
 
 from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
-from fabweave.design.candidate import Figures
-from fabweave.design.page import words
+from fabweave.design.candidate import Figures, words
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 

@@ -45,19 +45,25 @@ def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> i
     >>> smallest_size(lambda size: 0.5, 100, most=1000) is None
     True
     """
-
-    def holds(size: int) -> bool:
-        return margin(size) >= 1
-
-    low, high = 0, max(start, 1)
-    while not holds(high):
-        if high >= most:
-            return None
-        low, high = high, min(2 * high, most)
-    while low == 0 and high > 1:
-        # It holds where the search begins: a half of that, and again, until it does not.
-        low, high = (0, high // 2) if holds(high // 2) else (high // 2, high)
-    return bisect.bisect_left(range(low + 1, high), True, key=holds) + low + 1
+    low, below, high, above = 0, -1.0, most + 1, math.inf
+    size, stride = max(start, 1), 1
+    held: bool | None = None
+    while high - low > 1:
+        excess = margin(size) - 1
+        again, held = held == (excess >= 0), excess >= 0
+        # An end that stays twice counts half (Illinois): it would stay to the last.
+        if held:
+            high, above, below = size, excess, below / 2 if again else below
+        else:
+            low, below, above = size, excess, above / 2 if again else above
+        if high <= most:
+            size = low + math.ceil((high - low) * below / (below - above))
+        else:
+            # Nothing holds yet. Margins grow about as sizes do; else strides become longer.
+            stride *= 2
+            size = max(low + stride, math.ceil(low / (1 + below)) if below > -1 else 0)
+        size = min(max(size, low + 1), high - 1)
+    return high if high <= most else None
 
 
 #: Lays the same ribbons at another size (mm), with all widths multiplied by a factor; and, if the
