@@ -11,6 +11,7 @@ from fabweave.mesh.check import faces_text
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
@@ -182,7 +183,7 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first, of quads; if neither is makeable, others beside those that cannot be built, or all
+    Two at first, of quads, and two of tubes; if none is makeable, others beside those that cannot be built, or all
     bodies wrapped as one where meshes could not be made at all, and a coarser one if none is good;
     and if none that is near the model can be built, triangles and a coarser one yet. Each round is
     chosen from what the one before came to, so the result is the same however many work at it. A
@@ -222,14 +223,15 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
                 trials.progress("meshes", len(tried) + len(found), total)
             tried.update({name: found[at] for at, name in enumerate(new)})
 
-        try_all(mesh(kind, 0), mesh(kind, 1))
+        ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]
+        try_all(*(mesh(way, step) for way in ways for step in (0, 1)))
         if all(one.verdict.level != "makeable" for one in tried.values()):
-            failed = [step for step, one in enumerate(tried.values()) if not one.built]
-            beside = [mesh(kind, step - _BESIDE) for step in failed]
+            failed = [(at // 2, at % 2) for at, one in enumerate(tried.values()) if not one.built]
+            beside = [mesh(ways[way], step - _BESIDE) for way, step in failed]
             unmade = any(one.loaded is None for one in tried.values())
             if len(failed) == len(tried) and unmade and asked.mesh.bodies == "all":
                 # A wrap closes cracks and cavities, which is no small change: only where it helps.
-                beside = [mesh(kind, step, "wrap") for step in failed]
+                beside = [mesh(ways[way], step, "wrap") for way, step in failed]
             if not any(one.built and one.like for one in tried.values()):
                 beside.insert(0, mesh(kind, 2))
             try_all(*beside)
