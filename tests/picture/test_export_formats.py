@@ -161,35 +161,13 @@ def test_ply_has_a_colour_at_every_vertex(model):
     assert np.array_equal(found.visual.vertex_colors[:, :3], wanted)
 
 
-def test_3dm_keeps_quads_names_colours_and_millimetres(model, tmp_path):
-    rhino = pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
-    path = tmp_path / "model.3dm"
-    path.write_bytes(model_bytes(".3dm", model.bodies))
-    document = rhino.File3dm.Read(str(path))
-    assert document.Settings.ModelUnitSystem == rhino.UnitSystem.Millimeters
-    objects = {found.Attributes.Name: found for found in document.Objects}
-    assert set(objects) == {body.label for body in model.bodies}
-    for body in model.bodies:
-        mesh = objects[body.label].Geometry
-        assert mesh.IsValid
-        assert (mesh.Faces.QuadCount, mesh.Faces.TriangleCount) == (
-            len(body.quads),
-            len(body.triangles),
-        )
-        box = mesh.GetBoundingBox()
-        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
-        assert np.allclose([box.Min.X, box.Min.Y, box.Min.Z], low, atol=1e-4)
-        assert np.allclose([box.Max.X, box.Max.Y, box.Max.Z], high, atol=1e-4)
-        assert tuple(objects[body.label].Attributes.ObjectColor)[:3] == body.colour
-
-
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_same_bodies_give_the_same_bytes(model, suffix):
     assert model_bytes(suffix, model.bodies) == model_bytes(suffix, model.bodies)
 
 
 def test_an_unknown_suffix_lists_the_known_ones(model):
-    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf, \.3dm"):
+    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf"):
         model_bytes(".dwg", model.bodies)
 
 
