@@ -11,7 +11,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
-from fabweave.design.alternatives import SOFT
+from fabweave.design.alternatives import of_card
 from fabweave.design.candidate import Candidate
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
 from fabweave.design.moves import because, moves
@@ -85,9 +85,7 @@ def _designs(trials: Trials) -> Iterator[Settings]:
         bases = [asked, *bases]
     if asked.narrowable:
         yield bases[0].narrower(NARROW)
-    if asked.stock.material != SOFT and "=" not in asked.stock.material:
-        plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
-        yield from (one.but(**plain) for one in bases)
+    yield from of_card(asked, *bases)
     if asked.mesh.size_mm is not None:
         yield bases[0].but(size_mm=float(round(_LARGER * asked.mesh.size_mm)))
 
