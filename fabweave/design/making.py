@@ -14,7 +14,7 @@ from fabweave.core.parallel.executors import processes
 from fabweave.design.alternatives import of_card
 from fabweave.design.candidate import Candidate
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.moves import because, moves
+from fabweave.design.moves import moves
 from fabweave.design.page import words
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import NARROW
@@ -131,8 +131,7 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
         more = [one for one in further if one not in designs][:room]
     best, why = choose(tried, wishes)
     number = next(at for at, one in enumerate(tried) if one is best)
-    reasons = because(asked, designs, tried, number, wishes)
-    return designs[number], "\n".join([why, *(f"  {reason}" for reason in reasons)])
+    return designs[number], why
 
 
 class Made(NamedTuple):

@@ -142,7 +142,7 @@ def catmull_clark_limit(mesh: PolyMesh) -> PolyMesh:
     count = valence[:, None]
     around = sum_at(half.tail, ring, mesh.n_vertices)
     limit = (count**2 * vertex + around) / np.maximum(count * (count + 5), 1)
-    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, rim.corner, valence, 1 / 6))
+    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, valence, 1 / 6))
 
 
 def _catmull_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
@@ -159,7 +159,7 @@ def _catmull_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArra
     valence = np.bincount(half.tail, minlength=mesh.n_vertices)
     count = np.maximum(valence, 1)[:, None]
     vertex = (around / count + (count - 3) * mesh.vertices) / count
-    return [with_rim_curve(vertex, mesh, rim, rim.corner, valence, 1 / 8), edge, face]
+    return [with_rim_curve(vertex, mesh, rim, valence, 1 / 8), edge, face]
 
 
 def _with_quads(mesh: PolyMesh, half: Halfedges, points: list[FloatArray]) -> PolyMesh:
@@ -330,7 +330,7 @@ def loop_limit(mesh: PolyMesh) -> PolyMesh:
     around = sum_at(half.tail, ring, mesh.n_vertices)
     weight = (1 / (count + 3 / (8 * _beta(count))))[:, None]
     limit = (1 - count[:, None] * weight) * vertex + weight * around
-    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, rim.corner, count, 1 / 6))
+    return mesh.with_vertices(with_rim_curve(limit, mesh, rim, count, 1 / 6))
 
 
 def _beta(valence: IntArray) -> FloatArray:
@@ -356,7 +356,7 @@ def _new_points(mesh: PolyMesh, half: Halfedges, rim: Rim) -> list[FloatArray]:
     beta = _beta(count)[:, None]
     around = sum_at(half.tail, (sums - tail) / (sizes - 1), mesh.n_vertices)
     vertex = (1 - count[:, None] * beta) * positions + beta * around
-    return [with_rim_curve(vertex, mesh, rim, rim.corner, count, 1 / 8), edge]
+    return [with_rim_curve(vertex, mesh, rim, count, 1 / 8), edge]
 
 
 def _with_middles(mesh: PolyMesh, half: Halfedges, points: list[FloatArray]) -> PolyMesh:
