@@ -11,18 +11,10 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
-<<<<<<< HEAD
-from fabweave.design.alternatives import SOFT
+from fabweave.design.alternatives import of_card
 from fabweave.design.candidate import Candidate, words
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.moves import because, moves
-=======
-from fabweave.design.alternatives import of_card
-from fabweave.design.candidate import Candidate
-from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
 from fabweave.design.moves import moves
-from fabweave.design.page import words
->>>>>>> h-1
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import NARROW
 from fabweave.design.wishes import Wishes, choose, distance
