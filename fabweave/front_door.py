@@ -716,11 +716,6 @@ class Ribbons(_Solid):
         return frozen(ribbon_triangles(self.woven.ribbons)[1])
 
     @property
-    def thread_of_triangle(self) -> IntArray:
-        """The number of the thread of each facet, (F,)."""
-        return frozen(ribbon_triangles(self.woven.ribbons)[2])
-
-    @property
     def widths_mm(self) -> FloatArray:
         """The width at every cross-line, (R,)."""
         return frozen(measure_bends(self.woven.ribbons).width_mm)

@@ -47,19 +47,6 @@ _COMMAND = "fabweave make "
     "from coarse to fine.",
 )
 @click.option(
-    "--pd",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Write the link of the threads as a planar diagram code (PD), for knot theory. It needs a "
-    "closed mesh of genus 0.",
-)
-@click.option(
-    "--gauss",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="Write the signed Gauss code of the threads, a line each, for knot theory.",
-)
-@click.option(
     "--edges",
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -81,8 +68,6 @@ _COMMAND = "fabweave make "
 @json_option
 def inspect(
     png: Path | None,
-    pd: Path | None,
-    gauss: Path | None,
     edges: Path | None,
     thorough: bool,
     designs: bool,
@@ -100,7 +85,6 @@ def inspect(
     Examples:
       fabweave inspect spot.obj --size 400mm --png spot.png
       fabweave inspect scan.stl --size 50cm --remesh quads:800
-      fabweave inspect shape:tetrahedron --pd rings.txt
     """
     with held_back():
         from fabweave.core.parallel.executors import processes
@@ -113,14 +97,11 @@ def inspect(
         )
 
     settings = job_settings(mesh, options)
-    for path, suffix in ((png, ".png"), (pd, ""), (gauss, ""), (edges, "")):
+    for path, suffix in ((png, ".png"), (edges, "")):
         if path is not None:
             check_file(path, suffix, source=settings.mesh.source)
-    named = [path.resolve() for path in (png, pd, gauss, edges) if path is not None]
-    if len(set(named)) < len(named):
-        raise InputError(
-            "two of --png, --pd, --gauss and --edges name the same file; name one for each"
-        )
+    if png and edges and png.resolve() == edges.resolve():
+        raise InputError("--png and --edges name the same file; name one for each")
     answer = not (verbose or thorough or as_json)
     n_designs = _DESIGNS if tries_designs(settings.mesh) else 0
     first = partial(first_rows, reasons=_REASONS if answer else None)
@@ -164,32 +145,22 @@ def inspect(
             with progress.aside():
                 click.echo()
                 _print(design_rows(found.facts))
-        if named:
+        if png or edges:
             progress("files", 0, 1)
-            _write(found, settings, png, pd, gauss, edges)
+            _write(found, settings, png, edges)
     if as_json:
         click.echo(json.dumps(found.facts, indent=1))
 
 
-def _write(
-    found: "Inspection",
-    settings: "Settings",
-    png: Path | None,
-    pd: Path | None,
-    gauss: Path | None,
-    edges: Path | None,
-) -> None:
+def _write(found: "Inspection", settings: "Settings", png: Path | None, edges: Path | None) -> None:
     """Write the files that were asked for."""
-    from fabweave.design.inspection.files import (
-        inspection_edges,
-        inspection_gauss,
-        inspection_link,
-        inspection_picture,
-    )
+    from fabweave.design.inspection.files import inspection_picture
     from fabweave.picture.object_picture import png_bytes
+    from fabweave.weave.weave_pattern import twists_text
 
-    texts = ((pd, inspection_link), (gauss, inspection_gauss), (edges, inspection_edges))
-    files = {path: text(found).encode() for path, text in texts if path is not None}
+    files: dict[Path, bytes] = {}
+    if edges is not None:
+        files[edges] = twists_text(found.woven.halfedges, found.woven.weave).encode()
     if png is not None:
         files[png] = png_bytes(inspection_picture(found, settings))
     write_files(files)

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     metavar="FILE",
     required=True,
-    help="What to write: .glb (metres), .obj, .ply, .stl, .3mf, .3dm (Rhino; needs the extra "
-    "rhino) or .png (a picture). All but .glb are in millimetres.",
+    help="What to write: .glb (metres), .obj, .ply, .stl, .3mf or .png (a picture). "
+    "All but .glb are in millimetres.",
 )
 @click.option(
     "--yarn", is_flag=True, help="Make round yarns, as thick as they have room, not ribbons."

@@ -11,10 +11,8 @@ from fabweave.plan.ask import complete_settings
 
 #: A material that bends to almost anything.
 SOFT = "card"
-#: By what factors a design gets larger, and its material thinner: first, and then, as that helped
-#: or did not, less or more.
-_LARGER, _LESS_LARGE, _MUCH_LARGER = (1.6, 2.5), {1.6: 1.25, 2.5: 2.0}, 4.0
-_THINNER, _LESS_THIN, _MUCH_THINNER = 0.5, 0.75, 0.25
+#: By what factors a design gets larger, and its material thinner.
+_LARGER, _THINNER = (1.25, 1.6, 2.5, 4.0), (0.75, 0.5, 0.25)
 #: What stands in the way of a mesh with narrow places, of any size.
 _NARROW = {"width", "clearance", "layers"}
 #: By what factor ribbons get as narrow as may be, against twist.
@@ -49,8 +47,8 @@ def slimmed(asked: Settings, found: Found) -> Settings:
     return design.narrower(_SLIM) if twists and asked.narrowable else design
 
 
-def first_alternatives(asked: Settings, design: Settings) -> list[Settings]:
-    """Return a design that cannot be built much larger, from much thinner sheet, and from card.
+def alternatives(asked: Settings, design: Settings) -> list[Settings]:
+    """Return a design that cannot be built larger, from thinner sheet, and from card.
 
     Parameters
     ----------
@@ -61,31 +59,9 @@ def first_alternatives(asked: Settings, design: Settings) -> list[Settings]:
     """
     return [
         *(_sized(design, factor) for factor in _LARGER if asked.mesh.size_mm is not None),
-        *_thinner(asked, design, _THINNER),
-        *([_of_card(design)] if _plain(asked) and asked.stock.material != SOFT else []),
+        *_thinner(asked, design),
+        *of_card(asked, design),
     ]
-
-
-def next_alternatives(asked: Settings, design: Settings, found: Sequence[Found]) -> list[Settings]:
-    """Return what to try after that: less where it helped, and more where it did not.
-
-    Parameters
-    ----------
-    asked, design : Settings
-        As for :func:`first_alternatives`.
-    found : sequence of (Settings, Candidate)
-        What :func:`first_alternatives` came to.
-    """
-    built = [one for one, candidate in found if candidate.makeable]
-    more = []
-    if asked.mesh.size_mm is not None:
-        serves = [factor for factor in _LARGER if _sized(design, factor) in built]
-        factor = _LESS_LARGE[serves[0]] if serves else _MUCH_LARGER
-        more.append(_sized(design, factor))
-    for thin in _thinner(asked, design, _THINNER):
-        factor = _LESS_THIN if thin in built else _MUCH_THINNER
-        more += _thinner(asked, design, factor)
-    return more
 
 
 def _sized(design: Settings, factor: float) -> Settings:
@@ -98,25 +74,24 @@ def _plain(asked: Settings) -> bool:
     return "=" not in asked.stock.material
 
 
-def _of_card(design: Settings) -> Settings:
-    return design.but(material=SOFT, thickness_mm=None, gap_mm=None)
+def of_card(asked: Settings, *designs: Settings) -> Iterator[Settings]:
+    """Yield designs from card, if they are of one other material."""
+    if _plain(asked) and asked.stock.material != SOFT:
+        for design in designs:
+            yield design.but(material=SOFT, thickness_mm=None, gap_mm=None)
 
 
-def _thinner(asked: Settings, design: Settings, factor: float) -> Iterator[Settings]:
-    """Yield a design from thinner sheet of the same material, if there is such."""
+def _thinner(asked: Settings, design: Settings) -> Iterator[Settings]:
+    """Yield a design from thinner sheets of the same material, if there are such."""
     if not _plain(asked):
         return
-    thickness = round(factor * complete_settings(asked)[1].only.thickness_mm, 2)
-    if thickness >= _THINNEST_MM:
-        yield design.but(thickness_mm=thickness)
+    thickness_mm = complete_settings(asked)[1].only.thickness_mm
+    for thinner_mm in (round(factor * thickness_mm, 2) for factor in _THINNER):
+        if thinner_mm >= _THINNEST_MM:
+            yield design.but(thickness_mm=thinner_mm)
 
 
-def why_text(
-    asked: Settings,
-    candidates: Sequence[Candidate],
-    helps: Sequence[Found],
-    other: str | None = None,
-) -> str:
+def why_text(asked: Settings, candidates: Sequence[Candidate], helps: Sequence[Found]) -> str:
     """Say why fewer than two designs can be built, and what would help; nothing if two can.
 
     Parameters
@@ -126,8 +101,6 @@ def why_text(
         All that were tried.
     helps : sequence of (Settings, Candidate)
         What was tried instead.
-    other : str, optional
-        The name of the design that they make larger, thinner or of card, if it is not the nearest.
     """
     built = sum(one.makeable for one in candidates)
     if built > 1 or not candidates:
@@ -149,8 +122,7 @@ def why_text(
         tried = " nor ".join(_way(asked, one) for one, _ in helps)
         return f"{told} It was tried otherwise, and cannot be built {tried} either."
     slim = " with narrower ribbons" if helps[0][0].ribbons.width != asked.ribbons.width else ""
-    which = "this design" if other is None else other
-    return f"{told} Tried, and can be built: {which}{slim} {', or '.join(ways)}."
+    return f"{told} Tried, and can be built: this design{slim} {', or '.join(ways)}."
 
 
 def _ways(asked: Settings, helps: Sequence[Found]) -> Iterator[str]:

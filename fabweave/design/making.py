@@ -11,10 +11,10 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
-from fabweave.design.alternatives import SOFT
+from fabweave.design.alternatives import of_card
 from fabweave.design.candidate import Candidate, words
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.moves import because, moves
+from fabweave.design.moves import moves
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import NARROW
 from fabweave.design.wishes import Wishes, choose, distance
@@ -84,9 +84,7 @@ def _designs(trials: Trials) -> Iterator[Settings]:
         bases = [asked, *bases]
     if asked.narrowable:
         yield bases[0].narrower(NARROW)
-    if asked.stock.material != SOFT and "=" not in asked.stock.material:
-        plain = {"material": SOFT, "thickness_mm": None, "gap_mm": None}
-        yield from (one.but(**plain) for one in bases)
+    yield from of_card(asked, *bases)
     if asked.mesh.size_mm is not None:
         yield bases[0].but(size_mm=float(round(_LARGER * asked.mesh.size_mm)))
 
@@ -132,8 +130,7 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
         more = [one for one in further if one not in designs][:room]
     best, why = choose(tried, wishes)
     number = next(at for at, one in enumerate(tried) if one is best)
-    reasons = because(asked, designs, tried, number, wishes)
-    return designs[number], "\n".join([why, *(f"  {reason}" for reason in reasons)])
+    return designs[number], why
 
 
 class Made(NamedTuple):

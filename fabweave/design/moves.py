@@ -1,4 +1,4 @@
-"""Say what to try beside a design that comes near to a wish, and what each of its options did."""
+"""Say what to try beside a design that comes near to a wish."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -7,9 +7,8 @@ from typing import TypeAlias
 
 from fabweave.design.candidate import Candidate, Figures
 from fabweave.design.variety import FEWEST, MOST, fairable, two_digits
-from fabweave.design.wishes import Wishes, come_to, distance, misses, values_text
+from fabweave.design.wishes import Wishes, come_to, misses
 from fabweave.mesh.fair.fairing import STEPS
-from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 
@@ -28,19 +27,6 @@ _NARROWEST, _WIDEST, _NARROWER = 0.6, 1.25, 0.75
 _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
 #: One step of this refinement makes four quads of one.
 SCHEME, _FOLD = "catmull-clark:1", 4
-#: What a search may change, as fields of the settings, in the order in which it is told; a mesh is
-#: made by two of them.
-_KNOBS = (
-    ("remesh", "refine"),
-    ("fair",),
-    ("pattern",),
-    ("width",),
-    ("max_length_mm",),
-    ("prefer",),
-)
-#: How many other values of an option are told beside the chosen one.
-_TOLD = 2
-
 #: A design, and what it comes to by the names of the wishes.
 _Tried: TypeAlias = tuple[Settings, dict[str, float | None]]
 
@@ -205,65 +191,3 @@ def _rounder(asked: Settings, best: Settings) -> Iterator[Settings]:
     if free and kind == "quads" and count >= _FOLD * FEWEST:
         coarse = two_digits(count / _FOLD)
         yield best.but(remesh=f"quads:{coarse}", refine=SCHEME)
-
-
-def because(
-    asked: Settings,
-    designs: Sequence[Settings],
-    candidates: Sequence[Candidate],
-    chosen: int,
-    wishes: Wishes,
-) -> list[str]:
-    """Return why each option of the chosen design is as it is: what others came to instead.
-
-    Parameters
-    ----------
-    asked : Settings
-    designs : sequence of Settings
-        All that were tried,
-    candidates : sequence of Candidate
-        and what they came to.
-    chosen : int
-        Which of them was chosen.
-    wishes : Wishes
-
-    Returns
-    -------
-    list of str
-        One for each option that is not as asked for and of which another value was tried.
-    """
-    best, lines = designs[chosen], []
-    for knob in _KNOBS:
-        if _turned(best, asked, knob) == best:
-            continue
-        others = [
-            at
-            for at, design in enumerate(designs)
-            if design != best and _turned(best, design, knob) == design
-        ]
-        others.sort(key=lambda at: (distance(candidates[at], wishes), at))
-        told = [
-            f"{_option(designs[at], asked, knob)} has {_outcome(candidates[at], wishes)}"
-            for at in others[:_TOLD]
-        ]
-        if told:
-            lines.append(f"{_option(best, asked, knob)}, as {', and '.join(told)}")
-    return lines
-
-
-def _turned(design: Settings, other: Settings, knob: Sequence[str]) -> Settings:
-    """Return a design with some fields of another."""
-    return design.but(**{name: other.values[name] for name in knob})
-
-
-def _option(design: Settings, asked: Settings, knob: Sequence[str]) -> str:
-    """Return an option of a design as it is typed; where it is as asked for, say so."""
-    name = knob[0].removesuffix("_mm").replace("_", "-")
-    return changed_options(_turned(asked, design, knob), asked) or f"no other --{name}"
-
-
-def _outcome(candidate: Candidate, wishes: Wishes) -> str:
-    """Return what is wished of a design, or that it cannot be built."""
-    if candidate.figures is None or not candidate.makeable:
-        return "what cannot be built"
-    return values_text(candidate.figures, wishes)

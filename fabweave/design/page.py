@@ -1,4 +1,4 @@
-"""Run a design, and show the designs side by side: pictures, figures, plots and tables."""
+"""Run a design, and show the designs side by side: pictures, figures and tables."""
 
 import csv
 import io
@@ -146,13 +146,6 @@ _COLUMNS = (
 )
 #: The figures that are ranges.
 _RANGES = ("hours", "cutting_h", "price")
-#: What is plotted over what: key and name across, key and name upward.
-_PLOTS = (
-    ("pieces", "pieces", "likeness_mm", "off the model, mm"),
-    ("pieces", "pieces", "narrowest_mm", "narrowest ribbon, mm"),
-    ("hours", "assembly, h", "narrowest_mm", "narrowest ribbon, mm"),
-    ("sheets", "sheets", "use", "share of the sheets used"),
-)
 
 
 def best_of(candidates: Sequence[Candidate]) -> list[bool]:
@@ -161,7 +154,7 @@ def best_of(candidates: Sequence[Candidate]) -> list[bool]:
 
 
 def design_page(title: str, found: Search) -> str:
-    """Return a page that opens by itself: a card for each design, plots, and a table.
+    """Return a page that opens by itself: a card for each design, and a table.
 
     Parameters
     ----------
@@ -182,25 +175,10 @@ def design_page(title: str, found: Search) -> str:
         key=lambda at: (
             not best[at],
             not candidates[at].makeable,
-            _number(candidates[at], "pieces"),
+            np.inf if (figures := candidates[at].figures) is None else figures.pieces,
         ),
     )
     names = {at: f"D{number}" for number, at in enumerate(order, start=1)}
-    plots = []
-    for across, across_name, upward, upward_name in _PLOTS:
-        dots = [
-            {
-                "x": _number(one, across),
-                "y": _number(one, upward),
-                "name": f"{names[at]}: {one.name}",
-                "level": one.verdict.level,
-                "best": best[at],
-            }
-            for at, one in enumerate(candidates)
-            if _ends(one, across) and _ends(one, upward)
-        ]
-        if len(dots) > 1:
-            plots.append((across_name, upward_name, dots))
     return render(
         "design.html",
         title=title,
@@ -208,7 +186,6 @@ def design_page(title: str, found: Search) -> str:
         lying=lying_note(found),
         designs=[(names[at], tried[at], best[at]) for at in order],
         alternatives=[one for one in found.alternatives if one.candidate.makeable],
-        plots=plots,
         heads=[head for _, head, _ in _COLUMNS],
         rows=[_row(candidates[at], names[at]) for at in order],
         words=words,
@@ -229,12 +206,6 @@ def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
     if value is None:
         return ()
     return value if isinstance(value, tuple) else (value,)
-
-
-def _number(candidate: Candidate, key: str) -> float:
-    """Return a figure of a design; the middle of a range, and infinite where it is not known."""
-    ends = _ends(candidate, key)
-    return sum(ends) / len(ends) if ends else np.inf
 
 
 def _row(candidate: Candidate, name: str) -> tuple[str, list[str]]:

@@ -8,9 +8,8 @@ from itertools import pairwise, zip_longest
 from fabweave.core.arrays import frozen_value
 from fabweave.design.alternatives import (
     Found,
-    first_alternatives,
+    alternatives,
     nearest,
-    next_alternatives,
     slimmed,
     why_text,
 )
@@ -189,8 +188,6 @@ def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator
 
 #: A search goes on until so many designs can be built.
 ENOUGH = 3
-#: Of so many designs it is tried what would help, where none can be built.
-_ATTEMPTS = 2
 
 
 @frozen_value
@@ -266,11 +263,10 @@ def search_designs(
             ]
         more = near or [one for one in planned if one not in designs][:room]
     found = [one.candidate for one in tried]
-    helps: list[Tried] = []
-    if any(one.makeable for one in found):
-        why = why_text(asked, found, [])
-    else:
-        helps, why = _alternatives(trials, designs, found)
+    failed = None if any(one.makeable for one in found) else nearest(designs, found)
+    others = [] if failed is None else alternatives(asked, slimmed(asked, failed))
+    helps = explore(trials, others) if others else []
+    why = why_text(asked, found, list(zip(others, (one.candidate for one in helps), strict=True)))
     kept = _apart(designs, found)
     return Search(
         designs=tuple(designs[at] for at in kept),
@@ -279,42 +275,6 @@ def search_designs(
         why=why,
         same=len(found) - len(kept),
     )
-
-
-def _alternatives(
-    trials: Trials, designs: Sequence[Settings], found: Sequence[Candidate]
-) -> tuple[list[Tried], str]:
-    """Try the nearest design larger, thinner and of card; and where nothing helps, the next.
-
-    Returns
-    -------
-    tried : list of Tried
-    why : str
-        Why none can be built, and what would help.
-    """
-    asked, tried = trials.asked, list[Tried]()
-    why = why_text(asked, found, [])
-    left = list(zip(designs, found, strict=True))
-    for attempt in range(_ATTEMPTS):
-        least = nearest(*zip(*left, strict=True)) if left else None
-        if least is None:
-            break
-        slim = slimmed(asked, least)
-        some = first_alternatives(asked, slim)
-        helps = explore(trials, some)
-        more = next_alternatives(asked, slim, _pairs(some, helps))
-        helps += explore(trials, more)
-        tried += helps
-        other = least[1].name if attempt else None
-        told = why_text(asked, found, _pairs([*some, *more], helps), other)
-        built = any(one.candidate.makeable for one in helps)
-        if built or not attempt:
-            why = told
-        if built:
-            break
-        # Its mesh is at fault.
-        left = [(one, by) for one, by in left if one.mesh.remesh != least[0].mesh.remesh]
-    return tried, why
 
 
 def _apart(designs: Sequence[Settings], found: Sequence[Candidate]) -> list[int]:
@@ -334,8 +294,3 @@ def _apart(designs: Sequence[Settings], found: Sequence[Candidate]) -> list[int]
             at if figures is None else (design.weave.pattern, figures, one.verdict), at
         )
     return list(first.values())
-
-
-def _pairs(designs: Sequence[Settings], tried: Sequence[Tried]) -> list[Found]:
-    """Return designs, each with what it came to."""
-    return [(design, one.candidate) for design, one in zip(designs, tried, strict=True)]

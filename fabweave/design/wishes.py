@@ -142,8 +142,8 @@ def distance(candidate: Candidate, wishes: Wishes) -> float:
     return total + 0.01 * len(candidate.verdict.reasons)
 
 
-def values_text(figures: Figures, wishes: Wishes, *, compared: bool = False) -> str:
-    """Say what a design comes to of all that is wished, maybe beside what was."""
+def values_text(figures: Figures, wishes: Wishes) -> str:
+    """Say what a design comes to of all that is wished, and what was wished."""
     parts = []
     for name, value in come_to(figures).items():
         wished = getattr(wishes, name)
@@ -151,7 +151,7 @@ def values_text(figures: Figures, wishes: Wishes, *, compared: bool = False) -> 
             limit, text = _KINDS[name]
             shown = "unknown" if value is None else text.format(value)
             how = "at most" if limit else "about"
-            parts.append(f"{shown} ({how} {wished:g} wished)" if compared else shown)
+            parts.append(f"{shown} ({how} {wished:g} wished)")
     return ", ".join(parts)
 
 
@@ -177,5 +177,5 @@ def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, 
     built = sum(candidate.makeable for candidate in candidates)
     return best, (
         f"chosen of {len(candidates)} designs, {built} of them buildable: {best.name}, with "
-        f"{values_text(best.figures, wishes, compared=True)}"
+        f"{values_text(best.figures, wishes)}"
     )

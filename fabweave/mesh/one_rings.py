@@ -204,7 +204,6 @@ def with_rim_curve(
     points: FloatArray,
     mesh: PolyMesh,
     rim: Rim,
-    corner: BoolArray,
     valence: IntArray,
     weight: float,
 ) -> FloatArray:
@@ -217,9 +216,7 @@ def with_rim_curve(
     mesh : PolyMesh
         The mesh before: vertices without edges, and corners, stay where they are.
     rim : Rim
-        Its boundary.
-    corner : (V,) bool array
-        Boundary vertices that stay.
+        Its boundary, where corners stay.
     valence : (V,) int array
         Number of edges at each vertex.
     weight : float
@@ -227,7 +224,7 @@ def with_rim_curve(
         1/6 for its limit.
     """
     result = np.where((rim.on | (valence == 0))[:, None], mesh.vertices, points)
-    moving = np.flatnonzero(rim.on & ~corner)
+    moving = np.flatnonzero(rim.on & ~rim.corner)
     sides = mesh.vertices[rim.before[moving]] + mesh.vertices[rim.after[moving]]
     result[moving] = (1 - 2 * weight) * mesh.vertices[moving] + weight * sides
     return result

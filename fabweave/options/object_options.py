@@ -111,8 +111,8 @@ OBJECT_OPTIONS = (
             "fabweave.mesh.subdivide.parse_refinements",
         ),
         "Refine the mesh first, e.g. catmull-clark:2, or simplest:1,catmull-clark:1. These "
-        "schemes round the shape: catmull-clark, doo-sabin, simplest, sqrt3, loop. These keep "
-        "it: mid-edge, quads.",
+        "schemes round the shape: catmull-clark, doo-sabin, simplest, loop. These keep it: "
+        "mid-edge, quads.",
         brief="Refine the mesh, such as catmull-clark:1.",
     ),
     Option(

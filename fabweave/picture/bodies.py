@@ -43,11 +43,6 @@ class Body:
     normals: FloatArray | None = None
 
     @property
-    def colour(self) -> tuple[int, int, int] | None:
-        """Its colour, if it has only one."""
-        return only_colour(self.colours)
-
-    @property
     def triangle_colours(self) -> Colours:
         """The colour of each of ``all_triangles``, that of its first corner, (F', 3)."""
         return np.asarray(self.colours[self.all_triangles[:, 0]])
@@ -57,21 +52,6 @@ class Body:
         """All faces as triangles: quads are cut from their first corner to the third, (F', 3)."""
         halves = self.quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
         return np.concatenate((halves, self.triangles))
-
-
-def only_colour(colours: Colours) -> tuple[int, int, int] | None:
-    """Return the colour that all of some have, None if they differ."""
-    if np.any(colours != colours[:1]):
-        return None
-    red, green, blue = colours[0].tolist()
-    return red, green, blue
-
-
-def common_colour(colours: Colours) -> tuple[int, int, int]:
-    """Return the colour that most of some have."""
-    values, counts = np.unique(colours, axis=0, return_counts=True)
-    red, green, blue = values[np.argmax(counts)].tolist()
-    return red, green, blue
 
 
 def ribbon_bodies(

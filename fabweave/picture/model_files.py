@@ -1,11 +1,8 @@
-"""Write models: GLB, OBJ, PLY, STL, 3MF and Rhino's 3DM."""
+"""Write models: GLB, OBJ, PLY, STL and 3MF."""
 
 import io
-import tempfile
 import zipfile
 from collections.abc import Callable, Sequence
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -16,8 +13,8 @@ from trimesh.exchange.stl import export_stl
 
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours, light_of
-from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.picture.bodies import Body, common_colour, joined_bodies
+from fabweave.core.errors import InputError
+from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.surfaces import rung_colours
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
@@ -72,8 +69,6 @@ def _state_up(tree: dict[str, Any]) -> None:
     tree["asset"]["extras"] = {"up": "z"}
 
 
-#: Rhino 7 and later read it.
-_RHINO_VERSION = 7
 _3MF = "http://schemas.microsoft.com/3dmanufacturing"
 _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 
@@ -85,20 +80,20 @@ def model_bytes(suffix: str, bodies: Sequence[Body]) -> bytes:
     ----------
     suffix : str
         ``.glb`` (metres, as glTF has it; one node a thread), ``.obj`` (one object a thread),
-        ``.ply``, ``.stl``, ``.3mf`` or ``.3dm`` (with the extra ``rhino``): all in millimetres,
-        which 3MF and 3DM state, and the comment of OBJ.
+        ``.ply``, ``.stl`` or ``.3mf``: all in millimetres, which 3MF states, and the comment of
+        OBJ.
     bodies : sequence of Body
         The threads.
 
     Returns
     -------
     bytes
-        The same for the same bodies, but for 3DM, which holds random ids.
+        The same for the same bodies.
 
     Raises
     ------
     InputError
-        If there is no such format, or it needs a package that is not installed.
+        If there is no such format.
     """
     writers: dict[str, Callable[[Sequence[Body]], bytes]] = {
         ".glb": _glb,
@@ -106,23 +101,11 @@ def model_bytes(suffix: str, bodies: Sequence[Body]) -> bytes:
         ".ply": lambda bodies: export_ply(_whole(bodies)),
         ".stl": lambda bodies: export_stl(_whole(bodies)),
         ".3mf": _3mf,
-        ".3dm": _3dm,
     }
     writer = writers.get(suffix)
     if writer is None:
         raise InputError(f"no model is written as {suffix!r}; choose {', '.join(writers)}")
     return writer(bodies)
-
-
-def require_rhino() -> None:
-    """Raise InputError unless 3DM files can be written."""
-    try:
-        import_module("rhino3dm")
-    except ImportError:
-        raise InputError(
-            "writing .3dm needs the package rhino3dm: pip install 'fabweave[rhino]'; "
-            "Rhino reads .obj, too"
-        ) from None
 
 
 def _glb(bodies: Sequence[Body]) -> bytes:
@@ -209,35 +192,6 @@ def _3mf(bodies: Sequence[Body]) -> bytes:
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, text)
     return file.getvalue()
-
-
-def _3dm(bodies: Sequence[Body]) -> bytes:
-    require_rhino()
-    rhino = import_module("rhino3dm")
-    document = rhino.File3dm()
-    document.Settings.ModelUnitSystem = rhino.UnitSystem.Millimeters
-    for body in bodies:
-        mesh = rhino.Mesh()
-        for x, y, z in body.vertices.tolist():
-            mesh.Vertices.Add(x, y, z)
-        for corners in (*body.quads.tolist(), *body.triangles.tolist()):
-            mesh.Faces.AddFace(*corners)
-        mesh.Normals.ComputeNormals()
-        attributes = rhino.ObjectAttributes()
-        attributes.Name = body.label
-        attributes.ObjectColor = (*common_colour(body.colours), 255)
-        if body.colour is None:
-            for red, green, blue in body.colours.tolist():
-                mesh.VertexColors.Add(red, green, blue)
-        attributes.ColorSource = rhino.ObjectColorSource.ColorFromObject
-        document.Objects.AddMesh(mesh, attributes)
-    with tempfile.TemporaryDirectory() as folder:  # the library writes files only
-        path = Path(folder) / "model.3dm"
-        if not document.Write(str(path), _RHINO_VERSION):
-            raise CannotMakeError(
-                "rhino3dm could not write the model; write .obj, which Rhino reads"
-            )
-        return path.read_bytes()
 
 
 #: The balls at findings: radius relative to the object, and a magenta that no thread has.

@@ -15,7 +15,7 @@ from fabweave.options.settings import Settings
 from fabweave.picture.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import side_by_side
-from fabweave.picture.model_files import model_bytes, require_rhino, woven_glb
+from fabweave.picture.model_files import model_bytes, woven_glb
 from fabweave.picture.object_picture import bodies_picture, png_bytes, weave_picture
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
 from fabweave.picture.yarns import Yarns, spin_yarns
@@ -26,7 +26,7 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
 #: Suffixes of the files that can be written; those for printing hold solids.
-SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".3dm", ".png")
+SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".png")
 _PRINTED = (".stl", ".3mf")
 #: A picture that was asked for may take a little longer than others, and be smoother.
 _SAMPLES = 3
@@ -60,8 +60,6 @@ def check_suffix(path: Path, mesh: str | None = None) -> str:
             f"{', '.join(SUFFIXES)}"
         )
     check_file(path, suffix, source=mesh)
-    if suffix == ".3dm":
-        require_rhino()
     return suffix
 
 

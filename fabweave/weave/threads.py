@@ -1,7 +1,6 @@
 """Trace the threads of a mesh: the straight-ahead walks of its medial graph."""
 
 from dataclasses import field
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -81,34 +80,8 @@ def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, B
     return ordered[by_thread], number[by_thread].astype(np.int64), closed
 
 
-class PassesByThread:
-    """What passes of threads have in common that are kept in compressed rows."""
-
-    offsets: IntArray
-
-    @property
-    def n_threads(self) -> int:
-        """Number of threads, those without any crossing included."""
-        return len(self.offsets) - 1
-
-    @property
-    def lengths(self) -> IntArray:
-        """Number of passes of each thread, (T,)."""
-        return np.diff(self.offsets)
-
-    @property
-    def woven(self) -> BoolArray:
-        """Which threads cross anything, (T,); the others are left out."""
-        return self.lengths > 0
-
-    @property
-    def thread_of_pass(self) -> IntArray:
-        """The thread of each pass, (P,)."""
-        return np.repeat(np.arange(self.n_threads), self.lengths)
-
-
 @frozen_value
-class Threads(PassesByThread):
+class Threads:
     """The threads of a weave as walks over crossings, in compressed rows.
 
     A *pass* is one visit of a thread to a crossing. Every crossing has two passes, one that
@@ -144,6 +117,26 @@ class Threads(PassesByThread):
     turn_halfedge: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
+    def n_threads(self) -> int:
+        """Number of threads, those without any crossing included."""
+        return len(self.offsets) - 1
+
+    @property
+    def lengths(self) -> IntArray:
+        """Number of passes of each thread, (T,)."""
+        return np.diff(self.offsets)
+
+    @property
+    def woven(self) -> BoolArray:
+        """Which threads cross anything, (T,); the others are left out."""
+        return self.lengths > 0
+
+    @property
+    def thread_of_pass(self) -> IntArray:
+        """The thread of each pass, (P,)."""
+        return np.repeat(np.arange(self.n_threads), self.lengths)
+
+    @property
     def n_crossings(self) -> int:
         """Number of crossings."""
         return len(self.crossing_halfedge)
@@ -155,15 +148,12 @@ class Threads(PassesByThread):
         return ~self.forward[self.turn_pass]
 
 
-def corner_successor(
-    halfedges: Halfedges, *, turn: bool = False, swaps: BoolArray | None = None
-) -> IntArray:
+def corner_successor(halfedges: Halfedges, *, turn: bool = False) -> IntArray:
     """Return the straight-ahead successor of every directed corner.
 
     State ``h`` passes the corner between ``edge(h)`` and ``edge(next(h))`` forward, state
     ``H + h`` passes it backward. A forward pass goes on along ``edge(next(h))``, a backward pass
-    along ``edge(h)``. An edge that is twisted swaps its strands: the thread goes on in the other
-    face and in the other direction. One that is not keeps side and direction.
+    along ``edge(h)``. The thread goes on in the other face and in the other direction.
 
     A boundary edge has no other side. There the thread ends or, with ``turn``, runs along it into
     the other corner at that edge in the same face: in the medial graph the node of a boundary edge
@@ -175,8 +165,6 @@ def corner_successor(
         Connectivity of an oriented manifold mesh.
     turn : bool
         Whether threads turn back at boundary edges; otherwise they end there.
-    swaps : (H,) bool array, optional
-        Whether the edge of each half-edge swaps its strands; by default each interior one does.
 
     Returns
     -------
@@ -190,37 +178,12 @@ def corner_successor(
     """
     count = halfedges.n_halfedges
     inner = halfedges.twin >= 0
-    swaps = inner if swaps is None else swaps
     # Along each half-edge from its tail on the left, and from its head on the right.
-    onwards = np.where(swaps, halfedges.prev[halfedges.twin] + count, np.arange(count))
-    back = np.where(swaps, halfedges.twin, halfedges.prev + count)
-    if not turn:
-        onwards, back = np.where(inner, onwards, -1), np.where(inner, back, -1)
+    onwards = np.where(
+        inner, halfedges.prev[halfedges.twin] + count, np.arange(count) if turn else -1
+    )
+    back = np.where(inner, halfedges.twin, halfedges.prev + count if turn else -1)
     return np.concatenate((onwards[halfedges.next], back))
-
-
-class Walks(NamedTuple):
-    """What threads pass: edges with their direction, one after the other, and whose they are.
-
-    ``halfedge`` is the half-edge of each edge in the face that the thread comes from, ``backward``
-    whether it comes from the half-edge's head, ``thread`` the thread, all (K,); ``closed`` (T,)
-    says which threads are rings.
-    """
-
-    halfedge: IntArray
-    backward: BoolArray
-    thread: IntArray
-    closed: BoolArray
-
-
-def walk_corners(halfedges: Halfedges, successor: IntArray) -> Walks:
-    """Return the walks of a successor of directed corners, each in one direction."""
-    count = halfedges.n_halfedges
-    states, thread, closed = order_states(successor, count)
-    backward = states >= count
-    corner = np.where(backward, states - count, states)
-    # A forward pass of a corner arrives at edge(next) from its tail, a backward one at edge(h).
-    return Walks(np.where(backward, corner, halfedges.next[corner]), backward, thread, closed)
 
 
 def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
@@ -261,9 +224,12 @@ def trace_threads(halfedges: Halfedges, *, turn: bool = False) -> Threads:
     >>> mat.lengths.tolist(), mat.closed.tolist(), len(mat.turn_pass)
     ([14], [True], 10)
     """
-    arrival, backward, thread, closed = walk_corners(
-        halfedges, corner_successor(halfedges, turn=turn)
-    )
+    count = halfedges.n_halfedges
+    states, thread, closed = order_states(corner_successor(halfedges, turn=turn), count)
+    backward = states >= count
+    corner = np.where(backward, states - count, states)
+    # A forward pass of a corner arrives at edge(next) from its tail, a backward one at edge(h).
+    arrival = np.where(backward, corner, halfedges.next[corner])
     crosses = halfedges.twin[arrival] >= 0
     lengths = np.bincount(thread[crosses], minlength=len(closed))
     interior = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]

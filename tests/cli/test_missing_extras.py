@@ -19,7 +19,6 @@ EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["option
 #: By extra: the modules of its packages, what is typed, and with which code it ends.
 WITHOUT = {
     "threemf": (("networkx", "lxml"), ("make", "cube.3mf", "-o", "out"), 2),
-    "rhino": (("rhino3dm",), ("model", "shape:cube", "-o", "cube.3dm"), 2),
     "join": (("manifold3d",), ("make", "two.obj", "--bodies", "join", "-o", "out"), 2),
     # There are other ways to quads; where none of them helps, the mesh cannot be made of them.
     "quad": (
@@ -38,7 +37,7 @@ def test_every_extra_is_tried():
 
 @pytest.mark.parametrize(
     ("extra", "missing"),
-    [(extra, module) for extra in ("threemf", "rhino", "join") for module in WITHOUT[extra][0]]
+    [(extra, module) for extra in ("threemf", "join") for module in WITHOUT[extra][0]]
     + [("quad", ",".join(WITHOUT["quad"][0]))],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):

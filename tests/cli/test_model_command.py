@@ -16,10 +16,8 @@ def model(path, *options: object) -> int:
 
 
 @pytest.mark.parametrize("yarn", [(), ("--yarn", "--sides", 6)], ids=["ribbons", "yarns"])
-@pytest.mark.parametrize("suffix", ["glb", "obj", "ply", "stl", "3mf", "3dm", "png"])
+@pytest.mark.parametrize("suffix", ["glb", "obj", "ply", "stl", "3mf", "png"])
 def test_every_format_is_written(suffix, yarn, tmp_path):
-    if suffix == "3dm":
-        pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
     path = tmp_path / f"object.{suffix}"
     assert model(path, *yarn) == 0
     assert [found.name for found in tmp_path.iterdir()] == [path.name]

@@ -98,10 +98,10 @@ def test_the_mesh_that_is_read_is_not_replaced(tmp_path, capsys) -> None:
     mesh = tmp_path / "cube.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
     before = mesh.read_bytes()
-    for words in (["model", mesh, "-o", mesh], ["inspect", mesh, "--pd", mesh]):
+    for words in (["model", mesh, "-o", mesh], ["inspect", mesh, "--edges", mesh]):
         assert run(*words) == 2
         assert "is the mesh itself" in capsys.readouterr().err
-    assert run("inspect", mesh, "--pd", tmp_path / "a", "--gauss", tmp_path / "." / "a") == 2
+    assert run("inspect", mesh, "--png", tmp_path / "a.png", "--edges", tmp_path / "a.png") == 2
     assert "name the same file" in capsys.readouterr().err
     assert mesh.read_bytes() == before
     assert list(tmp_path.iterdir()) == [mesh]

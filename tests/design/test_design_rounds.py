@@ -1,7 +1,6 @@
 """Where few designs can be built, a search goes on near them; where none can, it says why."""
 
 import math
-import re
 from dataclasses import replace
 
 import pytest
@@ -12,9 +11,8 @@ from hypothesis import strategies as st
 from fabweave.core.finding import Finding
 from fabweave.design import rounds
 from fabweave.design.alternatives import (
-    first_alternatives,
+    alternatives,
     nearest,
-    next_alternatives,
     slimmed,
     why_text,
 )
@@ -194,27 +192,9 @@ def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
     found = search_designs(Trials(ASKED), [quads(500), quads(800)], 2)
     assert found.makeable == 0
     assert len(found.tried) == 2
-    assert "600 mm" in found.why
+    assert "at 750 mm" in found.why
     sizes = [one.mesh.size_mm for call in explored[1:] for one in call]
-    assert sizes == [480.0, 750.0, 300.0, 300.0, 600.0, 300.0]
-
-
-def test_where_nothing_helps_the_nearest_the_next_mesh_is_tried(explored, monkeypatch):
-    real = rounds.explore
-
-    def no_hope(asked, some, *args, **options):
-        told = real(asked, some, *args, **options)
-        bad = stopped("bend", 1.5, "near")
-        return [
-            Tried(candidate=bad, picture=None) if design.mesh.remesh == "quads:400" else one
-            for design, one in zip(some, told, strict=True)
-        ]
-
-    monkeypatch.setattr(rounds, "explore", no_hope)
-    found = search_designs(Trials(ASKED), [quads(400), quads(800)], 2)
-    assert found.makeable == 0
-    sizes = [(one.mesh.remesh, one.mesh.size_mm) for call in explored[1:] for one in call]
-    assert {remesh for remesh, _ in sizes} == {"quads:400", "quads:800"}
+    assert sizes == [380.0, 480.0, 750.0, 1200.0, 300.0, 300.0, 300.0, 300.0]
 
 
 def test_the_nearest_is_what_misses_least():
@@ -235,23 +215,17 @@ def test_what_twists_is_tried_with_narrow_ribbons_too():
     assert slim.ribbons.width.even
 
 
-def test_less_is_tried_where_it_helped_and_more_where_it_did_not():
+def test_the_least_that_helps_is_told():
     design = quads(100)
-    first = first_alternatives(ASKED, design)
-    assert [(one.mesh.size_mm, one.stock.thickness_mm, one.stock.material) for one in first] == [
-        (480.0, None, "birch-veneer"),
-        (750.0, None, "birch-veneer"),
-        (300.0, 0.4, "birch-veneer"),
+    some = alternatives(ASKED, design)
+    assert [(one.mesh.size_mm, one.stock.thickness_mm, one.stock.material) for one in some] == [
+        *((size, None, "birch-veneer") for size in (380.0, 480.0, 750.0, 1200.0)),
+        *((300.0, thickness, "birch-veneer") for thickness in (0.6, 0.4, 0.2)),
         (300.0, None, "card"),
     ]
-    good = [(one, GOOD) for one in first]
-    bad = [(one, stopped("bend", 2.0)) for one in first]
-    for outcome, expected in (
-        (good, [(380.0, None), (300.0, 0.6)]),
-        (bad, [(1200.0, None), (300.0, 0.2)]),
-    ):
-        found = next_alternatives(ASKED, design, outcome)
-        assert [(one.mesh.size_mm, one.stock.thickness_mm) for one in found] == expected
-        told = why_text(ASKED, [stopped("bend", 2.0)], outcome)
-        assert {"480", "0.4"} <= set(re.findall(r"[\d.]*\d", told))
+    bad = stopped("bend", 2.0)
+    found = [(one, GOOD if at not in (0, 4) else bad) for at, one in enumerate(some)]
+    told = why_text(ASKED, [bad], found)
+    assert told.endswith("this design at 480 mm, or from sheet of 0.4 mm, or from card.")
+    assert "cannot be built at 380 mm" in why_text(ASKED, [bad], [(one, bad) for one in some])
     assert why_text(ASKED, [GOOD, GOOD], []) == ""

@@ -4,7 +4,6 @@ import json
 import re
 import shlex
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -216,53 +215,9 @@ def test_the_picture_shows_the_mesh_and_the_weave(mesh, tmp_path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
-def test_the_tetrahedron_is_a_link_of_three_rings_with_six_crossings(tmp_path) -> None:
-    assert run("inspect", "shape:tetrahedron", "--pd", tmp_path / "a.txt") == 0
-    text = (tmp_path / "a.txt").read_text()
-    assert text.startswith("PD[X[")
-    arcs = [int(word) for part in text.split("X[")[1:] for word in part.split("]")[0].split(",")]
-    assert len(arcs) == 4 * 6
-    assert sorted(arcs) == sorted([*range(1, 13)] * 2)
-
-
-def test_a_planar_diagram_of_a_torus_is_refused_and_nothing_is_written(tmp_path) -> None:
-    files = ("--pd", tmp_path / "a.txt", "--png", tmp_path / "a.png", "--gauss", tmp_path / "g.txt")
-    assert run("inspect", "shape:torus?m=8&n=4", *files) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("mesh", "pattern", "boundary"),
-    [
-        ("shape:torus?m=4&n=4", "twill", "end"),
-        ("shape:slit?genus=2&m=8", "plain", "end"),
-        ("shape:hypar?m=3&n=3", "twill", "end"),
-        ("shape:hypar?m=3&n=3", "twill", "turn"),
-    ],
-)
-def test_the_gauss_code_is_the_weave_of_the_job(mesh, pattern, boundary, tmp_path) -> None:
-    assert run("inspect", mesh, "--size", "400mm", "--pattern", pattern, "--boundary", boundary,
-               "--gauss", tmp_path / "a.txt") == 0  # fmt: skip
-    settings = Settings.of(mesh, size_mm=400.0, pattern=pattern, boundary=boundary)
-    found = inspect_mesh(settings).woven
-    weave, threads = found.weave, found.weave.threads
-    lines = (tmp_path / "a.txt").read_text().splitlines()
-    assert [line.split(":")[0] for line in lines] == list(found.labels)
-    signs: dict[int, set[str]] = {}
-    for line, (first, last) in zip(lines, pairwise(threads.offsets.tolist()), strict=True):
-        code = line.partition(":")[2].strip().replace("+", "+ ").replace("-", "- ").split()
-        assert [word[0] == "O" for word in code] == weave.over[first:last].tolist()
-        assert [int(word[1:-1]) - 1 for word in code] == threads.crossing[first:last].tolist()
-        for word in code:
-            signs.setdefault(int(word[1:-1]), set()).add(word[-1])
-    # Both passes of a crossing give it the same sign.
-    assert all(len(sign) == 1 for sign in signs.values())
-    assert len(signs) == threads.n_crossings
-
-
 @pytest.mark.parametrize(
     ("option", "name"),
-    [("--png", "nowhere/a.png"), ("--png", "a.jpg"), ("--pd", "."), ("--gauss", "nowhere/a.txt")],
+    [("--png", "nowhere/a.png"), ("--png", "a.jpg"), ("--edges", "nowhere/a.csv")],
 )
 def test_files_that_cannot_be_written_are_told_at_once(option, name, tmp_path) -> None:
     assert run("inspect", "shape:torus?m=2000&n=2000", option, tmp_path / name) == 2

@@ -64,21 +64,6 @@ def test_make_figures(tmp_path, capsys, monkeypatch):
             assert picture.height >= tiles // columns * 460
 
 
-def test_link_of_a_weave(capsys):
-    runpy.run_path(str(EXAMPLES / "link_of_a_weave.py"))
-    rings, *gauss, one, two, three, diagram = capsys.readouterr().out.splitlines()
-    assert rings == "3 rings, 6 crossings"
-    # Every ring goes over and under in turn, each crossing once over and once under.
-    passes = [re.findall(r"([OU])(\d)[+-]", line) for line in gauss]
-    assert ["".join(side for side, _ in ring) for ring in passes] == ["OUOU"] * 3
-    walked = sorted(one_pass for ring in passes for one_pass in ring)
-    assert walked == [(side, str(n)) for side in "OU" for n in range(1, 7)]
-    assert [line.split(": ")[1] for line in (one, two, three)] == ["0"] * 3
-    arcs = [int(number) for number in re.findall(r"\d+", diagram)]
-    assert sorted(arcs) == sorted([*range(1, 13), *range(1, 13)])
-    assert diagram.count("X[") == 6
-
-
 @pytest.mark.slow
 def test_weave_any_mesh(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["weave_any_mesh.py", str(tmp_path)])

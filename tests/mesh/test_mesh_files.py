@@ -123,34 +123,6 @@ def test_off_traps(text):
     assert mesh.faces() == HOUSE_FACES
 
 
-#: Two strips: a band of four triangles, and one of a triangle, a detour and two more.
-STRIPS = ([0, 1, 2, 3, 4, 0], [2, 1, 0, -1, 4, 3, 2, 2, 1])
-STRIP_FACES = [
-    [0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 0], [2, 1, 0], [4, 3, 2],
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("order", ["", "<", ">"])
-@pytest.mark.parametrize("empty_faces", [False, True])
-def test_ply_strips(order, empty_faces):
-    kind = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
-    head = ["ply", f"format {kind} 1.0", f"element vertex {len(HOUSE)}"]
-    head += [f"property float {axis}" for axis in "xyz"]
-    if empty_faces:
-        head += ["element face 0", "property list uchar int vertex_indices"]
-    head += ["element tristrips 2", "property list int int vertex_indices", "end_header", ""]
-    data = "\n".join(head).encode()
-    for row in (*HOUSE, *STRIPS):
-        values = row if row in HOUSE else [len(row), *row]
-        if order:
-            data += struct.pack(f"{order}{len(values)}{'f' if row in HOUSE else 'i'}", *values)
-        else:
-            data += " ".join(map(str, values)).encode() + b"\n"
-    mesh, notes = read_ply(data, "a.ply")
-    assert mesh.faces() == STRIP_FACES
-    assert len(notes) == 1
-
-
 PLY_CODES = {
     "char": "b",
     "uchar": "B",

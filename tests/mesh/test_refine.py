@@ -30,8 +30,8 @@ from fabweave.mesh.subdivide import (
     parse_refinements,
     refine_mesh,
     simplest,
-    sqrt3,
 )
+from fabweave.mesh.triangulate import triangulate
 
 NAMES = [scheme.name for scheme in SCHEMES]
 names = pytest.mark.parametrize("name", NAMES)
@@ -75,13 +75,8 @@ def test_topology_is_kept(name, mesh, steps, seed):
         steps = 1
     half = build_halfedges(mesh)
     rim = find_rim(half, mesh.n_vertices)
-    pairs = np.column_stack([half.face, half.face[half.twin]])[half.twin >= 0]
-    if (
-        np.any(~rim.on & (valences(half, rim) == 2))
-        if name in ("loop", "mid-edge")
-        else name == "sqrt3" and len(np.unique(pairs, axis=0)) < len(pairs)
-    ):
-        with pytest.raises(CannotMakeError, match=r"only two edges|more than one edge"):
+    if name in ("loop", "mid-edge") and np.any(~rim.on & (valences(half, rim) == 2)):
+        with pytest.raises(CannotMakeError, match="only two edges"):
             refined(mesh, name, steps)
         return
     before, after = check_mesh(mesh), check_mesh(refined(mesh, name, steps))
@@ -163,10 +158,6 @@ def test_counts_are_those_of_the_formulas(name, mesh):
         assert got == (v + e + f, 2 * e + h, h)
     elif name in ("loop", "mid-edge"):
         assert got == (v + e, 2 * e + h, h + f)
-    elif name == "sqrt3":
-        assert got == (v + f, e + h, 2 * inner_edges + int(rim.on.sum()))
-        fine = refined(mesh, name, 2)
-        assert fine.n_faces == 6 * e - 3 * int(rim.on.sum()) + (h - 2 * e + int(rim.on.sum()))
     elif name == "doo-sabin":
         assert (got[0], got[2]) == (h, f + inner_edges + inner_vertices)
     elif not rim.on.any():
@@ -200,7 +191,6 @@ def test_faces_are_what_the_scheme_says(name, size, mesh):
         ("doo-sabin", {4}, {4}),
         ("simplest", {4}, {4}),
         ("quads", {4}, {4}),
-        ("sqrt3", {3}, {4, 8}),
         ("mid-edge", {3, 4}, {4, 6}),
     ],
 )
@@ -215,7 +205,7 @@ def test_a_regular_torus_stays_regular_and_dual_schemes_make_all_vertices_so(nam
 
 @pytest.mark.parametrize(
     ("name", "spread"),
-    [("catmull-clark", 1.06), ("sqrt3", 1.16), ("loop", 1.18), ("quads", 3**0.5)],
+    [("catmull-clark", 1.06), ("loop", 1.18), ("quads", 3**0.5)],
 )
 def test_limits_of_a_cube_are_round_but_for_plain_quads(name, spread):
     radius = np.linalg.norm(refined(solids.cube(), name, 3).vertices, axis=1)
@@ -238,7 +228,7 @@ def test_known_positions_on_the_cube():
 @given(mesh=meshes())
 def test_smooth_triangles_follow_loops_masks(mesh):
     """The plain textbook loop over a triangle mesh as the oracle."""
-    mesh = sqrt3(mesh, 1, limit=False)
+    mesh = triangulate(mesh)
     half = build_halfedges(mesh)
     fine = loop(mesh).vertices
     p = mesh.vertices
@@ -295,14 +285,6 @@ def test_limit_does_not_depend_on_the_number_of_steps(step, limit, mesh, more):
     assert np.abs(early - late).max() < 1e-9 * np.abs(mesh.vertices).max()
 
 
-@given(mesh=meshes(), steps=st.integers(1, 2))
-@settings(max_examples=25)
-def test_sqrt3_limit_does_not_depend_on_the_number_of_steps(mesh, steps):
-    early = sqrt3(mesh, steps).vertices
-    late = sqrt3(mesh, steps + 1).vertices[: len(early)]
-    assert np.abs(early - late).max() < 1e-9 * np.abs(mesh.vertices).max()
-
-
 @pytest.mark.parametrize("step", [doo_sabin, simplest])
 @given(mesh=meshes(closed=True))
 @settings(max_examples=15)
@@ -344,13 +326,13 @@ def test_rim_of_a_tube_is_the_spline_curve(m, n):
     """Boundary vertices of smooth schemes stand on the B-spline curve of the old ones."""
     mesh = grids.tube(m, n, 25.0, 100.0)
     ring = 2 / 3 + math.cos(2 * math.pi / m) / 3  # (1, 4, 1)/6 on a regular polygon
-    for name in ("catmull-clark", "loop", "sqrt3"):
+    for name in ("catmull-clark", "loop"):
         fine = refined(mesh, name, 2)
         radius = np.hypot(*fine.vertices[: mesh.n_vertices][:: n + 1, :2].T)
         assert radius == pytest.approx(np.full(m, 25.0 * ring))
         on = find_rim(build_halfedges(fine), fine.n_vertices).on
         assert np.abs(fine.vertices[on, 2]) == pytest.approx(np.full(on.sum(), 50.0))
-        assert on.sum() == 2 * m * (3 if name == "sqrt3" else 4)
+        assert on.sum() == 2 * m * 4
 
 
 def chaikin(points):
@@ -377,7 +359,7 @@ def test_rim_of_dual_schemes_is_cut_as_by_chaikin(step, times, m, n):
         assert inner[1] <= 100 / n
 
 
-@pytest.mark.parametrize("name", ["catmull-clark", "doo-sabin", "sqrt3", "loop"])
+@pytest.mark.parametrize("name", ["catmull-clark", "doo-sabin", "loop"])
 def test_corners_of_a_sheet_stay_and_flat_grids_stay_straight(name):
     mesh = grids.hypar(5, 4, 10.0, 0.0)
     fine = refined(mesh, name, 2)
@@ -407,8 +389,8 @@ def test_limit_is_taken_once_and_before_linear_schemes():
     assert np.array_equal(
         chain.vertices, mid_edge(catmull_clark_limit(catmull_clark(cube))).vertices
     )
-    chain = refine_mesh(cube, parse_refinements("sqrt3:1,loop:1"))
-    assert np.array_equal(chain.vertices, loop_limit(loop(sqrt3(cube, 1, limit=False))).vertices)
+    chain = refine_mesh(cube, parse_refinements("catmull-clark:1,loop:1"))
+    assert np.array_equal(chain.vertices, loop_limit(loop(catmull_clark(cube))).vertices)
     assert refine_mesh(cube, ()) is cube
 
 
@@ -449,8 +431,8 @@ def back_to_back():
 
 
 def test_vertices_with_two_edges():
-    for name in ("loop", "mid-edge", "sqrt3"):
-        with pytest.raises(CannotMakeError, match=r"only two edges|more than one edge"):
+    for name in ("loop", "mid-edge"):
+        with pytest.raises(CannotMakeError, match="only two edges"):
             refined(back_to_back(), name)
     for name in ("catmull-clark", "quads"):
         report = check_mesh(refined(back_to_back(), name))

@@ -251,7 +251,7 @@ TYPED = {
     "size": LENGTHS,
     "remesh": st.sampled_from(["quads", "quads:300"]),
     "along": st.sampled_from(["x", "curvature", "own.txt"]),
-    "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "sqrt3"]),
+    "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "loop"]),
     "fair": st.integers(0, 1000).map(str),
     "hang": st.sampled_from(["top", "Bottom: 3", "12, top:2"]),
     "leave_out": st.sampled_from(["top:8cm", "Bottom: 80mm, top:1in", "13, 12", "FOLDER/list.txt"]),

@@ -87,7 +87,7 @@ def test_glb_has_the_colours_in_linear_light_and_normals_where_round(model):
         for mesh in tree["meshes"]
     }
     for body in model.bodies:
-        share = np.array(body.colour) / 255
+        share = body.colours[0] / 255
         linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
         assert np.allclose(colours[body.label]["baseColorFactor"][:3], linear, atol=0.003)
     has = ["NORMAL" in mesh["primitives"][0]["attributes"] for mesh in tree["meshes"]]
@@ -125,7 +125,7 @@ def test_3mf_states_millimetres_names_and_colours(model):
     for number, (body, found) in enumerate(zip(model.bodies, objects, strict=True)):
         assert found.get("name") == body.label
         assert (found.get("pid"), found.get("pindex")) == ("1", str(number))
-        assert bytes.fromhex(bases[number].get("displaycolor")[1:]) == bytes(body.colour)
+        assert bytes.fromhex(bases[number].get("displaycolor")[1:]) == bytes(body.colours[0])
     items = [item.get("objectid") for item in root.findall(f".//{space}item")]
     assert items == [found.get("id") for found in objects]
 
@@ -150,37 +150,15 @@ def test_obj_keeps_quads_and_names_its_groups(model):
         atol=1e-6,
     )
     first = np.round(np.array(points[0][3:], dtype=float) * 255).astype(int)
-    assert tuple(first.tolist()) == model.bodies[0].colour
+    assert np.array_equal(first, model.bodies[0].colours[0])
 
 
 def test_ply_has_a_colour_at_every_vertex(model):
     found = trimesh.load(
         io.BytesIO(model_bytes(".ply", model.bodies)), file_type="ply", process=False
     )
-    wanted = np.concatenate([[body.colour] * len(body.vertices) for body in model.bodies])
+    wanted = np.concatenate([body.colours for body in model.bodies])
     assert np.array_equal(found.visual.vertex_colors[:, :3], wanted)
-
-
-def test_3dm_keeps_quads_names_colours_and_millimetres(model, tmp_path):
-    rhino = pytest.importorskip("rhino3dm", reason="the extra rhino is not installed")
-    path = tmp_path / "model.3dm"
-    path.write_bytes(model_bytes(".3dm", model.bodies))
-    document = rhino.File3dm.Read(str(path))
-    assert document.Settings.ModelUnitSystem == rhino.UnitSystem.Millimeters
-    objects = {found.Attributes.Name: found for found in document.Objects}
-    assert set(objects) == {body.label for body in model.bodies}
-    for body in model.bodies:
-        mesh = objects[body.label].Geometry
-        assert mesh.IsValid
-        assert (mesh.Faces.QuadCount, mesh.Faces.TriangleCount) == (
-            len(body.quads),
-            len(body.triangles),
-        )
-        box = mesh.GetBoundingBox()
-        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
-        assert np.allclose([box.Min.X, box.Min.Y, box.Min.Z], low, atol=1e-4)
-        assert np.allclose([box.Max.X, box.Max.Y, box.Max.Z], high, atol=1e-4)
-        assert tuple(objects[body.label].Attributes.ObjectColor)[:3] == body.colour
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
@@ -189,7 +167,7 @@ def test_same_bodies_give_the_same_bytes(model, suffix):
 
 
 def test_an_unknown_suffix_lists_the_known_ones(model):
-    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf, \.3dm"):
+    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf"):
         model_bytes(".dwg", model.bodies)
 
 

@@ -48,8 +48,7 @@ JOBS = {
     "glb": "model shape:octahedron --size 100mm --pattern triaxial -o OUT/model.glb",
     "yarn": "model shape:octahedron --size 100mm --yarn -o OUT/model.stl",
     "picture": "model shape:tube --size 100mm --view -60,30 --view 95,52 -o OUT/model.png",
-    "inspect": "inspect shape:sphere?n=3 --size 300mm --json --png OUT/a.png --pd OUT/a.txt "
-    "--gauss OUT/b.txt",
+    "inspect": "inspect shape:sphere?n=3 --size 300mm --json --png OUT/a.png --edges OUT/a.csv",
     "inspect-text": "inspect shape:slit?genus=2 --size 400mm",
     "coupon": "coupon --material birch-veneer --fastener 3.3mm -o OUT/coupon",
     "shapes": "shapes --png OUT/shapes.png",

@@ -8,9 +8,6 @@ Proved in the docstrings below, and decided here on every mesh that the strategi
 - An m × n torus becomes twillable by any Catmull–Clark or Doo–Sabin step, but by one simplest
   step only if m and n are both even: the threads then have 2m and 2n crossings, and the edge
   conditions need multiples of four.
-- √3 subdivision keeps a closed triangle mesh twillable or not, with the same free bits; meshes
-  where two faces meet whose sizes are no multiples of three it spoils. On open meshes the faces
-  along the boundary spoil it after odd steps.
 - Mid-edge and Loop steps always make a twillable mesh, open or closed.
 """
 
@@ -25,9 +22,8 @@ from weaving_meshes import cut_faces, dual, meshes, slit_sum, walked
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.subdivide import mid_edge, mid_edge_twist
+from fabweave.mesh.subdivide import mid_edge_twist
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
@@ -148,29 +144,7 @@ def test_open_grids_stay_twillable(m, n, steps):
             assert twillable(refined(mesh, f"{name}:{steps}"))
 
 
-# Triaxial: √3, Loop, mid-edge.
-
-
-@given(mesh=meshes(closed=True), seed=st.integers(0, 2**32))
-@settings(max_examples=40)
-def test_sqrt3_keeps_closed_triangle_meshes_as_they_are(mesh, seed):
-    """Twist each new edge like the old edge that it crosses.
-
-    In a triangle mesh the edge conditions say that opposite sides of the two triangles at an
-    edge differ. Around a vertex they make the twists repeat after three edges, so vertex
-    conditions hold by themselves. Written out for the triangles of a √3 step, they fix the
-    twists of the halves towards old vertices, and leave exactly the old conditions for the rest.
-    """
-    rng = np.random.default_rng(seed)
-    faces = [list(np.roll(face, rng.integers(len(face)))) for face in mesh.faces()]
-    faces = [[f[0], f[k], f[k + 1]] for f in faces for k in range(1, len(f) - 1)]
-    mesh = PolyMesh.from_faces(mesh.vertices, faces)
-    if check_mesh(mesh).fatal:  # two diagonals between the same vertices
-        return
-    for start in (mesh, mid_edge(mesh)):
-        before = decide_twill(conditions_of(start))
-        after = decide_twill(conditions_of(refined(start, "sqrt3")))
-        assert (before.twillable, before.free_bits) == (after.twillable, after.free_bits)
+# Triaxial: Loop, mid-edge.
 
 
 @pytest.mark.parametrize("m", range(3, 9))
@@ -179,28 +153,6 @@ def test_triangle_tori(m, n):
     mesh = halved(grids.torus(m, n, 35.0, 15.0))
     both_even = m % 2 == 0 and n % 2 == 0
     assert twillable(mesh) == both_even
-    assert [twillable(refined(mesh, f"sqrt3:{k}")) for k in (1, 2)] == [both_even] * 2
-
-
-@pytest.mark.parametrize(("m", "n"), [(4, 4), (6, 4), (6, 2)])
-def test_open_triangle_meshes_are_spoilt_by_odd_sqrt3_steps_only(m, n):
-    mesh = halved(grids.tube(m, n, 25.0, 90.0))
-    assert twillable(mesh)
-    for steps in (1, 2, 3):
-        assert twillable(refined(mesh, f"sqrt3:{steps}")) == (steps % 2 == 0)
-
-
-@given(mesh=meshes(closed=True))
-@settings(max_examples=40)
-def test_sqrt3_spoils_neighbours_of_other_sizes(mesh):
-    """Around a face's new vertex the twists repeat after three of its 2n edges.
-
-    So they are all alike unless 3 divides n, and two such neighbours contradict each other.
-    """
-    half = build_halfedges(mesh)
-    other = mesh.face_sizes % 3 != 0
-    if np.any(other[half.face] & other[half.face[half.twin]]):
-        assert not twillable(refined(mesh, "sqrt3"))
 
 
 @given(mesh=meshes(), seed=st.integers(0, 2**32))

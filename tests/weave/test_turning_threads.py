@@ -11,7 +11,7 @@ from weaving_meshes import meshes, walked
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
-from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.threads import Threads, corner_successor, trace_threads
 
 
 def billiard(m: int, n: int) -> list[list[tuple[int, int]]]:
@@ -63,6 +63,19 @@ def test_a_tube_is_half_a_torus_twice_as_long(m, n):
     _, threads = walked(grids.tube(m, n, 1.0, 1.0), turn=True)
     assert threads.n_threads == math.gcd(m, 2 * n)
     assert set(threads.lengths.tolist()) == {threads.offsets[-1] // threads.n_threads}
+
+
+@given(meshes(), st.booleans())
+def test_the_successor_and_its_reverse_are_inverse(mesh, turn):
+    halfedges = build_halfedges(mesh)
+    successor = corner_successor(halfedges, turn=turn)
+    goes_on = np.flatnonzero(successor >= 0)
+    size = len(successor)
+    reverse = (np.arange(size) + halfedges.n_halfedges) % size
+    assert len(np.unique(successor[goes_on])) == len(goes_on)
+    assert np.array_equal(successor[reverse[successor[goes_on]]], reverse[goes_on])
+    if turn or halfedges.twin.min() >= 0:
+        assert len(goes_on) == size
 
 
 @given(meshes())

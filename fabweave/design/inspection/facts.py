@@ -72,7 +72,7 @@ from fabweave.weave.twill.decide import decide_twill, explain
 from fabweave.weave.twill.voting import best_vote
 
 #: Refinements that may turn a mesh into one with an exact twill.
-_REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "sqrt3:1", "loop:1")
+_REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "loop:1")
 #: Larger meshes are not refined on trial, nor voted on, however thorough the inspection is.
 _MOST_REFINED = 60_000
 _MOST_VOTED = 30_000

@@ -1,9 +1,8 @@
-"""Draw what was found out about a mesh, and write its weave for knot theory."""
+"""Draw what was found out about a mesh."""
 
 import io
 from collections.abc import Sequence
 
-import numpy as np
 from PIL import Image
 
 from fabweave.core.messages import agree
@@ -15,9 +14,7 @@ from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave
 from fabweave.plan.ask import complete_settings
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.verdict import VERDICTS
-from fabweave.weave.link import TwistedThreads, gauss_text, pd_text, planar_diagram, trace_twisted
 from fabweave.weave.strand_colours import strand_colours
-from fabweave.weave.weave_pattern import twists_text
 
 #: What designs from coarse to fine are called.
 DENSITIES = ("coarse", "medium", "fine")
@@ -85,34 +82,3 @@ def _asked_picture(inspection: Inspection, settings: Settings | None) -> Image.I
         + ("exact" if woven.weave.exact else agree(broken, "{n} broken condition[|s]")),
     ]
     return contact_sheet(tiles, captions, columns=2)
-
-
-def inspection_link(inspection: Inspection) -> str:
-    """Return the link of the weave as a planar diagram code.
-
-    Raises
-    ------
-    CannotMakeError
-        If the mesh is open or has handles.
-    """
-    return pd_text(planar_diagram(inspection.woven.halfedges, _twisted(inspection))) + "\n"
-
-
-def inspection_gauss(inspection: Inspection) -> str:
-    """Return the signed Gauss code of the weave, a line a thread, for a mesh of any genus."""
-    return gauss_text(_twisted(inspection))
-
-
-def inspection_edges(inspection: Inspection) -> str:
-    """Return the twist of each edge as a list that ``--twists`` reads."""
-    return twists_text(inspection.woven.halfedges, inspection.woven.weave)
-
-
-def _twisted(inspection: Inspection) -> TwistedThreads:
-    """Return the threads as a link program sees them: every crossing a half-twist of its edge."""
-    halfedges, weave = inspection.woven.halfedges, inspection.woven.weave
-    threads = weave.threads
-    half_twists = np.zeros(halfedges.n_edges, dtype=np.int64)
-    edge = halfedges.edge[threads.crossing_halfedge]
-    half_twists[edge] = np.where(weave.twist, 1, -1)
-    return trace_twisted(halfedges, half_twists, turn=len(threads.turn_pass) > 0)

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from fabweave.core.arrays import IntArray
 from fabweave.core.errors import InputError
-from fabweave.core.messages import agree
 from fabweave.mesh.io.text import Read, checked_mesh, number_rows, text_lines
 
 # The byte order of each format; text has none.
@@ -63,8 +62,8 @@ class _Element:
 def read_ply(data: bytes, name: str) -> Read:
     r"""Read the bytes of a PLY file: text, little-endian or big-endian.
 
-    Positions and faces are read, or triangle strips where there are no faces; other properties
-    and elements, before or after them, are passed over.
+    Positions and faces are read; other properties and elements, before or after them, are passed
+    over.
 
     Parameters
     ----------
@@ -101,7 +100,6 @@ def read_ply(data: bytes, name: str) -> Read:
         tables = _text_tables(data, start, elements, name)
     points: npt.NDArray[Any] | None = None
     sizes: IntArray | None = None
-    notes: tuple[str, ...] = ()
     for element, columns in zip(elements, tables, strict=True):
         names = [item.name for item in element.properties]
         if element.name == "vertex" and points is None:
@@ -111,7 +109,7 @@ def read_ply(data: bytes, name: str) -> Read:
                     f"{', '.join(names) or 'none'}"
                 )
             points = np.column_stack([columns[names.index(axis)][1] for axis in "xyz"])
-        elif element.name in ("face", "tristrips"):
+        elif element.name == "face":
             lists = [at for at, item in enumerate(element.properties) if item.count]
             at = next((at for at in lists if names[at] in _FACE_LISTS), None)
             if at is None:
@@ -121,10 +119,6 @@ def read_ply(data: bytes, name: str) -> Read:
                 )
             if sizes is None or not len(sizes):
                 sizes, corners = columns[at]
-                if element.name == "tristrips":
-                    number = agree(len(sizes), "{n} [row|rows] of triangle strips")
-                    sizes, corners = _triangles_of_strips(sizes, corners)
-                    notes = (f"the file has {number}, which were read as {len(sizes)} triangles",)
         if points is not None and sizes is not None and len(sizes):
             break
     if points is None:
@@ -132,32 +126,11 @@ def read_ply(data: bytes, name: str) -> Read:
     if sizes is None:
         raise InputError(
             f"{name}: the file has no faces (no element 'face' in its header); is it a point "
-            "cloud? export it again with polygon faces"
+            "cloud, or made of triangle strips? export it again with polygon faces"
         )
     with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
         points = points.astype(np.float64)
-    return checked_mesh(name, points, sizes, corners), notes
-
-
-def _triangles_of_strips(counts: IntArray, items: npt.NDArray[Any]) -> _Column:
-    """Return the sizes and the corners of the triangles of strips of vertices.
-
-    Each vertex makes a triangle with the two before it, every second one turned around; -1
-    begins a new strip, and a triangle that names a vertex twice only leads around a bend.
-    """
-    row = np.repeat(np.arange(len(counts)), counts)
-    ends = items == -1
-    fresh = np.ones(len(items), dtype=bool)
-    fresh[1:] = (row[1:] != row[:-1]) | ends[:-1]
-    start = np.maximum.accumulate(np.where(fresh, np.arange(len(items)), 0))
-    at = np.arange(max(len(items) - 2, 0))
-    at = at[(start[at] == start[at + 2]) & ~ends[at + 2]]
-    odd = (at - start[at]) % 2 == 1
-    first, second = np.where(odd, at + 1, at), np.where(odd, at, at + 1)
-    triangles = np.column_stack((items[first], items[second], items[at + 2]))
-    a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    return np.full(len(triangles), 3), triangles.ravel()
+    return checked_mesh(name, points, sizes, corners), ()
 
 
 def _read_head(data: bytes, name: str) -> tuple[str, list[_Element], int]:
