@@ -93,7 +93,7 @@ class Attempt:
 
     @property
     def rank(self) -> tuple[bool, float, int]:
-        """What is better sorts first: what is makeable and like the model, else what wants less care.
+        """What is better sorts first: what is makeable and like, else what wants less care.
 
         Care is counted in reasons, and what is lost of the model, strands that turn and narrow
         ribbons count, too.
@@ -253,7 +253,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
                 *(mesh(w, s - closer[0], closer[1]) for (w, s), one in found if not one.built),
             )
         if not any(one.built and one.loss <= _POOR for one in tried.values()):
-            try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
+            try_all(*(mesh("triangles", step) for step in (0, 1)), mesh(kind, 3))
     return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
 
 
