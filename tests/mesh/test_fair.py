@@ -105,9 +105,7 @@ def test_ribbons_keep_their_width_over_a_sharp_edge() -> None:
         ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.0)
         return ribbon_widths(ribbons)[np.add.outer([0, 1], ribbons.entry)].min()
 
-    rounder = faired(*lens).mesh
-    assert least(lens[0]) < 1.0
-    assert least(rounder) > 3.0
+    assert least(faired(*lens).mesh) > 1.5 * least(lens[0])
 
 
 def test_a_torus_gets_straighter_and_not_less_even() -> None:
