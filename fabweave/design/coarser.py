@@ -196,11 +196,11 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
     Two at first, of quads, and two of tubes; of a model that runs through itself, or has several
-    bodies or many handles, all wrapped as one. If none that is like the model can be built, others beside those
-    that cannot, wrapped where meshes could not be made at all, and a coarser one; and if none is
-    near the model yet, triangles and a coarser one yet. Each round is chosen from what the one
-    before came to, so the result is the same however many work at it. A model of very few faces was
-    drawn face by face, and is left.
+    bodies or many handles, all wrapped as one. If none that is like the model can be built, others
+    beside those that cannot, wrapped where meshes could not be made at all, and a coarser one; and
+    if none is near the model yet, triangles and a coarser one yet. Each round is chosen from what
+    the one before came to, so the result is the same however many work at it. A model of very few
+    faces was drawn face by face, and is left.
 
     Parameters
     ----------
