@@ -96,6 +96,8 @@ class LoadedMesh:
         What the given mesh was remeshed to, before anything else was done to it.
     ringed : bool
         Whether its round openings get a ring.
+    turn_deg : float
+        By how much strands turn at a crossing in the mean; 0 where the mesh was not faired.
     """
 
     mesh: PolyMesh
@@ -112,6 +114,7 @@ class LoadedMesh:
     portals: FloatArray | None = None
     remeshed: Remeshed | None = None
     ringed: bool = False
+    turn_deg: float = 0.0
 
     @property
     def rims(self) -> tuple[Opening, ...]:
@@ -209,7 +212,7 @@ def load_mesh(
         basis = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
     along = _wished(settings.along, up, factor)
-    mesh, remeshed, like, loss = _changed(
+    mesh, remeshed, like, loss, turn_deg = _changed(
         mesh, settings, along, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
@@ -232,6 +235,7 @@ def load_mesh(
         portals=portals_of(course, mesh, halfedges),
         remeshed=remeshed,
         ringed=settings.rim != "none",
+        turn_deg=turn_deg,
     )
 
 
@@ -320,10 +324,10 @@ def _changed(
     course: str,
     seed: int,
     wish: Wish | None,
-) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None]:
+) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, float]:
     """Remesh, refine, fair and symmetrise as the settings ask, and note what was done."""
     done = []
-    given, model, growth = mesh, None, 1.0
+    given, model, growth, turn_deg = mesh, None, 1.0, 0.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
         if remeshed is None:
@@ -348,7 +352,7 @@ def _changed(
     if steps:
         near = model_of(given, mesh.n_vertices)
         faired = fair_mesh(mesh, near, steps, wish=wish, course=course, progress=progress)
-        mesh = faired.mesh
+        mesh, turn_deg = faired.mesh, faired.after.turn_deg
         notes.append(faired.note)
         done.append("faired")
     if settings.symmetrise:
@@ -365,7 +369,7 @@ def _changed(
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
         notes.append(like.note)
-    return _prepared(mesh, done, notes), remeshed, like, loss
+    return _prepared(mesh, done, notes), remeshed, like, loss, turn_deg
 
 
 def _remeshed(

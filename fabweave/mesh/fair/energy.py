@@ -39,14 +39,15 @@ class Wish:
 
 #: Weights of the terms. Strands turn little over two portals in a row, and over four: turns that
 #: add up make wavy strips, turns that cancel do not. They meet portals at right angles.
-_TURNS, _SQUARE = {2: 1.0, 4: 0.5}, 0.3
-#: Rooms change little along a strand, are even all over, not narrower nor wider than wished for.
-_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.8, 1.5, 1.0
+_TURNS, _SQUARE = {2: 1.4, 4: 0.7}, 0.3
+#: Rooms change little along a strand, are even all over, not too narrow for the one width that
+#: most ribbons have, nor wider than wished for.
+_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.6, 5.0, 1.0
 #: Spans bend little, and not more tightly than the material takes; so with twist.
 _BEND, _TIGHT, _TWIST, _WRUNG = 0.05, 2.0, 0.1, 4.0
 #: Quads are flat, the mesh is near the model and the model near it, thin parts are not thinner
 #: than ribbons like, and boundaries and sharp lines stay lines.
-_PLANE, _CLOSE, _COVER, _THIN, _LINE = 0.05, 8.0, 8.0, 1.5, 3.0
+_PLANE, _CLOSE, _COVER, _THIN, _LINE = 0.05, 6.0, 6.0, 1.5, 3.0
 #: Ribbons take this share of their room; bends and twists begin to count at such shares of what
 #: the material takes.
 _SHARE, _FIRM, _LOOSE = 0.65, 1.5, 0.8
@@ -56,8 +57,8 @@ _FAR = 0.25
 #: faces whose normals have a scalar product below this.
 _THICK, _OPPOSED = 2.5, -0.5
 #: No wish for a least width is larger than this share of the mean room, nor one for a greatest
-#: width smaller than its inverse.
-_USUAL = 0.5
+#: width smaller than its inverse; ribbons of one width take that share of it.
+_USUAL, _ONE_WIDTH = 0.5, 0.75
 #: No wish for a least radius is larger than this share of the mean edge: so stiff a material would
 #: flatten the model.
 _TIGHTEST = 0.3
@@ -149,21 +150,21 @@ class Energy:
                 kept = np.concatenate([corners, self._all.shape[0] + edges])
                 self._lines.append((self._close[kept], line))
 
-        self._usual = float(np.log(self.rooms(mesh.vertices).mean())) if passed.any() else 0.0
-        usual = np.exp(self._usual)
-        self._least = min(self._wish.least_mm, _USUAL * usual)
+        rooms = self.rooms(mesh.vertices) / self.unit
+        usual = float(rooms.mean()) if passed.any() else 1.0
+        self._usual, self._least = float(np.log(usual)), _ONE_WIDTH * usual
         self._radius = min(self._wish.radius_mm, _TIGHTEST * self.unit)
-        self._most = max(self._wish.most_mm, usual / _USUAL)
+        self._most = max(self._wish.most_mm / self.unit, usual / _USUAL)
         points, self._triangles = fans(mesh)
         feet = Surface(points, self._triangles).feet(model.places)
         # The closest point of a sheet that looks the other way is on the far side of a thin limb.
         fits = np.einsum("nd,nd->n", feet.normals, model.normals) > 0
         self._samples = model.places[fits]
-        self._opposite(mesh, points[n_vertices:])
+        self._opposite(mesh, points[n_vertices:], usual)
 
-    def _opposite(self, mesh: PolyMesh, centres: FloatArray) -> None:
+    def _opposite(self, mesh: PolyMesh, centres: FloatArray, usual: float) -> None:
         """Find faces that look at one another or away from one another, and their least gaps."""
-        thick = _THICK * self._least
+        thick = _THICK * min(self._wish.least_mm, _USUAL * usual * self.unit)
         normals = face_normals(mesh)
         near = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
         pairs = np.concatenate([near, near[:, ::-1]]).astype(np.int64)
@@ -205,14 +206,14 @@ class Energy:
 
     def rooms(self, positions: FloatArray) -> FloatArray:
         """Return how wide ribbons would be at each portal that they pass, by their usual share."""
-        return np.exp(self._rooms(self._around(positions))[2].value)
+        return self.unit * np.exp(self._rooms(self._around(positions))[2].value)
 
     def _around(self, positions: FloatArray) -> FloatArray:
         """Return the points on which the quantities of each portal depend, (N, 6, 3)."""
         return np.asarray((self._all @ positions)[self._stencil])
 
     def _rooms(self, points: FloatArray) -> tuple[Varying, Varying, Varying]:
-        """Return both cosines at each portal, and the logarithm of the room."""
+        """Return both cosines at each portal, and the logarithm of the room in mean edges."""
         s, before, after = self._shares.T
         none = np.zeros(len(s))
         here = np.stack([none, 1 - s, none, s, none, none], axis=1)
@@ -225,7 +226,7 @@ class Energy:
         slant = (a + b) * 0.5
         sine2 = (slant * slant * -1.0 + 1.0).over(_LEAST_SINE2) + _LEAST_SINE2
         free = 2.0 * _SHARE * np.minimum(s, 1.0 - s)
-        return a, b, length.log() + sine2.log() * 0.5 + np.log(free)
+        return a, b, (length * (1.0 / self.unit)).log() + sine2.log() * 0.5 + np.log(free)
 
     def _portal_rows(self, positions: FloatArray) -> tuple[list[_Rows], list[_Rows]]:
         """Return the quantities that go together along strands, and those that stand alone."""
@@ -247,7 +248,7 @@ class Energy:
             bend * (_BEND * self.unit),
             (bend * (_FIRM * self._radius)).over(1.0) * _TIGHT,
             twist * _TWIST,
-            (twist.size() * width / length * (1.0 / limit)).over(1.0) * _WRUNG,
+            (twist.size() * width / length * (self.unit / limit)).over(1.0) * _WRUNG,
         )
         stencil = self._stencil
         return (
@@ -257,7 +258,8 @@ class Energy:
 
     def _face_rows(self, positions: FloatArray) -> list[_Rows]:
         """Return how uneven rooms are beside the boundary, and how far from flat quads are."""
-        rim = combined((self._all @ positions)[self._rim], [1.0, -1.0]).unit()[1].log()
+        rim = combined((self._all @ positions)[self._rim], [1.0, -1.0]).unit()[1]
+        rim = (rim * (1.0 / self.unit)).log()
         rooms = (rim + (self._rim_free - self._usual)) * _EVEN
         points = positions[self._quads]
         diagonals = combined(points, [-1.0, 0, 1, 0]), combined(points, [0.0, -1, 0, 1])

@@ -178,6 +178,8 @@ def grown(model: Model, mesh: PolyMesh, rounds: int, rise: float) -> PolyMesh:
         nearest: IntArray = np.asarray(cKDTree(mesh.vertices).query(model.places)[1])
         alike = np.einsum("nd,nd->n", normal[nearest], model.normals) - _ALIKE
         samples = alike > 0
+        if not samples.any():  # all is turned over, which is refused later
+            break
         with_one = np.column_stack([model.places, np.ones(len(alike))])
         total = sum_at(nearest[samples], (alike[:, None] * with_one)[samples], count)
         # What few samples draw is in a pleat between limbs, and rises out of it.
