@@ -39,10 +39,10 @@ class Wish:
 
 #: Weights of the terms. Strands turn little over two portals in a row, and over four: turns that
 #: add up make wavy strips, turns that cancel do not. They meet portals at right angles.
-_TURNS, _SQUARE = {2: 1.4, 4: 0.7}, 0.3
+_TURNS, _SQUARE = {2: 2.0, 4: 1.0}, 0.3
 #: Rooms change little along a strand, are even all over, not too narrow for the one width that
 #: most ribbons have, nor wider than wished for.
-_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.6, 5.0, 1.0
+_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.6, 4.0, 1.0
 #: Spans bend little, and not more tightly than the material takes; so with twist.
 _BEND, _TIGHT, _TWIST, _WRUNG = 0.05, 2.0, 0.1, 4.0
 #: Quads are flat, the mesh is near the model and the model near it, thin parts are not thinner
@@ -62,6 +62,8 @@ _USUAL, _ONE_WIDTH = 0.5, 0.75
 #: No wish for a least radius is larger than this share of the mean edge: so stiff a material would
 #: flatten the model.
 _TIGHTEST = 0.3
+#: The flattened quad of a crossing has at least this area, in squares of the mean edge.
+_THINNEST = 1e-4
 #: Beyond this squared sine a strand runs along its portal.
 _LEAST_SINE2 = 1e-6
 
@@ -234,7 +236,15 @@ class Energy:
         a, b, room = self._rooms(points)
         across = combined(points, [-1.0, 1, 0, 0, 0, 0]), combined(points, [0.0, -1, 1, 0, 0, 0])
         centres = combined(points, [0.0, 0, 0, 1, -1, 0]), combined(points, [0.0, 0, 0, 1, 0, -1])
-        (one, _), (two, _) = (e.cross(c).unit() for e, c in zip(across, centres, strict=True))
+        (one, first), (two, second) = (
+            e.cross(c).unit() for e, c in zip(across, centres, strict=True)
+        )
+        # Flattened, the quad of a crossing has less room the more it is folded. Strands halve its
+        # sides: its area over twice the way between these middles is what they have.
+        scale, panels = 1.0 / self.unit, []
+        for area, e, c in ((first, across[0], centres[0]), (second, across[1], centres[1] * -1.0)):
+            wide = (area * scale * scale + _THINNEST).log() - ((e + c).unit()[1] * scale).log()
+            panels.append((wide + np.log(_SHARE)) * -1.0)
         way, length = combined(points, [-0.25, 0, 0.25, 0, -0.25, 0.25]).unit()
         start, end = way.dot(one) * -1.0, way.dot(two) * -1.0
         need = (start + end).size() + ((start * start + end * end) * 2.0).root()
@@ -244,6 +254,7 @@ class Energy:
         linked = a - b, a + b, room - self._usual
         alone = (
             (room * -1.0).over(-np.log(self._least)) * _NARROW,
+            *(panel.over(-np.log(self._least)) * _NARROW for panel in panels),
             room.over(np.log(self._most)) * _WIDE,
             bend * (_BEND * self.unit),
             (bend * (_FIRM * self._radius)).over(1.0) * _TIGHT,
