@@ -7,7 +7,7 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import finished
 from fabweave.design.search import Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
-from fabweave.mesh.check import faces_text
+from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -30,14 +30,17 @@ from fabweave.weave.bunches import count_bodies
 #: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
 #: many times fewer faces.
 _FINEST_MM, _STEP = 10.5, 2
-#: The finest mesh has no more faces than that: it is some evenings' work.
-_MOST = 600
+#: The finest mesh has no more faces than that: it is some evenings' work. A slender model has as
+#: many as these, if ribbons are not narrower than that.
+_MOST, _SLENDER, _NARROWEST_MM = 600, 240, 6.0
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
-#: How far a mesh is from its model in the mean, as shares of the size: each of the first counts as
-#: one more reason for care; beyond the second it is hardly the model, however well it is built. A
-#: feature that is farther away than the third is a limb that is lost, and counts as a reason, too.
-_LOSS, _POOR, _LIMB = 0.004, 0.01, 0.05
+#: What counts as much as one more reason for care: to be off the model by such a share of the size
+#: in the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons.
+_LOSS, _TURN_DEG, _NARROW = 0.004, 8.0, 0.1
+#: What is farther off in the mean is hardly the model, however well it is built; a feature that is
+#: farther away than the second share of the size is a limb that is lost.
+_POOR, _LIMB = 0.01, 0.05
 #: Where a number of faces does not serve, one that is finer by this step may.
 _BESIDE = 0.35
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
@@ -57,11 +60,14 @@ class Attempt:
         The mesh; None where it could not be made.
     verdict : Verdict
         Whether it can be built, as far as ribbons tell before pieces are planned.
+    narrow : float
+        The share of ribbons that are narrower than hands like.
     """
 
     settings: Settings
     loaded: LoadedMesh | None
     verdict: Verdict
+    narrow: float = 0.0
 
     @property
     def built(self) -> bool:
@@ -86,15 +92,18 @@ class Attempt:
         return self.loss <= _POOR and not self.limbs
 
     @property
-    def rank(self) -> tuple[bool, int, float, int]:
-        """What is better sorts first: what is makeable, wants little care, is like, is little work.
+    def rank(self) -> tuple[bool, float, int]:
+        """What is better sorts first: what is makeable and like, else what wants less care.
 
-        Of those that are makeable and like the model, the likest. Else care is counted in reasons,
-        and what is lost of the model counts, too.
+        Care is counted in reasons, and what is lost of the model, strands that turn and narrow
+        ribbons count, too.
         """
         good = self.verdict.level == "makeable" and self.like
-        care = 0 if good else len(self.verdict.reasons) + int(self.loss / _LOSS) + self.limbs
-        return not good, care, self.loss, 0 if self.loaded is None else self.loaded.mesh.n_faces
+        turn, faces = 0.0, 0
+        if self.loaded is not None:
+            turn, faces = self.loaded.turn_deg, self.loaded.mesh.n_faces
+        care = len(self.verdict.reasons) + self.limbs + self.loss / _LOSS
+        return not good, care + turn / _TURN_DEG + self.narrow / _NARROW, faces
 
 
 def is_free(asked: Settings) -> bool:
@@ -171,23 +180,25 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
             check = check_object(laid, settings.ribbons, supplies, depth=Depth.NEAR)
     except FabweaveError as error:
         return Attempt(asked, loaded, refused(str(error)))
+    widths = check.measured["width"].value
     verdict = judge(
         check.findings,
-        narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
+        narrowest_mm=float(widths.min(initial=np.inf)),
         bodies=count_bodies(laid.weave.threads),
         left_out=loaded.left_out,
     )
-    return Attempt(asked, loaded, verdict)
+    return Attempt(asked, loaded, verdict, float(np.mean(widths < _NARROWEST_MM)))
 
 
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first, of quads, and two of tubes; if none is makeable, others beside those that cannot
-    be built, or all bodies wrapped as one where meshes could not be made at all, and a coarser one
-    if none is good; and if none that is near the model can be built, triangles and a coarser one
-    yet. Each round is chosen from what the one before came to, so the result is the same however
-    many work at it. A model of very few faces was drawn face by face, and is left.
+    Two at first, of quads, and two of tubes; of a model that runs through itself or has several
+    bodies, all wrapped as one. If none that is like the model can be built, others beside those
+    that cannot, wrapped where meshes could not be made at all, and a coarser one; and if none is
+    near the model yet, triangles and a coarser one yet. Each round is chosen from what the one
+    before came to, so the result is the same however many work at it. A model of very few faces was
+    drawn face by face, and is left.
 
     Parameters
     ----------
@@ -200,10 +211,15 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     if model.mesh.n_faces < _STEP * FEWEST:
         return []
     most = min(_MOST, model.mesh.n_faces / _STEP)
-    finest = min(most, surface_area(model.mesh) / (_FINEST_MM / WIDTH_SHARE) ** 2)
+    area = surface_area(model.mesh)
+    finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, _NARROWEST_MM))
+    finest = min(most, max(finest, min(slender, _SLENDER)))
     kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
+    whole = asked.mesh.bodies
+    if whole == "all" and (model.clashes or check_mesh(model.mesh).n_components > 1):
+        whole = "wrap"
 
-    def mesh(kind: str, step: float, bodies: str = asked.mesh.bodies) -> Settings:
+    def mesh(kind: str, step: float, bodies: str = whole) -> Settings:
         share = _TRIANGLES if kind == "triangles" else 1.0
         number = two_digits(share * max(finest / _STEP**step, FEWEST))
         return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
@@ -224,19 +240,20 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
             tried.update({name: found[at] for at, name in enumerate(new)})
 
         ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]
-        try_all(*(mesh(way, step) for way in ways for step in (0, 1)))
-        if all(one.verdict.level != "makeable" for one in tried.values()):
-            failed = [(at // 2, at % 2) for at, one in enumerate(tried.values()) if not one.built]
-            beside = [mesh(ways[way], step - _BESIDE) for way, step in failed]
-            unmade = any(one.loaded is None for one in tried.values())
-            if len(failed) == len(tried) and unmade and asked.mesh.bodies == "all":
-                # A wrap closes cracks and cavities, which is no small change: only where it helps.
-                beside = [mesh(ways[way], step, "wrap") for way, step in failed]
-            if not any(one.built and one.like for one in tried.values()):
-                beside.insert(0, mesh(kind, 2))
-            try_all(*beside)
+        places = [(way, step) for step in (0, 1) for way in ways]
+        try_all(*(mesh(*place) for place in places))
+        if not any(one.built and one.like for one in tried.values()):
+            found = list(zip(places, tried.values(), strict=True))
+            unmade = whole == "all" and not any(one.built for one in tried.values())
+            # A wrap closes cracks and cavities, which is no small change: only where it helps.
+            wraps = unmade and any(one.loaded is None for one in tried.values())
+            closer = (0.0, "wrap") if wraps else (_BESIDE, whole)
+            try_all(
+                mesh(kind, 2),
+                *(mesh(w, s - closer[0], closer[1]) for (w, s), one in found if not one.built),
+            )
         if not any(one.built and one.loss <= _POOR for one in tried.values()):
-            try_all(*(mesh("triangles", step) for step in (1, 2)), mesh(kind, 3))
+            try_all(*(mesh("triangles", step) for step in (0, 1)), mesh(kind, 3))
     return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
 
 

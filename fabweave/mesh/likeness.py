@@ -113,7 +113,7 @@ class Likeness:
         text = (
             f"the remeshed surface lies within {_round(self.greatest_mm)} mm "
             f"({self.percent(self.greatest_mm):.1f} %) of the model, "
-            f"{_round(self.in_mean_mm)} mm in the mean"
+            f"{_round(self.in_mean_mm)} mm lost and {_round(self.out_mean_mm)} mm added in the mean"
         )
         return f"{text}; farthest at the {self.lost_text}" if self.lost else text
 

@@ -11,7 +11,7 @@ ratio     widest over narrowest place of one piece between its first and last cr
 corners   turns of more than 20 degrees in an outline between these crossings, a piece
 narrowest the narrowest such place of all, mm
 turn      how much a flat strip turns from crossing to crossing, degrees, in the mean
-off       how far the woven mesh is from the model in the mean and at most, as a share of the size
+off       how much of the model is lost, and added, in the mean, and at most, as a share of the size
 """
 
 import argparse
@@ -82,13 +82,13 @@ def row(folder):
         f"{np.concatenate([turns for _, _, turns in measured]).mean():4.1f}"
     )
     off = re.search(
-        r"within ([0-9.]+) mm .*?([0-9.]+) mm in the mean", (folder / "job.toml").read_text()
+        r"within ([0-9.]+) mm .*?([0-9.]+) mm lost and ([0-9.]+) mm added in the mean",
+        (folder / "job.toml").read_text(),
     )
     if off is not None:
         size = np.ptp([one["position"] for one in plan["crossings"]], axis=0).max()
-        text += (
-            f"  off {100 * float(off[2]) / size:.2f} %, {100 * float(off[1]) / size:.1f} % at most"
-        )
+        most, lost, added = (100 * float(text) / size for text in off.groups())
+        text += f"  off {lost:.2f} + {added:.2f} %, {most:.1f} % at most"
     return text
 
 

@@ -8,7 +8,7 @@ from jobs import contents_of
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding
-from fabweave.design import making
+from fabweave.design import coarser, making
 from fabweave.design.alternatives import SOFT
 from fabweave.design.coarser import Attempt, foreseen, is_free
 from fabweave.design.making import make_or_advise
@@ -16,6 +16,7 @@ from fabweave.design.search import Trials
 from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import mid_edge
 from fabweave.options.settings import Settings, read_job_options
@@ -129,6 +130,41 @@ def test_little_care_comes_first_and_then_likeness():
     ]
     ranks = [one.rank for one in order]
     assert ranks == sorted(set(ranks))
+
+
+def test_even_strips_come_before_uneven_ones():
+    loaded = load_asked(Settings.of("shape:sphere?n=8"))
+    twist = Finding(rule="twist", level="with care", text="twist")
+    care = Verdict(level="with care", reasons=(twist,))
+    order = [
+        Attempt(Settings.of("a.obj"), replace(loaded, turn_deg=turn), care, narrow)
+        for turn, narrow in ((4.0, 0.0), (8.0, 0.0), (8.0, 0.3))
+    ]
+    assert [one.rank for one in order] == sorted({one.rank for one in order})
+
+
+@pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "wrap"), (None, "all")])
+def test_what_runs_through_itself_or_has_several_bodies_is_wrapped_first(
+    fine, monkeypatch, move, bodies
+):
+    ball = load_asked(fine).mesh
+    if move is not None:
+        beside = ball.with_vertices(ball.vertices + np.array([70.0 * move, 0.0, 0.0]))
+        ball = PolyMesh(
+            np.concatenate([ball.vertices, beside.vertices]),
+            np.concatenate([ball.offsets, ball.offsets[-1] + ball.offsets[1:]]),
+            np.concatenate([ball.indices, ball.n_vertices + ball.indices]),
+        )
+    tried = []
+
+    def attempt(settings, _given):
+        tried.append(settings)
+        return Attempt(settings, loaded, Verdict(level="makeable", reasons=()))
+
+    loaded = load_asked(fine, given_mesh=ball)
+    monkeypatch.setattr(coarser, "try_mesh", attempt)
+    assert len(coarser.coarser_meshes(Trials(fine), loaded)) == len(tried)
+    assert {one.mesh.bodies for one in tried} == {bodies}
 
 
 @pytest.mark.slow

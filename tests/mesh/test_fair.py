@@ -29,6 +29,9 @@ from fabweave.mesh.symmetry import find_partners
 from fabweave.mesh.triangulate import fans, triangulate
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import load_asked
+from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.project import project_ribbons
+from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
 
@@ -89,6 +92,20 @@ def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
     energy = Energy(BALL, model_of(ROUND, BALL.n_vertices))
     ends = [energy.at(one.mesh.vertices).value for one in (clean, noisy)]
     assert ends[1] == pytest.approx(ends[0], rel=0.01)
+
+
+def test_ribbons_keep_their_width_over_a_sharp_edge() -> None:
+    # Over the rim of a lens the quad of a crossing is folded, and flattened it has little room.
+    flat = np.array([[0.96, 0.0, 0.006], [0.0, 1.0, 0.0], [-0.3, 0.0, 0.02]])
+    lens = [one.with_vertices(one.vertices @ flat) for one in (sphere(4, 50.0), ROUND)]
+
+    def least(mesh):
+        halfedges = build_halfedges(mesh)
+        weave = plain_weave(trace_threads(halfedges))
+        ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.0)
+        return ribbon_widths(ribbons)[np.add.outer([0, 1], ribbons.entry)].min()
+
+    assert least(faired(*lens).mesh) > 1.5 * least(lens[0])
 
 
 def test_a_torus_gets_straighter_and_not_less_even() -> None:
