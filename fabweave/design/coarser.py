@@ -29,15 +29,17 @@ from fabweave.weave.bunches import count_bodies
 
 #: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
 #: many times fewer faces.
-_FINEST_MM, _STEP = 10.5, 2
+_FINEST_MM, _STEP = 8.5, 2
 #: The finest mesh has no more faces than that: it is some evenings' work. A slender model has as
 #: many as these, if ribbons are not narrower than that.
 _MOST, _SLENDER, _NARROWEST_MM = 600, 240, 6.0
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
-#: What counts as much as one more reason for care: to be off the model by such a share of the size
-#: in the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons.
-_LOSS, _TURN_DEG, _NARROW = 0.004, 8.0, 0.1
+#: What counts as much: so many reasons for care, to be off the model by such a share of the size in
+#: the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons.
+_REASONS, _LOSS, _TURN_DEG, _NARROW = 2, 0.003, 8.0, 0.1
+#: A model with so many handles, as this Euler number says, has cracks and tunnels of a scan.
+_EULER = -4
 #: What is farther off in the mean is hardly the model, however well it is built; a feature that is
 #: farther away than the second share of the size is a limb that is lost.
 _POOR, _LIMB = 0.01, 0.05
@@ -102,7 +104,7 @@ class Attempt:
         turn, faces = 0.0, 0
         if self.loaded is not None:
             turn, faces = self.loaded.turn_deg, self.loaded.mesh.n_faces
-        care = len(self.verdict.reasons) + self.limbs + self.loss / _LOSS
+        care = len(self.verdict.reasons) / _REASONS + self.limbs + self.loss / _LOSS
         return not good, care + turn / _TURN_DEG + self.narrow / _NARROW, faces
 
 
@@ -193,12 +195,12 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """Try coarser meshes for a model, and return those that can be built, the best first.
 
-    Two at first, of quads, and two of tubes; of a model that runs through itself or has several
-    bodies, all wrapped as one. If none that is like the model can be built, others beside those
-    that cannot, wrapped where meshes could not be made at all, and a coarser one; and if none is
-    near the model yet, triangles and a coarser one yet. Each round is chosen from what the one
-    before came to, so the result is the same however many work at it. A model of very few faces was
-    drawn face by face, and is left.
+    Two at first, of quads, and two of tubes; of a model that runs through itself, or has several
+    bodies or many handles, all wrapped as one. If none that is like the model can be built, others
+    beside those that cannot, wrapped where meshes could not be made at all, and a coarser one; and
+    if none is near the model yet, triangles and a coarser one yet. Each round is chosen from what
+    the one before came to, so the result is the same however many work at it. A model of very few
+    faces was drawn face by face, and is left.
 
     Parameters
     ----------
@@ -216,7 +218,8 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     finest = min(most, max(finest, min(slender, _SLENDER)))
     kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
     whole = asked.mesh.bodies
-    if whole == "all" and (model.clashes or check_mesh(model.mesh).n_components > 1):
+    report = check_mesh(model.mesh)
+    if whole == "all" and (model.clashes or report.n_components > 1 or report.euler < _EULER):
         whole = "wrap"
 
     def mesh(kind: str, step: float, bodies: str = whole) -> Settings:
