@@ -1,5 +1,7 @@
 """Find the coarser mesh on which a model can be built that is too fine as it comes."""
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from fabweave.core.arrays import frozen_value
@@ -38,13 +40,13 @@ _TRIANGLES = 0.6
 #: What counts as much: so many reasons for care, to be off the model by such a share of the size in
 #: the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons.
 _REASONS, _LOSS, _TURN_DEG, _NARROW = 2, 0.003, 8.0, 0.1
+#: A sum of these with which no coarser mesh need be tried.
+_FINE = 5.0
 #: A model with so many handles, as this Euler number says, has cracks and tunnels of a scan.
 _EULER = -4
 #: What is farther off in the mean is hardly the model, however well it is built; a feature that is
 #: farther away than the second share of the size is a limb that is lost.
 _POOR, _LIMB = 0.01, 0.05
-#: Where a number of faces does not serve, one that is finer by this step may.
-_BESIDE = 0.35
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
@@ -192,15 +194,15 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
     return Attempt(asked, loaded, verdict, float(np.mean(widths < _NARROWEST_MM)))
 
 
-def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
-    """Try coarser meshes for a model, and return those that can be built, the best first.
+def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
+    """Try coarser meshes for a model, round after round, and yield those that can be built.
 
-    Two at first, of quads, and two of tubes; of a model that runs through itself, or has several
-    bodies or many handles, all wrapped as one. If none that is like the model can be built, others
-    beside those that cannot, wrapped where meshes could not be made at all, and a coarser one; and
-    if none is near the model yet, triangles and a coarser one yet. Each round is chosen from what
-    the one before came to, so the result is the same however many work at it. A model of very few
-    faces was drawn face by face, and is left.
+    First quads and tubes of the finest mesh; of a model that runs through itself, or has several
+    bodies or many handles, all wrapped as one. Then, as long as more are asked for, coarser ones,
+    wrapped if none could be made at all, and triangles. What is like the model comes as soon as its
+    round is done, the best first; the rest at last. Each round is chosen from what the one before
+    came to, so the result is the same however many work at it. A model of very few faces was drawn
+    face by face, and is left.
 
     Parameters
     ----------
@@ -211,53 +213,57 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> list[Attempt]:
     """
     asked, given = trials.asked, trials.given
     if model.mesh.n_faces < _STEP * FEWEST:
-        return []
+        return
     most = min(_MOST, model.mesh.n_faces / _STEP)
     area = surface_area(model.mesh)
     finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, _NARROWEST_MM))
     finest = min(most, max(finest, min(slender, _SLENDER)))
     kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
-    whole = asked.mesh.bodies
+    ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]
+    bodies = asked.mesh.bodies
     report = check_mesh(model.mesh)
-    if whole == "all" and (model.clashes or report.n_components > 1 or report.euler < _EULER):
-        whole = "wrap"
+    if bodies == "all" and (model.clashes or report.n_components > 1 or report.euler < _EULER):
+        bodies = "wrap"
 
-    def mesh(kind: str, step: float, bodies: str = whole) -> Settings:
+    def mesh(kind: str, step: float) -> Settings:
         share = _TRIANGLES if kind == "triangles" else 1.0
         number = two_digits(share * max(finest / _STEP**step, FEWEST))
         return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
 
-    tried: dict[str, Attempt] = {}
-    with trials.executors() as executor:
-
-        def try_all(*some: Settings) -> None:
-            new = {name_of(one, asked): one for one in some}
-            new = {name: one for name, one in new.items() if name not in tried}
-            total = len(tried) + len(new)
-            trials.progress("meshes", len(tried), total)
-            found: dict[int, Attempt] = {}
+    def try_all(some: list[Settings]) -> None:
+        new = {name_of(one, asked): one for one in some}
+        new = {name: one for name, one in new.items() if name not in tried}
+        total = len(tried) + len(new)
+        trials.progress("meshes", len(tried), total)
+        found: dict[int, Attempt] = {}
+        with trials.executors() as executor:
             tasks = [(one, given) for one in new.values()]
             for at, attempt in finished(executor, try_mesh, tasks):
                 found[at] = attempt
                 trials.progress("meshes", len(tried) + len(found), total)
-            tried.update({name: found[at] for at, name in enumerate(new)})
+        tried.update({name: found[at] for at, name in enumerate(new)})
 
-        ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]
-        places = [(way, step) for step in (0, 1) for way in ways]
-        try_all(*(mesh(*place) for place in places))
-        if not any(one.built and one.like for one in tried.values()):
-            found = list(zip(places, tried.values(), strict=True))
-            unmade = whole == "all" and not any(one.built for one in tried.values())
+    def best(least: Callable[[Attempt], bool]) -> list[Attempt]:
+        left = [one for one in tried.values() if one.built and one not in yielded and least(one)]
+        yielded.extend(sorted(left, key=lambda one: one.rank))
+        return yielded[len(yielded) - len(left) :]
+
+    tried: dict[str, Attempt] = {}
+    yielded: list[Attempt] = []
+    rounds = [
+        [(way, 0.0) for way in ways],
+        [(way, 1.0) for way in ways],
+        [(kind, 2.0), *((way, 0.5) for way in ways)],
+        [("triangles", 0.0), ("triangles", 1.0), (kind, 3.0)],
+    ]
+    for at, some in enumerate(rounds):
+        try_all([mesh(*one) for one in some])
+        if bodies == "all" and all(one.loaded is None for one in tried.values()):
             # A wrap closes cracks and cavities, which is no small change: only where it helps.
-            wraps = unmade and any(one.loaded is None for one in tried.values())
-            closer = (0.0, "wrap") if wraps else (_BESIDE, whole)
-            try_all(
-                mesh(kind, 2),
-                *(mesh(w, s - closer[0], closer[1]) for (w, s), one in found if not one.built),
-            )
-        if not any(one.built and one.loss <= _POOR for one in tried.values()):
-            try_all(*(mesh("triangles", step) for step in (0, 1)), mesh(kind, 3))
-    return sorted((one for one in tried.values() if one.built), key=lambda one: one.rank)
+            bodies = "wrap"
+            try_all([mesh(*one) for one in some])
+        yield from best(lambda one: one.like and (at > 0 or one.rank[1] < _FINE))  # noqa: B023
+    yield from best(lambda _: True)
 
 
 def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -93,7 +94,7 @@ def _designs(trials: Trials) -> Iterator[Settings]:
 #: beside the nearest, and in all.
 _FIRST, _MORE, _TRIES = 9, 4, 24
 #: So many of the coarser meshes are made, the best first, until one can be built to its last piece.
-_MADE = 3
+_MADE = 4
 
 
 def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
@@ -195,8 +196,7 @@ def make_or_advise(
             refused, why = error, f"cannot be built ({_reason(error)})"
     trials = Trials(settings, progress, processes(workers), mesh)
     if model is not None:
-        found = coarser_meshes(trials, model)
-        for one in found[:_MADE]:
+        for one in islice(coarser_meshes(trials, model), _MADE):
             try:
                 made = run(one.settings, one.loaded)
                 return Made(made, one.settings, told(settings, model, one, why))
