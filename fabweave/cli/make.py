@@ -107,6 +107,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         console.print(f"missing: {paper}; please report it", style="bold red", markup=False)
     verdict = job.verdict
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
+    console.print(job.grade.text, markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
     console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
 
@@ -205,7 +206,7 @@ def make(
 def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
     """Return what was made, as JSON takes it."""
     from fabweave.core.records import to_json
-    from fabweave.plan.verdict import verdict_json
+    from fabweave.plan.grade import verdict_json
 
     job = made.job
     return {
@@ -219,7 +220,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "sheets": [drawing.name for drawing in job.drawings],
         "costs": to_json(job.costs),
         "proved": True,
-        "verdict": verdict_json(job.verdict),
+        "verdict": verdict_json(job.verdict, job.grade),
         "notes": list(job.notes),
         "missing": list(made.missing),
     }

@@ -89,9 +89,9 @@ def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
 _KINDS = {
     "pieces": (False, "{:.0f} pieces"),
     "ribbon_mm": (False, "ribbons of {:.1f} mm"),
-    "hours": (True, "{:.1f} hours"),
+    "hours": (True, "up to {:.1f} hours"),
     "sheets": (True, "{:.0f} sheets"),
-    "budget": (True, "a price of {:.2f}"),
+    "budget": (True, "a price of up to {:.2f}"),
     "likeness_mm": (True, "{:.1f} mm from the model"),
 }
 #: What is a limit weighs so much more than what is aimed at.
@@ -99,13 +99,13 @@ _LIMIT = 4.0
 
 
 def come_to(figures: Figures) -> dict[str, float | None]:
-    """Return what a design comes to, by the names of the wishes; None where it is not known."""
+    """Return what a design comes to at worst, by the names of the wishes; None if not known."""
     return {
         "pieces": float(figures.pieces),
         "ribbon_mm": figures.median_mm,
-        "hours": None if figures.hours is None else sum(figures.hours) / 2.0,
+        "hours": None if figures.hours is None else max(figures.hours),
         "sheets": float(figures.sheets),
-        "budget": None if figures.price is None else sum(figures.price) / 2.0,
+        "budget": None if figures.price is None else max(figures.price),
         "likeness_mm": figures.likeness_mm or 0.0,
     }
 

@@ -5,16 +5,13 @@ another question, and is answered here.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
-from fabweave.core.records import record, to_json
+from fabweave.core.records import record
 from fabweave.ribbon.rules.broken_rule import BrokenRule, statement
 
-#: The schema of ``verdict.json``.
-VERDICT = "fabweave.verdict/1"
 #: Up to this share of its places a rule may be broken: there the material is coaxed, damped,
 #: scored or tried first. These are a maker's estimates, not measurements.
 COAXED = {"width": 0.02, "bend": 0.10, "crease": 0.10, "twist": 0.25, "layers": 0.10,
@@ -230,11 +227,6 @@ def verdict_words(verdict: Verdict) -> str:
     told = [reason.told for reason in verdict.reasons[:3]]
     more = [f"and {len(verdict.reasons) - 3} more"] if len(verdict.reasons) > 3 else []
     return " ".join([VERDICTS[verdict.level], "; ".join([*told, *more])]).strip()
-
-
-def verdict_json(verdict: Verdict) -> dict[str, Any]:
-    """Return what ``verdict.json`` holds."""
-    return {"schema": VERDICT, "units": "mm", **to_json(verdict)}
 
 
 def verdict_text(verdict: Verdict) -> str:

@@ -24,10 +24,10 @@ from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, station_table
+from fabweave.plan.grade import verdict_json
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
-from fabweave.plan.verdict import verdict_json
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.kerf import CUT_FOLDER
 from fabweave.sheet.qr_code import CODE_FILE, code_png
@@ -184,11 +184,12 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     """Write the model, the plan and its tables; see ``write_plan``."""
     woven = job.woven
     crossing_map = job_map(job)
-    _write(directory / "verdict.json", json_text(verdict_json(job.verdict)))
+    _write(directory / "verdict.json", json_text(verdict_json(job.verdict, job.grade)))
     sizes = [rule.hole_mm for rule in job.piece_set.rules]
     like, openings = woven.source.likeness, woven.source.openings
     outcome = {
         "verdict": job.verdict.level,
+        "grade": job.grade.score,
         "threads": job.weave.threads.n_threads,
         "crossings": job.weave.threads.n_crossings,
         "pieces": len(job.piece_set.pieces),

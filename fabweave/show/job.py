@@ -22,6 +22,7 @@ from fabweave.picture.object_picture import portrait_png
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.ask import complete_settings
 from fabweave.plan.bill_of_materials import bill_of_materials
+from fabweave.plan.grade import Grade, grade
 from fabweave.plan.notes import job_notes
 from fabweave.plan.order import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
@@ -127,6 +128,11 @@ class Job(PlannedJob):
             any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
         )
         return self._judged(self.holes, unnamed)
+
+    @property
+    def grade(self) -> Grade:
+        """How good it is, out of 10."""
+        return grade(self.piece_set.pieces, self.verdict, self.woven.source.likeness)
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:

@@ -1,0 +1,179 @@
+"""Grade a job that can be built: how even its strips are, how much they ask of hands."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
+from fabweave.core.records import record, to_json
+from fabweave.mesh.likeness import Likeness
+from fabweave.piece.piece import Piece
+from fabweave.plan.verdict import Verdict
+
+#: The schema of ``verdict.json``.
+VERDICT = "fabweave.verdict/1"
+#: The best grade; no rule takes more than that from it.
+BEST, _MOST_LOST = 10.0, 2.0
+#: The widest place of a strip may be so many times the narrowest; a point goes for so much more.
+_EVEN, _UNEVEN = 1.15, 0.25
+#: Strips of so many millimetres are handled with ease; a point goes for such a share that is not.
+EASY_MM, _NARROW_SHARE = 6.0, 0.1
+#: From crossing to crossing, the turn of a strip may change by so many degrees: an arc is as good
+#: as a straight line. A point goes for so many more, and a place with so many is named.
+_SMOOTH_DEG, _KINK_DEG, _KINKED_DEG = 5.0, 5.0, 30.0
+#: The woven mesh may be such a share of the size off its model; a point goes for as much again.
+_NEAR = 0.004
+#: So many places are named.
+_PLACES = 5
+
+
+@record
+class Lost:
+    """What a rule takes from a grade, and why."""
+
+    rule: str
+    points: float
+    text: str
+
+
+@record
+class Place:
+    """A bad place: the piece, the crossing, and what is wrong there."""
+
+    piece: str
+    crossing: int
+    text: str
+
+
+@record
+class Grade:
+    """How good a job is, out of 10, by stated rules; what cannot be built has 0.
+
+    Parameters
+    ----------
+    score : float
+        To a tenth.
+    lost : tuple of Lost
+        What rules took, the most first.
+    worst : tuple of Place
+        At most five places, each of another piece, the worst first.
+    """
+
+    score: float
+    lost: tuple[Lost, ...]
+    worst: tuple[Place, ...]
+
+    @property
+    def text(self) -> str:
+        """The grade in words, a line each."""
+        why = "; ".join(f"{one.text} (-{one.points:.1f})" for one in self.lost)
+        lines = [f"{self.score:.1f} of 10" + (f": {why}" if why else "")]
+        if self.worst:
+            places = "; ".join(
+                f"{one.piece} at crossing {one.crossing} {one.text}" for one in self.worst
+            )
+            lines.append(f"  worst places: {places}")
+        return "\n".join(lines)
+
+
+def grade(pieces: Sequence[Piece], verdict: Verdict, like: Likeness | None = None) -> Grade:
+    """Grade a job by its pieces, its verdict, and how like its model it is.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    verdict : Verdict
+    like : Likeness, optional
+        Where the model was remeshed.
+
+    Examples
+    --------
+    >>> grade([], Verdict(level="makeable", reasons=())).score
+    10.0
+    """
+    widths = [station_widths(piece) for piece in pieces]
+    kinks = [station_kinks(piece) for piece in pieces]
+    lost = [one for one in _lost(widths, kinks, verdict, like) if one.points >= 0.05]
+    lost.sort(key=lambda one: -one.points)
+    score = 0.0 if verdict.stops else round(BEST - sum(one.points for one in lost), 1)
+    return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, kinks))
+
+
+def verdict_json(verdict: Verdict, grade: Grade) -> dict[str, Any]:
+    """Return what ``verdict.json`` holds: the verdict, and how good what was planned is."""
+    return {"schema": VERDICT, "units": "mm", **to_json(verdict), "grade": to_json(grade)}
+
+
+def station_widths(piece: Piece) -> FloatArray:
+    """Return how wide a piece is at each of its stations, (S,), millimetres."""
+    widths: FloatArray = np.linalg.norm(piece.rails[:, 1] - piece.rails[:, 0], axis=1)
+    return widths
+
+
+def station_kinks(piece: Piece) -> FloatArray:
+    """Return by how many degrees the turn of a flat piece changes at its inner stations, (S - 2,).
+
+    That is 0 on a straight strip, and on an arc.
+    """
+    one, other = piece.directions[:-1], piece.directions[1:]
+    cross = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    turns = np.degrees(np.arctan2(cross, np.einsum("nd,nd->n", one, other)))
+    kinks: FloatArray = np.abs(np.diff(turns))
+    return kinks
+
+
+def _lost(
+    widths: Sequence[FloatArray],
+    kinks: Sequence[FloatArray],
+    verdict: Verdict,
+    like: Likeness | None,
+) -> Iterator[Lost]:
+    """Yield what each rule takes."""
+
+    def lose(rule: str, points: float, text: str) -> Lost:
+        return Lost(rule=rule, points=round(min(max(points, 0.0), _MOST_LOST), 2), text=text)
+
+    if widths:
+        ratio = float(np.median([each.max() / each.min() for each in widths]))
+        narrow = float(np.mean(np.concatenate(widths) < EASY_MM))
+        kink = float(np.mean(np.concatenate([np.zeros(1), *kinks])))
+        yield lose(
+            "even",
+            (ratio - _EVEN) / _UNEVEN,
+            f"half of the pieces are {ratio:.2f} times as wide in one place as in another, or more",
+        )
+        yield lose(
+            "narrow",
+            narrow / _NARROW_SHARE,
+            f"{narrow:.0%} of the crossings are of strips narrower than {EASY_MM:g} mm",
+        )
+        yield lose(
+            "smooth",
+            (kink - _SMOOTH_DEG) / _KINK_DEG,
+            f"strips are wavy: their turn changes by {kink:.1f}° from crossing to crossing",
+        )
+    if like is not None:
+        off = max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
+        yield lose("likeness", off / _NEAR - 1, f"it is {off:.2%} of its size off the model")
+    care = len(verdict.reasons)
+    yield lose("care", care, f"{care} of the verdict's reasons ask for care")
+
+
+def _worst(
+    pieces: Sequence[Piece], widths: Sequence[FloatArray], kinks: Sequence[FloatArray]
+) -> tuple[Place, ...]:
+    """Return the narrowest and the most crooked places, one of a piece at most."""
+    found: list[tuple[float, str, Place]] = []
+    for piece, width, kink in zip(pieces, widths, kinks, strict=True):
+        thin = int(width.argmin())
+        bad = [(EASY_MM / width[thin], thin, f"is {width[thin]:.1f} mm wide")]
+        if len(kink):
+            bent = int(kink.argmax())
+            text = f"has a kink: its turn changes by {kink[bent]:.0f}°"
+            bad.append((kink[bent] / _KINKED_DEG, bent + 1, text))
+        share, at, text = max(bad)
+        if share > 1:
+            place = Place(piece=piece.id, crossing=int(piece.crossings[at]), text=text)
+            found.append((-float(share), piece.id, place))
+    return tuple(place for *_, place in sorted(found, key=lambda one: one[:2])[:_PLACES])

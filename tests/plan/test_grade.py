@@ -1,0 +1,66 @@
+"""A grade is 10 where strips are even, smooth and broad, and each rule takes what it states."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabweave.core.arc_path import straight_path
+from fabweave.core.finding import Finding
+from fabweave.piece.piece import Piece
+from fabweave.plan.grade import BEST, grade, station_kinks, station_widths
+from fabweave.plan.verdict import Verdict
+
+GOOD = Verdict(level="makeable", reasons=())
+
+
+def piece(name="A1", turns_deg=(0.0,) * 6, widths=(10.0,) * 7):
+    """Return a strip that turns so from crossing to crossing and is so wide there."""
+    heading = np.radians(np.concatenate([[0.0], np.cumsum(turns_deg)]))
+    ways = np.column_stack([np.cos(heading), np.sin(heading)])
+    points = np.cumsum(20.0 * ways, axis=0)
+    across = np.column_stack([-ways[:, 1], ways[:, 0]]) * np.array(widths)[:, None] / 2
+    rails = np.stack([points - across, points + across], axis=1)
+    outline = np.concatenate([rails[:, 0], rails[::-1, 1]])
+    count = len(points)
+    return Piece(
+        id=name, thread=0, path=straight_path(outline), outline=outline,
+        crossings=np.arange(count), points=points, directions=ways, rails=rails,
+        over=np.zeros(count, dtype=bool), hole_mm=np.full(count, np.nan),
+        start_joint=None, end_joint=None,
+    )  # fmt: skip
+
+
+@given(st.floats(-14.0, 14.0))
+def test_straight_strips_and_arcs_of_one_width_have_the_best_grade(turn):
+    strip = piece(turns_deg=(turn,) * 6)
+    assert station_kinks(strip) == pytest.approx(0.0, abs=1e-9)
+    assert station_widths(strip) == pytest.approx(10.0)
+    found = grade([strip], GOOD)
+    assert (found.score, found.lost, found.worst) == (BEST, (), ())
+
+
+@given(st.floats(0.0, 12.0))
+def test_a_wavy_strip_loses_what_its_turns_change_by(turn):
+    """Turns of +t, -t, ... change by 2t at each inner crossing."""
+    strip = piece(turns_deg=(turn, -turn) * 3)
+    assert station_kinks(strip) == pytest.approx(2 * turn, abs=1e-9)
+    lost = sum(one.points for one in grade([strip] * 1000, GOOD).lost)
+    assert lost == pytest.approx(min(max(2 * turn - 5, 0) / 5, 2), abs=0.06)
+
+
+def test_each_rule_takes_points_and_names_the_place():
+    uneven = grade([piece(widths=(12.0,) * 6 + (8.0,))], GOOD)
+    assert [one.rule for one in uneven.lost] == ["even"]
+    assert uneven.lost[0].points == pytest.approx((12 / 8 - 1.15) / 0.25, abs=0.01)
+    thin = grade([piece(), piece("B1", widths=(3.0,) * 7)], GOOD)
+    assert [one.rule for one in thin.lost] == ["narrow"]
+    assert [(one.piece, one.crossing) for one in thin.worst] == [("B1", 0)]
+    kinked = grade([piece("C1", turns_deg=(0, 0, 40.0, 0, 0, 0))], GOOD)
+    assert [(one.piece, one.crossing) for one in kinked.worst] == [("C1", 2)]
+    care = Finding(rule="narrow", level="with care", text="so")
+    assert grade([piece()], Verdict(level="with care", reasons=(care,))).score == BEST - 1
+    stop = replace(care, level="not makeable")
+    assert grade([piece()], Verdict(level="not makeable", reasons=(stop,))).score == 0.0
