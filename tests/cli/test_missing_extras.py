@@ -25,20 +25,21 @@ WITHOUT = {
         ("pyQuadriFlow", "pynanoinstantmeshes"),
         ("make", "shape:icosahedron", "--remesh", "quads:200", "-o", "out"), 1,
     ),
+    "tubes": (("pygel3d",), ("make", "shape:icosahedron", "--remesh", "tubes:200", "-o", "out"), 1),
 }  # fmt: skip
 
 
 def test_every_extra_is_tried():
     assert WITHOUT.keys() == EXTRAS.keys() - {"dev"}
     for extra, (modules, *_) in WITHOUT.items():
-        packages = {re.match(r"\w+", package)[0] for package in EXTRAS[extra]}
-        assert packages == set(modules)
+        packages = {re.match(r"\w+", package)[0].lower() for package in EXTRAS[extra]}
+        assert packages == {module.lower() for module in modules}
 
 
 @pytest.mark.parametrize(
     ("extra", "missing"),
     [(extra, module) for extra in ("threemf", "join") for module in WITHOUT[extra][0]]
-    + [("quad", ",".join(WITHOUT["quad"][0]))],
+    + [(extra, ",".join(WITHOUT[extra][0])) for extra in ("quad", "tubes")],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
     _, words, code = WITHOUT[extra]
