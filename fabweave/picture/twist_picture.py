@@ -46,6 +46,8 @@ def weave_on_mesh(
     weave: Weave,
     view: View | None = None,
     size_px: tuple[int, int] = (1000, 800),
+    *,
+    caption: bool = True,
 ) -> Image.Image:
     """Make a picture of a mesh that shows the weave on it.
 
@@ -63,7 +65,9 @@ def weave_on_mesh(
     view : View or None
         From where; None chooses.
     size_px : (int, int)
-        Width and height; a line below says what is shown and how often.
+        Width and height.
+    caption : bool
+        Whether a line below says what is shown and how often.
 
     Returns
     -------
@@ -107,6 +111,8 @@ def weave_on_mesh(
         marks=marks,
         samples=3,
     )
+    if not caption:
+        return picture
     return contact_sheet([picture], [_caption(what, weave, halfedges, seams)])
 
 
