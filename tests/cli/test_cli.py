@@ -75,7 +75,7 @@ def test_any_number_of_workers_gives_the_same_bytes(finished, tmp_path):
     # Jobs for tests have a small picture, which the manual shows, too; nothing else differs.
     made = contents_of(finished(*OCTAHEDRON))
     differing = {name for name in made if made[name] != alone[name]}
-    assert differing == {"render.png", "assembly.pdf", "contents.json"}
+    assert differing <= {"render.png", "assembly.pdf", "contents.json"}
 
 
 #: What is typed after ``make``, and the code that it ends with: each is refused in a moment.
