@@ -85,6 +85,7 @@ def inspect(
     Examples:
       fabweave inspect spot.obj --size 400mm --png spot.png
       fabweave inspect scan.stl --size 50cm --remesh quads:800
+      fabweave inspect hand.obj --size 400mm --remesh tubes:300
     """
     with held_back():
         from fabweave.core.parallel.executors import processes
