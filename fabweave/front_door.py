@@ -44,7 +44,7 @@ from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
-from fabweave.estimate.costs import Costs, pieces_costs
+from fabweave.estimate.costs import Costs, planned_costs
 from fabweave.job import write_and_prove
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -868,13 +868,7 @@ class Pieces(_Shown):
     def costs(self) -> Costs:
         """Times of machine and hands, and money, as far as they are known before nesting."""
         planned = self.planned
-        return pieces_costs(
-            planned.piece_set,
-            planned.woven,
-            planned.settings.pieces,
-            planned.supplies,
-            planned.settings.machine.calibrate,
-        )
+        return planned_costs(planned)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.

@@ -14,7 +14,7 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
-from fabweave.estimate.costs import pieces_costs
+from fabweave.estimate.costs import planned_costs
 from fabweave.estimate.texts import hours_text
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
@@ -242,13 +242,7 @@ def _figures(planned: PlannedJob) -> Figures:
     area = sum(piece.net_area_mm2 for piece in pieces)
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
-    costs = pieces_costs(
-        planned.piece_set,
-        planned.woven,
-        planned.settings.pieces,
-        planned.supplies,
-        planned.settings.machine.calibrate,
-    )
+    costs = planned_costs(planned)
     machine = costs.machine_s
     return Figures(
         faces=planned.woven.mesh.n_faces,

@@ -19,6 +19,7 @@ from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.grade import EASY_MM
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
 from fabweave.ribbon.rules.broken_rule import BrokenRule
@@ -33,8 +34,8 @@ from fabweave.weave.bunches import count_bodies
 #: many times fewer faces.
 _FINEST_MM, _STEP = 8.5, 2
 #: The finest mesh has no more faces than that: it is some evenings' work. A slender model has as
-#: many as these, if ribbons are not narrower than that.
-_MOST, _SLENDER, _NARROWEST_MM = 600, 240, 6.0
+#: many as these, if ribbons are easy to handle.
+_MOST, _SLENDER = 600, 240
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
 #: What counts as much: so many reasons for care, to be off the model by such a share of the size in
@@ -82,7 +83,7 @@ class Attempt:
     def loss(self) -> float:
         """How far it is from the model in the mean, as a share of the size."""
         like = self.loaded.likeness if self.loaded is not None else None
-        return 0.0 if like is None else max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
+        return 0.0 if like is None else like.loss
 
     @property
     def limbs(self) -> int:
@@ -191,7 +192,7 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
         bodies=count_bodies(laid.weave.threads),
         left_out=loaded.left_out,
     )
-    return Attempt(asked, loaded, verdict, float(np.mean(widths < _NARROWEST_MM)))
+    return Attempt(asked, loaded, verdict, float(np.mean(widths < EASY_MM)))
 
 
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
@@ -216,7 +217,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
         return
     most = min(_MOST, model.mesh.n_faces / _STEP)
     area = surface_area(model.mesh)
-    finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, _NARROWEST_MM))
+    finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, EASY_MM))
     finest = min(most, max(finest, min(slender, _SLENDER)))
     kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
     ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]

@@ -83,6 +83,11 @@ class Likeness:
         """The greatest distance, either way."""
         return max(self.in_greatest_mm, self.out_greatest_mm)
 
+    @property
+    def loss(self) -> float:
+        """How far it is from the model in the mean, lost or added, as a share of the size."""
+        return max(self.in_mean_mm, self.out_mean_mm) / self.size_mm
+
     def percent(self, length_mm: float) -> float:
         """Return a length in per cent of the model's greatest extent."""
         return 100.0 * length_mm / self.size_mm

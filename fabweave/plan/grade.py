@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
 from fabweave.mesh.likeness import Likeness
 from fabweave.piece.piece import Piece
@@ -13,7 +14,7 @@ from fabweave.plan.verdict import Verdict
 
 #: The schema of ``verdict.json``.
 VERDICT = "fabweave.verdict/1"
-#: The best grade; no rule takes more than that from it.
+#: The best grade, and the most that one rule takes from it.
 BEST, _MOST_LOST = 10.0, 2.0
 #: The widest place of a strip may be so many times the narrowest; a point goes for so much more.
 _EVEN, _UNEVEN = 1.15, 0.25
@@ -68,7 +69,7 @@ class Grade:
     def text(self) -> str:
         """The grade in words, a line each."""
         why = "; ".join(f"{one.text} (-{one.points:.1f})" for one in self.lost)
-        lines = [f"{self.score:.1f} of 10" + (f": {why}" if why else "")]
+        lines = [f"Grade: {self.score:.1f} of 10" + (f": {why}" if why else "")]
         if self.worst:
             places = "; ".join(
                 f"{one.piece} at crossing {one.crossing} {one.text}" for one in self.worst
@@ -154,10 +155,10 @@ def _lost(
             f"strips are wavy: their turn changes by {kink:.1f}° from crossing to crossing",
         )
     if like is not None:
-        off = max(like.in_mean_mm, like.out_mean_mm) / like.size_mm
-        yield lose("likeness", off / _NEAR - 1, f"it is {off:.2%} of its size off the model")
+        text = f"it is {like.loss:.2%} of its size off the model"
+        yield lose("likeness", like.loss / _NEAR - 1, text)
     care = len(verdict.reasons)
-    yield lose("care", care, f"{care} of the verdict's reasons ask for care")
+    yield lose("care", care, agree(care, "{n} [reason asks|reasons ask] for care"))
 
 
 def _worst(

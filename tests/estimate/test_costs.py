@@ -15,7 +15,7 @@ from fabweave.estimate.assembly_time import (
     difficulty,
     planned_hands,
 )
-from fabweave.estimate.costs import job_costs, pieces_costs
+from fabweave.estimate.costs import job_costs, planned_costs
 from fabweave.estimate.machine_time import MachineTime, add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price
 from fabweave.estimate.texts import costs_text
@@ -61,9 +61,7 @@ def costs_of(job, materials=None, calibration=1.0):
 @pytest.mark.parametrize("joint", ["rivet", "slot"])
 def test_plan_and_drawing_agree_on_all_lines_and_nearly_on_the_ways(joint):
     job = job_of(joint=joint)
-    planned = pieces_costs(
-        job.piece_set, job.woven, job.settings.pieces, job.supplies, job.settings.machine.calibrate
-    )
+    planned = planned_costs(job)
     drawn = job.costs
     # An outline may be cut from its other end, which changes where the head rests.
     assert planned.machine.engrave_s == pytest.approx(drawn.machine.engrave_s, abs=2e-3)

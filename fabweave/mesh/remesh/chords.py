@@ -9,6 +9,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_areas, without_loose
+from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.topology import label_links
 
 
@@ -27,9 +28,7 @@ def find_chords(halfedges: Halfedges) -> tuple[int, IntArray]:
 
 def _lengths(mesh: PolyMesh, halfedges: Halfedges) -> FloatArray:
     """Return the length of each edge, (E,)."""
-    first = halfedges.edge_halfedge
-    way = mesh.vertices[halfedges.head[first]] - mesh.vertices[halfedges.tail[first]]
-    return np.maximum(np.linalg.norm(way, axis=1), 1e-12)
+    return np.maximum(edge_lengths(mesh)[halfedges.edge_halfedge], 1e-12)
 
 
 def split_chords(mesh: PolyMesh, times: IntArray) -> PolyMesh:
