@@ -83,7 +83,7 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
     """Print the designs that no other is better than, and where all are shown."""
     from rich.console import Console
 
-    from fabweave.design.candidate import words
+    from fabweave.design.candidate import told_design, words
     from fabweave.design.page import lying_note
 
     console = Console(highlight=False, soft_wrap=True)
@@ -99,9 +99,8 @@ def _tell(found: "Search", best: list[bool], output: Path) -> None:
             console.print(f"  {candidate.command}", markup=False)
     if found.why:
         console.print(found.why, style="yellow", markup=False)
-        for helps in (one.candidate for one in found.alternatives):
-            if helps.makeable and helps.figures is not None:
-                console.print(f"  {helps.name}: {words(helps.figures)}", markup=False)
+        for helps in found.helps:
+            console.print(f"  {told_design(helps.candidate)}", markup=False)
     same = f" ({found.same} more came to the same as one of these)" if found.same else ""
     console.print(
         f"{found.makeable} of {len(found.tried)} designs can be built{same}. All with "

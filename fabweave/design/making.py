@@ -1,6 +1,6 @@
 """Make what is wished for, or say what could be made in place of what cannot."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -12,13 +12,11 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
-from fabweave.design.alternatives import of_card
-from fabweave.design.candidate import Candidate, words
+from fabweave.design.candidate import told_design
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.moves import moves
-from fabweave.design.search import Trials, explore, plan_designs
-from fabweave.design.variety import NARROW
-from fabweave.design.wishes import Wishes, choose, distance
+from fabweave.design.rounds import search_designs
+from fabweave.design.search import Trials, plan_designs
+from fabweave.design.wishes import Wishes, choose
 from fabweave.job import FinishedJob, run_job
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -26,73 +24,10 @@ from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.verdict import NotMakeableError, judge
 
-#: The last thing to try is so many times the size.
-_LARGER = 1.6
-#: How many meshes are tried, and how many ways are told.
+#: How many designs are tried for a wish: at first from coarse to fine, and in all.
+_FIRST, _TRIES = 9, 24
+#: Of what cannot be built, so many designs are tried at first, and so many that can are told.
 _MESHES, _TOLD = 4, 3
-
-
-def buildable_designs(trials: Trials) -> list[Candidate]:
-    """Return designs that can be built and are near to one that cannot, that which is asked for.
-
-    Tried are, in the order in which people prefer them: other meshes, from coarse to fine; narrower
-    ribbons; a softer material; a larger size.
-
-    Returns
-    -------
-    list of Candidate
-        Three at most; none if nothing that was tried can be built.
-    """
-    trials = replace(trials, asked=trials.asked.but(effort="quick", layout=None))
-    tried = explore(trials, list(_designs(trials)))
-    return [one.candidate for one in tried if one.candidate.makeable][:_TOLD]
-
-
-def buildable_text(ways: list[Candidate]) -> str:
-    """Return ways out as lines of a message; nothing where there are none."""
-    if not ways:
-        return (
-            "Coarser and finer meshes, narrower ribbons, card and a larger size were tried, and "
-            "did not help. fabweave guide mending says what else may.\n"
-        )
-    lines = []
-    for way in ways:
-        told = f": {words(way.figures)}" if way.figures is not None else ""
-        lines.append(f"  {way.name}{told}; {way.verdict.level}\n")
-    return "These were tried, and can be built:\n" + "".join(lines)
-
-
-def _designs(trials: Trials) -> Iterator[Settings]:
-    """Yield what to try, in the order in which people prefer it.
-
-    Where the mesh was left to fabweave, others were tried already: what else may help is tried on
-    these.
-    """
-    asked = trials.asked
-    free = replace(trials, asked=asked.but(remesh=None, refine=None))
-    try:
-        meshes = plan_designs(free, 3 * _MESHES)
-    except FabweaveError:
-        meshes = []
-    some = [
-        one
-        for one in meshes
-        if one.weave.pattern == asked.weave.pattern and one.ribbons.width == asked.ribbons.width
-    ]
-    bases = some[:2]
-    if not is_free(asked) or not some:
-        yield from (one for one in some[:_MESHES] if one != asked)
-        bases = [asked, *bases]
-    if asked.narrowable:
-        yield bases[0].narrower(NARROW)
-    yield from of_card(asked, *bases)
-    if asked.mesh.size_mm is not None:
-        yield bases[0].but(size_mm=float(round(_LARGER * asked.mesh.size_mm)))
-
-
-#: How many designs are tried for a wish: at first from coarse to fine, then so many at a time
-#: beside the nearest, and in all.
-_FIRST, _MORE, _TRIES = 9, 4, 24
 #: So many of the coarser meshes are made, the best first, until one can be built to its last piece.
 _MADE = 4
 
@@ -116,22 +51,31 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
     CannotMakeError
         If no design can be built.
     """
-    asked, planned = trials.asked, plan_designs(trials, _TRIES)
-    designs, more = [], planned[:_FIRST]
-    tried: list[Candidate] = []
-    while more:
-        found = explore(trials, more)
-        designs += more
-        tried += [one.candidate for one in found]
-        near = min(range(len(tried)), key=lambda at: distance(tried[at], wishes))
-        further = planned
-        if tried[near].makeable:
-            further = moves(asked, designs, tried, near, wishes)
-        room = min(_MORE, _TRIES - len(designs))
-        more = [one for one in further if one not in designs][:room]
-    best, why = choose(tried, wishes)
-    number = next(at for at, one in enumerate(tried) if one is best)
-    return designs[number], why
+    planned = plan_designs(trials, _TRIES)
+    found = search_designs(trials, planned, _TRIES, first=_FIRST, wishes=wishes)
+    best, why = choose(found.candidates, wishes)
+    return found.designs[found.candidates.index(best)], why
+
+
+def what_can_be_built(trials: Trials) -> str:
+    """Return which designs can be built that are near to one that cannot, as lines of a message.
+
+    Others of its mesh are tried, from coarse to fine, and beside these (see
+    :func:`search_designs`); where none can be built, the nearest larger, thinner and from card.
+    """
+    asked = trials.asked.but(effort="quick", layout=None, remesh=None, refine=None)
+    trials = replace(trials, asked=asked)
+    try:
+        planned = plan_designs(trials, 2 * _MESHES)
+        found = search_designs(trials, planned, 2 * _MESHES, first=_MESHES)
+    except FabweaveError:
+        return ""
+    ways = [one for one in found.candidates if one.makeable]
+    ways = ways or [one.candidate for one in found.helps]
+    if not ways:
+        return f"{found.why} fabweave guide mending says what else may help.\n"
+    lines = [f"  {told_design(way)}\n" for way in ways[:_TOLD]]
+    return "These were tried, and can be built:\n" + "".join(lines)
 
 
 class Made(NamedTuple):
@@ -202,7 +146,7 @@ def make_or_advise(
                 return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
-    ways = buildable_text(buildable_designs(trials))
+    ways = what_can_be_built(trials)
     if isinstance(refused, NotMakeableError):
         raise NotMakeableError(refused.verdict, ways)
     raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None

@@ -185,7 +185,7 @@ def design_page(title: str, found: Search) -> str:
         found=found,
         lying=lying_note(found),
         designs=[(names[at], tried[at], best[at]) for at in order],
-        alternatives=[one for one in found.alternatives if one.candidate.makeable],
+        helps=found.helps,
         heads=[head for _, head, _ in _COLUMNS],
         rows=[_row(candidates[at], names[at]) for at in order],
         words=words,
@@ -231,7 +231,7 @@ def design_json(title: str, found: Search) -> str:
     document: dict[str, Any] = {"schema": SCHEMA, "units": "mm", "title": title, "designs": rows}
     if found.why:
         document["why"] = found.why
-        document["instead"] = [to_json(one.candidate) for one in found.alternatives]
+        document["instead"] = [to_json(one.candidate) for one in found.otherwise]
     return json.dumps(document, indent=1) + "\n"
 
 

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from designs import candidate
 from jobs import contents_of
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding
-from fabweave.design import coarser, making
-from fabweave.design.alternatives import SOFT
+from fabweave.design import coarser, making, rounds
+from fabweave.design.beside import SOFT
+from fabweave.design.candidate import Tried
 from fabweave.design.coarser import Attempt, foreseen, is_free
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Trials
@@ -56,7 +58,7 @@ def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_p
     asked = []
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
     monkeypatch.setattr(
-        making, "buildable_designs", lambda trials: asked.append(trials.asked) or []
+        making, "what_can_be_built", lambda trials: asked.append(trials.asked) or ""
     )
     with pytest.raises(CannotMakeError):
         make_or_advise(fine.but(remesh="none"), tmp_path / "job")
@@ -176,14 +178,24 @@ def test_where_no_mesh_can_be_built_it_is_refused(fine, tmp_path):
 
 def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
     tried = []
+    bend = Finding(rule="bend", level="not makeable", text="it bends too much")
+    stopped = Verdict(level="not makeable", reasons=(bend,))
 
     def explore(_, designs, *__, **___):
+        known = len(tried)
         tried.extend(designs)
-        return []
+        return [
+            Tried(candidate=replace(
+                candidate(str(at), None if one.stock.material == SOFT else stopped), excess=2.0
+            ), picture=None)
+            for at, one in enumerate(designs, start=known)
+        ]  # fmt: skip
 
-    monkeypatch.setattr(making, "explore", explore)
+    monkeypatch.setattr(rounds, "explore", explore)
     asked = Settings.of("shape:torus?m=8&n=4", size_mm=120.0, material="birch-ply-3")
-    assert making.buildable_designs(Trials(asked)) == []
-    assert any(one.stock.material == SOFT for one in tried)
+    told = making.what_can_be_built(Trials(asked))
     assert any((one.mesh.size_mm or 0.0) > 120.0 for one in tried)
-    assert asked not in tried
+    assert [f"  {at}: " in told for at, _ in enumerate(tried)] == [
+        one.stock.material == SOFT for one in tried
+    ]
+    assert tried[-1].stock.material == SOFT

@@ -145,7 +145,7 @@ def test_what_cannot_be_built_is_on_no_front():
     one, two = (search.Tried(candidate=one, picture=None) for one in (bad, good))
     page = design_page("x", Search(designs=(BALL, BALL), tried=(one, two)))
     assert page.index("good") < page.index("bad")
-    told = Search(designs=(BALL,), tried=(one,), alternatives=(two, one), why="None <can>")
+    told = Search(designs=(BALL,), tried=(one,), otherwise=(two, one), why="None <can>")
     # What was tried otherwise is shown where it can be built.
     page = design_page("x", told)
     assert "None &lt;can&gt;" in page

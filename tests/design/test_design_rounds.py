@@ -10,16 +10,12 @@ from hypothesis import strategies as st
 
 from fabweave.core.finding import Finding
 from fabweave.design import rounds
-from fabweave.design.alternatives import (
-    alternatives,
-    nearest,
-    slimmed,
-    why_text,
-)
+from fabweave.design.beside import beside, otherwise
 from fabweave.design.candidate import Candidate, Tried
-from fabweave.design.rounds import ENOUGH, nearby_designs, search_designs
+from fabweave.design.rounds import ENOUGH, nearest, search_designs, slimmed, why_text
 from fabweave.design.search import Trials
-from fabweave.design.variety import MOST, NARROW
+from fabweave.design.variety import MOST, NARROW, name_of
+from fabweave.design.wishes import Wishes
 from fabweave.options.settings import Settings
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.rules.broken_rule import BrokenRule
@@ -57,26 +53,19 @@ def test_what_care_makes_up_for_has_no_excess_above_one(rule, count, far):
     assert (excess([found]) <= 1.0) == (judge([found], narrowest_mm=9.0).level == "with care")
 
 
-def test_between_a_mesh_that_serves_and_one_that_does_not_lies_another():
-    designs = [quads(50), quads(200), quads(800)]
-    found = nearby_designs(ASKED, designs, [stopped("bend", 9.0), GOOD, stopped("width", 9.0)])
-    assert found[:2] == [quads(100), quads(400)]
-    assert not set(map(str, found)) & set(map(str, designs))
-    assert len(set(map(str, found))) == len(found)
+def beside_none(designs, found, asked=ASKED, **how):
+    """Return what is tried beside designs where nothing is wished for."""
+    return beside(asked, list(zip(designs, found, strict=True)), Wishes(), **how)
 
 
 def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
-    found = nearby_designs(ASKED, [quads(100)], [GOOD])
+    found = beside_none([quads(100)], [GOOD])
+    assert found == [quads(120), quads(80), quads(100).narrower(NARROW)]
+    # Beside that comes what mends the others, and nothing twice.
+    found = beside_none([quads(100), quads(200)], [GOOD, stopped("bend", 9.0)])
     assert found[:2] == [quads(120), quads(80)]
-    assert found[2] == quads(100).narrower(NARROW)
-    assert len(found) == 3
-
-
-def test_where_none_serves_a_coarser_mesh_goes_first():
-    found = nearby_designs(
-        ASKED, [quads(50), quads(200)], [stopped("bend", 3.0), stopped("bend", 9.0)]
-    )
-    assert found[0] == quads(30)
+    assert len(set(map(str, found))) == len(found)
+    assert quads(200, pattern="twill") in found
 
 
 @pytest.mark.parametrize(
@@ -94,7 +83,7 @@ def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
         "quads:50 catmull-clark:1": quads(50, refine="catmull-clark:1"),
         "quads:120": quads(120),
     }
-    found = nearby_designs(ASKED, [quads(200)], [stopped(rule, 2.0)])
+    found = beside_none([quads(200)], [stopped(rule, 2.0)])
     for name in expected:
         if name == "narrower":
             assert quads(200).narrower(NARROW) in found
@@ -104,34 +93,32 @@ def test_what_helps_follows_from_what_stands_in_the_way(rule, expected):
 
 def test_what_is_stated_stays_and_no_mesh_is_too_fine():
     asked = ASKED.but(remesh="quads:200", fair=20, pattern="plain")
-    found = nearby_designs(asked, [asked], [stopped("width", 2.0)])
+    found = beside_none([asked], [stopped("width", 2.0)], asked)
     assert {(one.mesh.remesh, one.mesh.fair) for one in found} <= {("quads:200", 20)}
-    fine = nearby_designs(ASKED, [quads(MOST)], [stopped("bend", 2.0)])
+    fine = beside_none([quads(MOST)], [stopped("bend", 2.0)])
     assert all(int(one.mesh.remesh.partition(":")[2]) <= MOST for one in fine)
 
 
 def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
-    found = nearby_designs(ASKED, [quads(100)], [failed()], several=True)
-    assert found == [
+    assert beside_none([quads(100)], [failed()], several=True) == [
         quads(100, bodies="join"),
         quads(100, bodies="wrap"),
         quads(100, bodies="largest"),
-        quads(60),
     ]
     tried = [quads(50), quads(100), quads(200), quads(200, bodies="join")]
     failures = [failed() for _ in tried]
-    assert nearby_designs(ASKED, tried, failures, several=True)[:2] == [
+    assert beside_none(tried, failures, several=True)[:2] == [
         quads(200, bodies="wrap"),
         quads(200, bodies="largest"),
     ]
     # What could be made so of one density is tried of the others, coarsest last.
-    found = nearby_designs(
-        ASKED, [*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)], several=True
+    found = beside_none(
+        [*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)], several=True
     )
     assert found[:2] == [quads(100, bodies="wrap"), quads(50, bodies="wrap")]
     # One body is wrapped where no mesh of it could be made at all.
-    assert nearby_designs(ASKED, [quads(100)], [failed()]) == [quads(100, bodies="wrap"), quads(60)]
-    found = nearby_designs(ASKED, [quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
+    assert beside_none([quads(100)], [failed()]) == [quads(100, bodies="wrap")]
+    found = beside_none([quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
     assert not any(one.mesh.bodies == "wrap" for one in found)
 
 
@@ -160,7 +147,7 @@ def test_a_search_goes_on_until_enough_can_be_built(explored):
     found = search_designs(Trials(ASKED), [quads(40), quads(200)], 12)
     assert found.makeable >= ENOUGH
     assert len(found.tried) == sum(map(len, explored)) <= 12
-    assert (found.why, found.alternatives) == ("", ())
+    assert (found.why, found.otherwise) == ("", ())
     # Where enough can be built, what was planned is tried, and nothing else.
     explored.clear()
     planned = [quads(60), quads(70), quads(80), quads(300)]
@@ -192,19 +179,20 @@ def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
     found = search_designs(Trials(ASKED), [quads(500), quads(800)], 2)
     assert found.makeable == 0
     assert len(found.tried) == 2
-    assert "at 750 mm" in found.why
-    sizes = [one.mesh.size_mm for call in explored[1:] for one in call]
-    assert sizes == [380.0, 480.0, 750.0, 1200.0, 300.0, 300.0, 300.0, 300.0]
+    assert [design.mesh.size_mm for design in (one for call in explored[1:] for one in call)] == [
+        380.0, 480.0, 750.0, 1200.0, 300.0, 300.0, 300.0, 300.0
+    ]  # fmt: skip
+    assert [one.makeable for one in (tried.candidate for tried in found.helps)] == [True, True]
 
 
 def test_the_nearest_is_what_misses_least():
     some = [failed(), stopped("bend", 3.0), GOOD, stopped("width", 2.0)]
-    designs = [quads(count) for count in (10, 20, 30, 40)]
+    tried = [(quads(count), one) for count, one in zip((10, 20, 30, 40), some, strict=True)]
     # What bends too much is mended by size, or thinner sheet; what is too narrow, hardly.
-    assert nearest(designs, some) == (designs[1], some[1])
-    assert nearest(designs, [*some[:1], GOOD, *some[2:]]) == (designs[3], some[3])
-    assert nearest(designs[:2], [stopped("twist", 4.0), some[1]]) == (designs[1], some[1])
-    assert nearest(designs[:1], some[:1]) is None
+    assert nearest(tried) == tried[1]
+    assert nearest([tried[0], *tried[2:]]) == tried[3]
+    assert nearest([(quads(10), stopped("twist", 4.0)), tried[1]]) == tried[1]
+    assert nearest(tried[:1]) is None
 
 
 def test_what_twists_is_tried_with_narrow_ribbons_too():
@@ -215,17 +203,17 @@ def test_what_twists_is_tried_with_narrow_ribbons_too():
     assert slim.ribbons.width.even
 
 
-def test_the_least_that_helps_is_told():
+def test_what_cannot_be_built_is_tried_larger_thinner_and_of_card():
     design = quads(100)
-    some = alternatives(ASKED, design)
+    some = list(otherwise(ASKED, design))
     assert [(one.mesh.size_mm, one.stock.thickness_mm, one.stock.material) for one in some] == [
         *((size, None, "birch-veneer") for size in (380.0, 480.0, 750.0, 1200.0)),
         *((300.0, thickness, "birch-veneer") for thickness in (0.6, 0.4, 0.2)),
         (300.0, None, "card"),
     ]
-    bad = stopped("bend", 2.0)
-    found = [(one, GOOD if at not in (0, 4) else bad) for at, one in enumerate(some)]
-    told = why_text(ASKED, [bad], found)
-    assert told.endswith("this design at 480 mm, or from sheet of 0.4 mm, or from card.")
-    assert "cannot be built at 380 mm" in why_text(ASKED, [bad], [(one, bad) for one in some])
-    assert why_text(ASKED, [GOOD, GOOD], []) == ""
+    bad = stopped("bend", 2.0, "bad")
+    names = [name_of(one, ASKED) for one in some]
+    helps = [replace(GOOD if at in (1, 7) else bad, name=names[at]) for at in range(8)]
+    told = why_text(ASKED, [(design, bad)], helps)
+    assert [name for name in names if name in told] == [names[1], names[7]]
+    assert why_text(ASKED, [(design, GOOD), (design, GOOD)], []) == ""

@@ -1,0 +1,302 @@
+"""Say what to try beside designs that were tried: what comes nearer to a wish, or can be built."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain, zip_longest
+from typing import TypeAlias
+
+from fabweave.design.candidate import Candidate, Figures
+from fabweave.design.variety import MOST, NARROW, fairable, two_digits
+from fabweave.design.wishes import Wishes, come_to, distance, misses
+from fabweave.mesh.fair.fairing import STEPS
+from fabweave.options.settings import Settings
+from fabweave.options.table import option_named, option_of_field
+from fabweave.plan.ask import complete_settings
+
+#: Meshes with fewer faces than those tried first: they lose more of the shape, but bend less.
+_LEAST_FACES = 20
+#: By what factors a mesh that serves gets finer and coarser, to serve once more.
+_BESIDE = (1.25, 0.8)
+#: By what factor a mesh gets coarser or finer that does not serve, and one that is refined by this
+#: scheme coarser before that: one step of it makes four quads of one.
+_COARSER, _FINER, _FOLD, _SCHEME = 0.6, 2.0, 4, "catmull-clark:1"
+#: How many of the designs that nearly could be built are looked at.
+_NEAREST = 4
+#: What narrower ribbons help against, and what a more even or coarser mesh does.
+_TOO_WIDE = {"twist", "clearance", "layers", "crease"}
+_UNEVEN = {"width", "twist", "crease"}
+
+#: A value within this share of what is wished needs no more trying.
+_CLOSE = 0.04
+#: How what is wished goes with the number of faces: as this power of it, unless what was tried
+#: tells better. Ribbons are as wide as faces, and what a surface loses goes with their area.
+_POWER = {"pieces": 1.0, "hours": 1.0, "ribbon_mm": -0.5, "likeness_mm": -1.0}
+#: A power that was found counts if it is this share of the stated one; no step goes farther, as a
+#: logarithm.
+_LEAST_POWER, _FARTHEST = 0.15, math.log(3.0)
+#: By what factors ribbons get narrower or wider on a mesh: narrower ones hardly hold, and there is
+#: no room for wider ones.
+_NARROWEST, _WIDEST, _NARROWER = 0.6, 1.25, 0.75
+#: Pieces shorter than that carry no weave, and longer ones fit no sheet.
+_SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
+
+#: By what factors a design that cannot be built gets larger, and its material thinner; nobody sells
+#: thinner sheet than that. Card bends to almost anything.
+_LARGER, _THINNER, _THINNEST_MM = (1.25, 1.6, 2.5, 4.0), (0.75, 0.5, 0.25), 0.1
+SOFT = "card"
+
+#: A design, and what it came to.
+Found: TypeAlias = tuple[Settings, Candidate]
+
+
+def beside(
+    asked: Settings, tried: Sequence[Found], wishes: Wishes, *, several: bool = False
+) -> list[Settings]:
+    """Return designs that were not tried, and may serve better than those that were.
+
+    Parameters
+    ----------
+    asked : Settings
+        What is stated there stays.
+    tried : sequence of (Settings, Candidate)
+    wishes : Wishes
+        What a design should come to; with none it is to be built, however it comes out.
+    several : bool
+        Whether the model has several bodies: those that touch cannot be remeshed apart, nor small
+        ones beside a large one.
+
+    Returns
+    -------
+    list of Settings
+        Each differs from one that was tried in one thing, the most promising first. Where a wish is
+        stated: how wide the ribbons of the nearest are, the density of its mesh, where its threads
+        are split; none where the wish is met and nothing wants care. Else a little finer and
+        coarser than what serves; then beside what misses least, by what stands in its way. A twist
+        asks for narrower ribbons, a bend for a coarser mesh or for floats, a narrow place for a
+        more even mesh.
+    """
+    built = [pair for pair in tried if pair[1].makeable]
+    if wishes and built:
+        near = min(built, key=lambda pair: distance(pair[1], wishes))
+        found = list(_nearer(asked, *near, tried, wishes))
+    else:
+        missed = [pair for pair in tried if pair[1].laid and not pair[1].makeable]
+        missed.sort(key=lambda pair: math.inf if pair[1].excess is None else pair[1].excess)
+        mended = [list(_mended(asked, *pair)) for pair in missed[:_NEAREST]]
+        found = [
+            *_as_one(asked, tried, several=several),
+            *(one for design, _ in built for one in _denser(asked, design, _BESIDE)),
+            *(one for design, _ in built for one in _narrower(asked, design)),
+            # The first remedy of each, then the second of each.
+            *filter(None, chain.from_iterable(zip_longest(*mended))),
+        ]
+    known = [design for design, _ in tried]
+    failed = {one.mesh.remesh for one, candidate in tried if not candidate.laid} - {None}
+    new = [
+        one
+        for one in found
+        if one not in known
+        and (one.mesh.remesh not in failed or one.mesh.bodies != asked.mesh.bodies)
+    ]
+    return [one for at, one in enumerate(new) if one not in new[:at]]
+
+
+def density(design: Settings) -> tuple[str, int]:
+    """Return of what a design is remeshed, and to how many faces; 0 where that is not stated.
+
+    Examples
+    --------
+    >>> density(Settings.of("a.obj", remesh="tubes:90")), density(Settings.of("a.obj"))
+    (('tubes', 90), ('', 0))
+    """
+    kind, _, count = (design.mesh.remesh or "").partition(":")
+    return kind, int(count) if count.isdigit() else 0
+
+
+def _denser(asked: Settings, design: Settings, factors: Sequence[float]) -> Iterator[Settings]:
+    """Yield a design on meshes with so many times the faces, if their number is left open."""
+    kind, count = density(design)
+    if asked.mesh.remesh is None and asked.mesh.refine is None and count:
+        for factor in factors:
+            number = two_digits(min(max(factor * count, _LEAST_FACES), MOST))
+            if number != count:
+                yield design.but(remesh=f"{kind}:{number}")
+
+
+def _narrower(asked: Settings, design: Settings, factor: float = NARROW) -> Iterator[Settings]:
+    """Yield the design with narrower ribbons, if their width is left open."""
+    if asked.narrowable:
+        yield design.narrower(factor)
+
+
+def _rounder(asked: Settings, design: Settings) -> Iterator[Settings]:
+    """Yield the mesh faired, and a coarser one that is refined to about as many faces."""
+    if fairable(asked, design):
+        yield design.but(fair=STEPS)
+    kind, count = density(design)
+    if kind == "quads" and design.mesh.refine is None and count >= _FOLD * _LEAST_FACES:
+        for coarse in _denser(asked, design, [1.0 / _FOLD]):
+            yield coarse.but(refine=_SCHEME)
+
+
+def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator[Settings]:
+    """Yield what may help against that for which a design cannot be built."""
+    rules = {reason.rule for reason in candidate.verdict.stops}
+    if rules & _TOO_WIDE:
+        yield from _narrower(asked, design)
+    if rules & _UNEVEN:
+        yield from _rounder(asked, design)
+    if rules - {"twist"}:
+        yield from _denser(asked, design, [_COARSER])
+    if density(design)[0] != "triangles" and asked.weave.pattern == design.weave.pattern == "plain":
+        yield design.but(pattern="twill")
+    if "width" not in rules:
+        yield from _denser(asked, design, [_FINER])
+
+
+def _as_one(asked: Settings, tried: Sequence[Found], *, several: bool) -> Iterator[Settings]:
+    """Yield what could not be remeshed as one surface, and of several bodies the largest.
+
+    Of the finest mesh at first, which loses no handle; then, what could be made so, of all.
+    """
+    default = option_of_field("bodies").default_value
+    laid = {design.mesh.bodies for design, candidate in tried if candidate.laid}
+    if asked.mesh.bodies != default or (default in laid and not several):
+        return
+    known = {design.mesh.bodies for design, _ in tried}
+    unmade = [
+        design
+        for design, candidate in reversed(tried)
+        if design.mesh.remesh is not None and design.mesh.bodies == default and not candidate.laid
+    ]
+    for bodies in ("join", "wrap", "largest") if several else ("wrap",):
+        if bodies in laid:
+            yield from (one.but(bodies=bodies) for one in unmade)
+        elif bodies not in known and unmade:
+            yield unmade[0].but(bodies=bodies)
+
+
+def _nearer(
+    asked: Settings, best: Settings, candidate: Candidate, tried: Sequence[Found], wishes: Wishes
+) -> Iterator[Settings]:
+    """Yield what may come nearer to what is wished than the design that is nearest."""
+    figures = candidate.figures
+    if figures is None:
+        return
+    off = {name: by for name, by in misses(figures, wishes).items() if abs(by) > _CLOSE}
+    values = [(design, come_to(one.figures)) for design, one in tried if one.figures is not None]
+    # A width is met on the mesh there is before another one is made.
+    if asked.ribbons.width is None:
+        yield from _wider(asked, best, figures, off)
+    if density(best)[1]:
+        others = [
+            (density(one)[1], value)
+            for one, value in values
+            if one.but(remesh=best.mesh.remesh) == best and density(one)[0] == density(best)[0]
+        ]
+        factors = [
+            _step(density(best)[1], name, off[name], others, _POWER[name])
+            for name in off
+            if name in _POWER
+        ]
+        yield from _denser(asked, best, factors)
+    if asked.pieces.max_length_mm is None:
+        yield from _split(asked, best, figures, off, values)
+    if off or candidate.verdict.reasons:
+        yield from _rounder(asked, best)
+
+
+def _wider(
+    asked: Settings, best: Settings, figures: Figures, off: dict[str, float]
+) -> Iterator[Settings]:
+    """Yield wider or narrower ribbons on the same mesh."""
+    rule = best.width_rule
+    if "ribbon_mm" in off:
+        factor = min(max(math.exp(-off["ribbon_mm"]), _NARROWEST), _WIDEST)
+        if rule.even:
+            width = float(two_digits(10.0 * factor * figures.median_mm)) / 10.0
+            yield best.but(width=replace(rule, most_mm=width))
+        else:
+            yield best.narrower(factor)
+    if "sheets" in off or "budget" in off:
+        yield from _narrower(asked, best, _NARROWER)
+
+
+def _split(
+    asked: Settings,
+    best: Settings,
+    figures: Figures,
+    off: dict[str, float],
+    values: Sequence[tuple[Settings, dict[str, float | None]]],
+) -> Iterator[Settings]:
+    """Yield threads cut to other lengths, or with another preference."""
+    now = best.pieces.max_length_mm or figures.longest_mm
+    if "pieces" in off:
+        others = [
+            (design.pieces.max_length_mm or now, value)
+            for design, value in values
+            if design.but(max_length_mm=best.pieces.max_length_mm) == best
+        ]
+        length = now * _step(now, "pieces", off["pieces"], others, -1.0)
+        length = min(max(length, _SHORTEST_MM), _LONGEST_MM)
+        yield best.but(max_length_mm=float(two_digits(length)))
+    if (
+        asked.pieces.prefer != option_named("prefer").default
+        or best.pieces.max_length_mm is not None
+    ):
+        return
+    if max(off.get("pieces", 0.0), off.get("hours", 0.0)) > 0.0:
+        yield best.but(prefer="work")
+    if "sheets" in off or "budget" in off or off.get("pieces", 0.0) < 0.0:
+        yield best.but(prefer="waste")
+
+
+def _step(
+    now: float,
+    name: str,
+    ratio: float,
+    others: Sequence[tuple[float, dict[str, float | None]]],
+    power: float,
+) -> float:
+    """Return by what to multiply a number, so that a value no longer misses its wish by a ratio.
+
+    Value over number is a power: that of the two tried designs nearest by number, or where these
+    do not tell, a stated one.
+    """
+    here = next((values[name] for number, values in others if number == now), None)
+    apart = sorted(
+        (abs(math.log(number / now)), number, values[name])
+        for number, values in others
+        if number != now and values[name]
+    )
+    if here and apart:
+        _, number, value = apart[0]
+        found = math.log((value or here) / here) / math.log(number / now)
+        if found * power > 0.0 and abs(found) > _LEAST_POWER * abs(power):
+            power = found
+    return math.exp(min(max(-ratio / power, -_FARTHEST), _FARTHEST))
+
+
+def otherwise(asked: Settings, design: Settings) -> Iterator[Settings]:
+    """Yield a design that cannot be built larger, from thinner sheet, and from card.
+
+    Parameters
+    ----------
+    asked : Settings
+        What was asked for.
+    design : Settings
+        The one that came nearest.
+    """
+    if asked.mesh.size_mm is not None:
+        # To whole centimetres.
+        sizes = (math.ceil(factor * (design.mesh.size_mm or 0.0) / 10.0) for factor in _LARGER)
+        yield from (design.but(size_mm=10.0 * size) for size in sizes)
+    if "=" in asked.stock.material:
+        return
+    thickness_mm = complete_settings(asked)[1].only.thickness_mm
+    for thinner_mm in (round(factor * thickness_mm, 2) for factor in _THINNER):
+        if thinner_mm >= _THINNEST_MM:
+            yield design.but(thickness_mm=thinner_mm)
+    if asked.stock.material != SOFT:
+        yield design.but(material=SOFT, thickness_mm=None, gap_mm=None)
