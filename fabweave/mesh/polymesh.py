@@ -160,3 +160,23 @@ def face_areas(mesh: PolyMesh) -> FloatArray:
 def face_normals(mesh: PolyMesh) -> FloatArray:
     """Return the unit normal of each face, by its vector area, (F, 3)."""
     return unit(face_areas(mesh))
+
+
+def corner_sines(mesh: PolyMesh) -> FloatArray:
+    """Return the sine of each corner, (H,), as its face sees it: negative where it turns in.
+
+    Examples
+    --------
+    >>> square = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    >>> corner_sines(square).tolist()
+    [1.0, 1.0, 1.0, 1.0]
+    """
+    corners = mesh.vertices[mesh.indices]
+    leaving, arriving = (
+        corners[next_corner(mesh)] - corners,
+        corners - corners[previous_corner(mesh)],
+    )
+    normal = face_normals(mesh)[face_of_corner(mesh)]
+    area = np.einsum("hd,hd->h", np.cross(arriving, leaving), normal)
+    size = np.linalg.norm(leaving, axis=1) * np.linalg.norm(arriving, axis=1)
+    return np.asarray(area / np.where(size > 0, size, 1.0))

@@ -20,6 +20,7 @@ from fabweave.mesh.fair.energy import Energy, State, Wish
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import (
     PolyMesh,
+    corner_sines,
     face_centres,
     face_normals,
     face_of_corner,
@@ -247,7 +248,7 @@ class Guard:
         self._face = face_of_corner(mesh)
         self._next, self._previous = next_corner(mesh), previous_corner(mesh)
         self._least = np.minimum(self._flatness(mesh.vertices), _FLATTEST) - 1e-12
-        self._least_sine = np.minimum(self._sines(mesh.vertices), _LEAST_SINE) - 1e-12
+        self._least_sine = np.minimum(corner_sines(mesh), _LEAST_SINE) - 1e-12
         self._known = self._through(mesh.vertices)
 
     def reach(self, positions: FloatArray) -> FloatArray:
@@ -261,8 +262,9 @@ class Guard:
     def spoilt(self, positions: FloatArray) -> BoolArray:
         """Return the vertices of faces that would be spoilt, (V,)."""
         faces = np.zeros(self._mesh.n_faces, dtype=bool)
+        sines = corner_sines(self._mesh.with_vertices(positions))
         faces[self._face[~(self._flatness(positions) >= self._least)]] = True
-        faces[self._face[~(self._sines(positions) >= self._least_sine)]] = True
+        faces[self._face[~(sines >= self._least_sine)]] = True
         through = self._through(positions)
         new = np.setdiff1d(through, self._known)
         faces[np.concatenate(np.divmod(new, self._mesh.n_faces))] = True
@@ -275,15 +277,6 @@ class Guard:
         points, triangles = fans(self._mesh.with_vertices(positions))
         pairs = self._face[self_intersections(PolyMesh.from_triangles(points, triangles))]
         return np.unique(pairs @ [self._mesh.n_faces, 1])
-
-    def _sines(self, positions: FloatArray) -> FloatArray:
-        """Return the sine of each corner, (H,), as its face sees it: negative where it turns in."""
-        corners = positions[self._mesh.indices]
-        leaving, arriving = corners[self._next] - corners, corners - corners[self._previous]
-        normal = face_normals(self._mesh.with_vertices(positions))[self._face]
-        area = np.einsum("hd,hd->h", np.cross(arriving, leaving), normal)
-        size = np.linalg.norm(leaving, axis=1) * np.linalg.norm(arriving, axis=1)
-        return np.asarray(area / np.where(size > 0, size, 1.0))
 
     def _flatness(self, positions: FloatArray) -> FloatArray:
         """Return of each half-edge's triangle with its face's centre how upright it is, (H,).

@@ -14,7 +14,13 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import name_place
 from fabweave.mesh.one_rings import find_irregular, irregular_note, sum_at
-from fabweave.mesh.polymesh import PolyMesh, face_normals, face_of_corner, without_loose
+from fabweave.mesh.polymesh import (
+    PolyMesh,
+    corner_sines,
+    face_normals,
+    face_of_corner,
+    without_loose,
+)
 from fabweave.mesh.remesh.chords import lengthened, pillowed, thinned, wide_part
 from fabweave.mesh.remesh.engines import (
     EXTRUSION,
@@ -237,11 +243,7 @@ def _unfolded(model: Model, mesh: PolyMesh) -> PolyMesh:
     rim = np.zeros(mesh.n_vertices, dtype=bool)
     rim[mesh.indices[(half.twin < 0) | (half.twin[half.prev] < 0)]] = True
     for _ in range(_UNFOLDINGS):
-        way = mesh.vertices[half.head] - mesh.vertices[half.tail]
-        turn = np.cross(way[half.prev], way)
-        area = np.einsum("hd,hd->h", turn, face_normals(mesh)[face])
-        size = np.linalg.norm(way, axis=1)
-        flat = area < _FLAT * size * size[half.prev]
+        flat = corner_sines(mesh) < _FLAT
         if not flat.any():
             break
         moved = np.zeros(mesh.n_vertices, dtype=bool)
