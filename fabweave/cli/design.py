@@ -19,7 +19,7 @@ from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
     from fabweave.design.candidate import Candidate
-    from fabweave.design.rounds import Search
+    from fabweave.design.search import Search
 
 
 @click.command(cls=SectionedCommand)

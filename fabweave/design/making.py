@@ -14,8 +14,7 @@ from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
 from fabweave.design.candidate import told_design
 from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
-from fabweave.design.rounds import search_designs
-from fabweave.design.search import Trials, plan_designs
+from fabweave.design.search import Trials, plan_designs, search_designs
 from fabweave.design.wishes import Wishes, choose
 from fabweave.job import FinishedJob, run_job
 from fabweave.mesh.load import LoadedMesh

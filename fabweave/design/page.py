@@ -16,8 +16,7 @@ from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.core.records import to_json
 from fabweave.design.candidate import Candidate, Tried, words
-from fabweave.design.rounds import Search, search_designs
-from fabweave.design.search import CANDIDATES, Trials, plan_designs
+from fabweave.design.search import CANDIDATES, Search, Trials, plan_designs, search_designs
 from fabweave.mesh.io.files import states_up
 from fabweave.mesh.shapes.catalogue import is_shape, object_title
 from fabweave.show.pages import render

@@ -9,7 +9,7 @@ from jobs import contents_of
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding
-from fabweave.design import coarser, making, rounds
+from fabweave.design import coarser, making, search
 from fabweave.design.beside import SOFT
 from fabweave.design.candidate import Tried
 from fabweave.design.coarser import Attempt, foreseen, is_free
@@ -191,7 +191,7 @@ def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
             for at, one in enumerate(designs, start=known)
         ]  # fmt: skip
 
-    monkeypatch.setattr(rounds, "explore", explore)
+    monkeypatch.setattr(search, "explore", explore)
     asked = Settings.of("shape:torus?m=8&n=4", size_mm=120.0, material="birch-ply-3")
     told = making.what_can_be_built(Trials(asked))
     assert any((one.mesh.size_mm or 0.0) > 120.0 for one in tried)

@@ -27,8 +27,7 @@ from fabweave.design.page import (
     pareto_front,
     run_design,
 )
-from fabweave.design.rounds import Search
-from fabweave.design.search import Trials, explore, plan_designs
+from fabweave.design.search import Search, Trials, explore, plan_designs
 from fabweave.design.variety import densities, name_of
 from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import run_job

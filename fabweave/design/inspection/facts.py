@@ -13,8 +13,14 @@ from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.design.candidate import Tried
 from fabweave.design.coarser import check_along, is_free
-from fabweave.design.rounds import Search, search_designs
-from fabweave.design.search import ToldDesign, Trials, plan_designs, tell_nobody
+from fabweave.design.search import (
+    Search,
+    ToldDesign,
+    Trials,
+    plan_designs,
+    search_designs,
+    tell_nobody,
+)
 from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows

@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.finding import Finding
-from fabweave.design import rounds
+from fabweave.design import search
 from fabweave.design.beside import beside, otherwise
 from fabweave.design.candidate import Candidate, Tried
-from fabweave.design.rounds import ENOUGH, nearest, search_designs, slimmed, why_text
-from fabweave.design.search import Trials
+from fabweave.design.search import ENOUGH, Trials, nearest, search_designs, slimmed, why_text
 from fabweave.design.variety import MOST, NARROW, name_of
 from fabweave.design.wishes import Wishes
 from fabweave.options.settings import Settings
@@ -139,7 +138,7 @@ def explored(monkeypatch):
         calls.append(list(designs))
         return [Tried(candidate=outcome(one), picture=None) for one in designs]
 
-    monkeypatch.setattr(rounds, "explore", explore)
+    monkeypatch.setattr(search, "explore", explore)
     return calls
 
 
@@ -163,16 +162,16 @@ def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
     found = [asis, kept, other, refused_one, refused_one, kept, asis]
     designs = [*(quads(count) for count in range(40, 46)), quads(46, pattern="twill")]
     monkeypatch.setattr(
-        rounds,
+        search,
         "explore",
         lambda _, some, *__, **___: [
             Tried(candidate=found[designs.index(one)], picture=None) for one in some
         ],
     )
-    search = search_designs(Trials(ASKED), designs, len(designs))
-    assert search.candidates == [asis, other, refused_one, refused_one, asis]
-    assert search.designs == tuple(designs[at] for at in (0, 2, 3, 4, 6))
-    assert search.same == 2
+    result = search_designs(Trials(ASKED), designs, len(designs))
+    assert result.candidates == [asis, other, refused_one, refused_one, asis]
+    assert result.designs == tuple(designs[at] for at in (0, 2, 3, 4, 6))
+    assert result.same == 2
 
 
 def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):

@@ -5,7 +5,7 @@ import math
 import pytest
 from designs import candidate
 
-from fabweave.design import making, rounds
+from fabweave.design import making, search
 from fabweave.design.beside import beside
 from fabweave.design.candidate import Tried
 from fabweave.design.search import Trials
@@ -118,7 +118,7 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
         ]  # fmt: skip
 
     planned = [ASKED.but(remesh=f"quads:{count}") for count in (70, 240, 800)]
-    monkeypatch.setattr(rounds, "explore", explore)
+    monkeypatch.setattr(search, "explore", explore)
     monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
     chosen, _ = making.meet_wishes(Trials(ASKED), Wishes(pieces=300))
     assert chosen.mesh.remesh == "quads:430"
