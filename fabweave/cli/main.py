@@ -15,7 +15,6 @@ from fabweave.cli.machine import machine
 from fabweave.cli.make import make
 from fabweave.cli.materials import materials, shapes, targets
 from fabweave.cli.model import model
-from fabweave.cli.preflight import preflight
 from fabweave.cli.terminal import speak_plainly
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
@@ -42,7 +41,6 @@ for _command in (
     make,
     materials,
     model,
-    preflight,
     shapes,
     targets,
     verify,

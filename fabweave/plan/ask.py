@@ -107,7 +107,7 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     """
     stock = settings.stock
     supplies = replace(
-        _supplies_of(settings),
+        supplies_of(settings),
         margin_mm=stock.margin_mm,
         rotations=stock.rotations,
         mirrored=settings.pieces.mirrored,
@@ -130,7 +130,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     return completed, supplies
 
 
-def _supplies_of(settings: Settings) -> Supplies:
+def supplies_of(settings: Settings) -> Supplies:
+    """Return the materials and sheets of a job, as they are asked for."""
     stock = settings.stock
     return plan_supplies(
         parse_materials(stock.material),
@@ -165,7 +166,7 @@ def load_asked(
     remeshed: Remeshed | None = None,
 ) -> LoadedMesh:
     """Load the mesh of a job, see :func:`fabweave.mesh.load.load_mesh`."""
-    limits = [ribbon_limits(material) for material in _supplies_of(settings).materials]
+    limits = [ribbon_limits(material) for material in supplies_of(settings).materials]
     return load_mesh(
         settings.mesh,
         progress,

@@ -13,9 +13,9 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
-from fabweave.options.settings import read_job_options
+from fabweave.options.settings import settings_from_job
+from fabweave.plan.ask import supplies_of
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight import finished_job, supplies_of
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, draw_flat
 from fabweave.sheet.labels.lettering import characters, place_text, text_box
@@ -377,26 +377,25 @@ class _JobFigures(NamedTuple):
 
 def _read_job(directory: Path) -> _JobFigures:
     """Return what a finished job says."""
-    options = read_job_options(directory / "job.toml")
-    with finished_job(directory, "a coupon can be made for"):
-        crossing_map = read_crossing_map(directory / "crossing_map.json")
-        threads = read_ribbon_report(directory / "ribbons.json").threads
-        holes = [
-            station.hole_mm
-            for piece in crossing_map.pieces
-            for station in piece.stations
-            if station.hole_mm is not None
-        ]
-        laps = [joint.lap_mm for joint in crossing_map.joints if joint.lap_mm > 0.0]
-        widths = [thread.narrowest_mm for thread in threads if thread.narrowest_mm is not None]
-        bends = [thread.bend_mm for thread in threads if thread.bend_mm is not None]
-        return _JobFigures(
-            supplies_of(options),
-            max(holes, default=None),
-            median(laps) if laps else None,
-            median(widths) if widths else None,
-            min(bends, default=None),
-        )
+    supplies = supplies_of(settings_from_job(directory / "job.toml"))
+    crossing_map = read_crossing_map(directory / "crossing_map.json")
+    threads = read_ribbon_report(directory / "ribbons.json").threads
+    holes = [
+        station.hole_mm
+        for piece in crossing_map.pieces
+        for station in piece.stations
+        if station.hole_mm is not None
+    ]
+    laps = [joint.lap_mm for joint in crossing_map.joints if joint.lap_mm > 0.0]
+    widths = [thread.narrowest_mm for thread in threads if thread.narrowest_mm is not None]
+    bends = [thread.bend_mm for thread in threads if thread.bend_mm is not None]
+    return _JobFigures(
+        supplies,
+        max(holes, default=None),
+        median(laps) if laps else None,
+        median(widths) if widths else None,
+        min(bends, default=None),
+    )
 
 
 #: The files of a coupon.

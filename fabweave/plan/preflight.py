@@ -1,11 +1,9 @@
-"""Check the pieces of a job, or those in a finished job's folder, by the rules of who cuts them."""
+"""Check the pieces of a job by the rules of who cuts them."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from operator import attrgetter
-from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,20 +11,15 @@ import numpy.typing as npt
 import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
-from fabweave.core.errors import InputError
 from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.core.records import to_json
-from fabweave.core.units import parse_length
-from fabweave.options.settings import read_job_options
 from fabweave.piece.outline import SHORTEST_SIDE_MM
-from fabweave.plan.crossing_map import CrossingMap, PieceRecord, SheetRecord, read_crossing_map
-from fabweave.plan.ribbon_report import read_ribbon_report
+from fabweave.plan.crossing_map import CrossingMap, PieceRecord, SheetRecord
 from fabweave.ribbon.rules.broken_rule import BrokenRule
-from fabweave.sheet.targets import Target, target_named, targets_of
-from fabweave.stock.material import Material, hole_edge_mm, materials_of
-from fabweave.stock.per_bunch import split_by_bunch
-from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
+from fabweave.sheet.targets import Target
+from fabweave.stock.material import Material, hole_edge_mm
+from fabweave.stock.supplies import Supplies
 
 SCHEMA = "fabweave.preflight/1"
 
@@ -380,69 +373,3 @@ class Preflight:
     def record(self) -> dict[str, Any]:
         """The findings as ``preflight.json`` holds them."""
         return preflight_record(self.findings, self.supplies.materials, self.target)
-
-
-def preflight_job(
-    directory: Path, target: str | None = None, user_targets: Sequence[Target] = ()
-) -> Preflight:
-    """Check the pieces in a finished job's folder.
-
-    Parameters
-    ----------
-    directory : Path
-    target : str, optional
-        Whose rules; else those that the job was made for.
-    user_targets : sequence of Target
-        Beside ours, if it is asked for a target.
-
-    Raises
-    ------
-    InputError
-        If a file of the job is missing or is not what fabweave writes.
-    """
-    options = read_job_options(directory / "job.toml")
-    with finished_job(directory, "can be checked"):
-        supplies = supplies_of(options)
-        targets = targets_of(options.get("rules", {}), "the rules in job.toml")
-        if target is not None:
-            targets = (*targets, *user_targets)
-        named = target_named(target or options.get("target", "default"), targets)
-        crossing_map = read_crossing_map(directory / "crossing_map.json")
-        ribbons = read_ribbon_report(directory / "ribbons.json")
-        bunches = np.array([thread.bunch for thread in crossing_map.threads], dtype=np.int64)
-        supplies.require(bunches)
-        materials = [supplies.materials[index] for index in supplies.of(bunches).tolist()]
-        found = preflight(crossing_map, ribbons.findings, materials, named)
-        return Preflight(supplies, named, found)
-
-
-@contextmanager
-def finished_job(directory: Path, purpose: str) -> Iterator[None]:
-    """Say what is wrong with a folder if its files, as they are read, are no finished job's."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (LookupError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{directory} is not a finished job that {purpose} "
-            f"({type(error).__name__}: {error}); run fabweave verify to see what is wrong with it"
-        ) from error
-
-
-def supplies_of(options: Mapping[str, Any]) -> Supplies:
-    """Return the materials that a job.toml names, with their thickness, but without its sheets.
-
-    Raises
-    ------
-    InputError, KeyError
-        If they are not written as fabweave writes them.
-    """
-    thickness = split_by_bunch(str(options["thickness"]), what="thickness")
-    return plan_supplies(
-        parse_materials(str(options["material"])),
-        tuple((name, parse_length(text)) for name, text in thickness),
-        (("", None),),
-        (),
-        materials_of(options.get("library", {}), "the library in job.toml"),
-    )

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import tomllib
 from dataclasses import replace
 from typing import NamedTuple
@@ -198,16 +197,11 @@ def job(finished):
                     "1500x600mm", "--target", "snijlab")  # fmt: skip
 
 
-def test_a_job_is_checked_against_its_own_target_and_any_other(job, capsys) -> None:
+def test_a_job_is_checked_against_its_own_target(job) -> None:
     record = json.loads((job / "preflight.json").read_text(encoding="utf-8"))
     assert record["target"] == "snijlab"
     flaws = [taken_apart(Finding(**entry)) for entry in record["findings"]]
     assert [(flaw.rule, flaw.value) for flaw in flaws] == [("sheet", 1500.0)]
-    assert run("preflight", job, "--json") == 0
-    assert json.loads(capsys.readouterr().out) == record
-    assert run("preflight", job, "--strict", "-q") == 1
-    assert run("preflight", job, "--target", "default", "--strict") == 0
-    assert run("preflight", job, "--target", "nobody") == 2
 
 
 @pytest.mark.slow
@@ -222,14 +216,3 @@ def test_strict_refuses_what_breaks_a_rule_and_keeps_nothing(job, tmp_path) -> N
     assert run("make", "--config", job / "job.toml", "--target", "default", "--strict", "-q", "-o",
                out) == 0  # fmt: skip
     assert tomllib.loads((out / "job.toml").read_text(encoding="utf-8"))["job"]["strict"] is True
-
-
-@pytest.mark.parametrize("name", ["crossing_map.json", "ribbons.json", "job.toml"])
-def test_a_folder_that_is_no_job_gets_one_message(job, name, tmp_path, capsys) -> None:
-    spoilt = tmp_path / "job"
-    shutil.copytree(job, spoilt)
-    (spoilt / name).write_text("{}" if name.endswith("json") else "", encoding="utf-8")
-    assert run("preflight", spoilt) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("fabweave: ")
-    assert "Traceback" not in error

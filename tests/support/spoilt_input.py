@@ -22,7 +22,6 @@ from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
 from fabweave.plan.coupon_job import coupon_for
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.preflight import preflight_job
 from fabweave.sheet.presets import preset_named
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -160,11 +159,7 @@ class Kinds:
         for name in ("job.toml", "crossing_map.json", "ribbons.json"):
             if name != path.name:
                 (path.parent / name).write_bytes((self.job / name).read_bytes())
-        for read in (preflight_job, coupon_for):
-            try:
-                read(path.parent)
-            except FabweaveError:
-                continue
+        coupon_for(path.parent)
 
 
 def read_whole_mesh(path: Path) -> None:
