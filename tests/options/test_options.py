@@ -98,7 +98,6 @@ SPOILT = {
     "bodies": ("some", "0", 3, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
-    "along": ("", " ", 3),
     "refine": ("spline:2", "loop:x", 2),
     "symmetrise": ("yes", 1, None),
     "fair": (-1, 1001, 1.5, "3", True, math.nan, 10**30),
@@ -250,7 +249,6 @@ TYPED = {
     "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
     "remesh": st.sampled_from(["quads", "quads:300"]),
-    "along": st.sampled_from(["x", "curvature", "own.txt"]),
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "loop"]),
     "fair": st.integers(0, 1000).map(str),
     "hang": st.sampled_from(["top", "Bottom: 3", "12, top:2"]),
@@ -342,8 +340,7 @@ def test_all_settings_come_back_from_job_toml(folder, tmp_path_factory, data) ->
     except InputError as error:
         # Each is good in itself; some do not go together.
         pairs = ({"pattern", "twists"},)
-        alone = "along" in names and "remesh" not in names
-        assert alone or any(pair <= names for pair in pairs), error  # noqa: PT017
+        assert any(pair <= names for pair in pairs), error  # noqa: PT017
         return
     told = settings_table(settings)
     assert list(told) == [name for name in NAMES if name in told]
