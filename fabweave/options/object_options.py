@@ -186,15 +186,6 @@ OBJECT_OPTIONS = (
         default="1/1",
     ),
     Option(
-        "twill_symmetry",
-        WEAVE,
-        whole(1, 1000),
-        "How many rotations of the mesh --pattern twill keeps at least, with over and under; 1 "
-        "leaves it free. More rotations make fewer kinds of pieces, but may break more "
-        "conditions.",
-        default=1,
-    ),
-    Option(
         "boundary",
         WEAVE,
         choice(("end", "turn")),

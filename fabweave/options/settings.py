@@ -32,10 +32,11 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.weave.settings import WeaveSettings
 
 #: Options that were, what they were where nobody asked for them, and what to write in their place.
-_GONE: dict[str, tuple[str | None, str]] = {
+_GONE: dict[str, tuple[str | int | None, str]] = {
     "scale": (None, "write the size that the object gets, such as size = '400mm'"),
     "handle": (None, "join the faces in a modelling program, and weave that mesh"),
     "irregular": ("any", "leave it out, and choose among numbers of quads"),
+    "twill_symmetry": (1, "leave it out; inspect says which rotations a weave has"),
     "along": (None, "leave it out; remesh = 'tubes:300' lays quads along the limbs of a model"),
 }
 
@@ -163,8 +164,6 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         yield "rim: a ring needs a round opening; add --leave-out top:80mm"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists exclude each other; give one of them"
-    if weave.twill_symmetry > 1 and weave.twill_method == "voting":
-        yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     try:
         for _, name in parse_materials(settings.stock.material):
             sort_of_material(name, settings.stock.library)
