@@ -1,13 +1,9 @@
 """Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.core.files import read_text
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import with_bodies
 from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
@@ -23,13 +19,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.auto import remesh_auto
 from fabweave.mesh.remesh.coarse import remesh_coarse
-from fabweave.mesh.remesh.direction import (
-    AXES,
-    CURVATURE,
-    Along,
-    axis_direction,
-    read_directions,
-)
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
@@ -46,7 +35,6 @@ from fabweave.mesh.upright import (
     largest_dimension,
     resize_mesh,
     turn_upright,
-    turned_upright,
 )
 from fabweave.mesh.weld import weld_seams
 
@@ -211,9 +199,8 @@ def load_mesh(
     if given_mesh is None and is_shape(settings.source):
         basis = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
-    along = _wished(settings.along, up, factor)
     mesh, remeshed, like, loss, turn_deg = _changed(
-        mesh, settings, along, notes, progress, remeshed, course=course, seed=seed, wish=wish
+        mesh, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
     halfedges = build_halfedges(mesh)
@@ -290,33 +277,9 @@ def _require_size(size_mm: float) -> None:
         )
 
 
-def _wished(along: str | None, up: Up, factor: float) -> Along | None:
-    """Return the direction that strands should have, in the turned and scaled mesh.
-
-    Raises
-    ------
-    InputError
-        If it is a list that cannot be read.
-    """
-    if along is None:
-        return None
-    if along == CURVATURE:
-        return CURVATURE
-    if along in AXES:
-        return axis_direction(along)
-    path = Path(along)
-    listed = read_directions(read_text(path, "the list of directions"), path.name)
-    return replace(
-        listed,
-        points=turned_upright(listed.points, up) * factor,
-        vectors=turned_upright(listed.vectors, up),
-    )
-
-
 def _changed(
     mesh: PolyMesh,
     settings: MeshSettings,
-    along: Along | None,
     notes: list[str],
     progress: Progress,
     remeshed: Remeshed | None,
@@ -331,7 +294,7 @@ def _changed(
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
         if remeshed is None:
-            remeshed = _remeshed(mesh, wanted, along, progress, course=course, seed=seed, wish=wish)
+            remeshed = _remeshed(mesh, wanted, progress, course=course, seed=seed, wish=wish)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             model = given
@@ -375,7 +338,6 @@ def _changed(
 def _remeshed(
     mesh: PolyMesh,
     wanted: Remesh,
-    along: Along | None,
     progress: Progress,
     *,
     course: str,
@@ -385,7 +347,7 @@ def _remeshed(
     if wanted.kind == "coarse":
         return remesh_coarse(mesh, wanted.count, progress=progress)
     if wanted.kind == "quads" or wanted.count is None:
-        return remesh_quads(mesh, wanted.count, seed=seed, along=along, progress=progress)
+        return remesh_quads(mesh, wanted.count, seed=seed, progress=progress)
     if wanted.kind == "triangles":
         return remesh_triangles(mesh, wanted.count, progress=progress)
     if wanted.kind == "tubes":

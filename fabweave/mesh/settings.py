@@ -20,7 +20,6 @@ class MeshSettings:
     bodies: str
     size_mm: float | None
     remesh: str | None
-    along: str | None
     refine: str | None
     symmetrise: bool
     fair: int | None

@@ -110,23 +110,12 @@ def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
     >>> turn_upright(mesh, "y").vertices[0].tolist(), turn_upright(mesh, "x").vertices[0].tolist()
     ([1.0, -3.0, 2.0], [2.0, 3.0, 1.0])
     """
-    return mesh if up == "z" else mesh.with_vertices(turned_upright(mesh.vertices, up))
-
-
-def turned_upright(points: FloatArray, up: Up) -> FloatArray:
-    """Return points, or vectors, (N, 3), as `turn_upright` turns vertices.
-
-    Examples
-    --------
-    >>> turned_upright(np.array([[1.0, 2.0, 3.0]]), "y").tolist()
-    [[1.0, -3.0, 2.0]]
-    """
     if up == "z":
-        return points
-    x, y, z = points.T
+        return mesh
+    x, y, z = mesh.vertices.T
     turned = (x, -z, y) if up == "y" else (y, z, x)
     # A zero has no sign worth writing.
-    return np.column_stack(turned) + 0.0
+    return mesh.with_vertices(np.column_stack(turned) + 0.0)
 
 
 #: What was guessed, and from what.

@@ -92,17 +92,6 @@ OBJECT_OPTIONS = (
         brief="A new mesh first: quads:N, tubes:N, auto:N, triangles:N, coarse:N.",
     ),
     Option(
-        "along",
-        MESH,
-        place(
-            "x|y|z|curvature|FILE",
-            "x, y, z, curvature or the path of a list of directions",
-        ),
-        "Which way strands run, with --remesh quads. x, y or z follow an axis of the upright "
-        "mesh, and curvature follows its bends. A file lists directions in lines such as 10 0 "
-        "25 0 0 1: a place and a vector. The notes say how far the quads follow.",
-    ),
-    Option(
         "refine",
         MESH,
         text(
@@ -195,15 +184,6 @@ OBJECT_OPTIONS = (
         "broken edge condition counts 1. More, such as 2/2, keeps diagonals rather than the "
         "rhythm of over two, under two.",
         default="1/1",
-    ),
-    Option(
-        "twill_symmetry",
-        WEAVE,
-        whole(1, 1000),
-        "How many rotations of the mesh --pattern twill keeps at least, with over and under; 1 "
-        "leaves it free. More rotations make fewer kinds of pieces, but may break more "
-        "conditions.",
-        default=1,
     ),
     Option(
         "boundary",

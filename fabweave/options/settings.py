@@ -31,13 +31,13 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.stock.settings import StockSettings
     from fabweave.weave.settings import WeaveSettings
 
-#: What --along takes but the name of a file.
-ALONG_WORDS = ("x", "y", "z", "curvature")
 #: Options that were, what they were where nobody asked for them, and what to write in their place.
-_GONE: dict[str, tuple[str | None, str]] = {
+_GONE: dict[str, tuple[str | int | None, str]] = {
     "scale": (None, "write the size that the object gets, such as size = '400mm'"),
     "handle": (None, "join the faces in a modelling program, and weave that mesh"),
     "irregular": ("any", "leave it out, and choose among numbers of quads"),
+    "twill_symmetry": (1, "leave it out; inspect says which rotations a weave has"),
+    "along": (None, "leave it out; remesh = 'tubes:300' lays quads along the limbs of a model"),
 }
 
 
@@ -156,20 +156,14 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     """Say which fields, each good in itself, do not go together."""
     # These rooms are needed only here, and not for help.
     from fabweave.mesh.leave_out import parse_leave_out  # noqa: PLC0415
-    from fabweave.mesh.remesh.request import parse_remesh  # noqa: PLC0415
     from fabweave.sheet.targets import target_named  # noqa: PLC0415
     from fabweave.stock.supplies import parse_materials, sort_of_material  # noqa: PLC0415
 
     mesh, weave = settings.mesh, settings.weave
     if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
         yield "rim: a ring needs a round opening; add --leave-out top:80mm"
-    quads = parse_remesh(mesh.remesh).kind == "quads" if mesh.remesh else False
-    if mesh.along and not quads:
-        yield "along: only new quads can follow a direction; add --remesh quads:300"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists exclude each other; give one of them"
-    if weave.twill_symmetry > 1 and weave.twill_method == "voting":
-        yield "twill_symmetry: votes keep no symmetry; leave out --twill-method voting"
     try:
         for _, name in parse_materials(settings.stock.material):
             sort_of_material(name, settings.stock.library)
@@ -270,8 +264,6 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         settings = settings.but(source=_found(mesh.source, path.parent))
     if twists is not None:
         settings = settings.but(twists=_found(twists, path.parent))
-    if mesh.along not in (None, *ALONG_WORDS):
-        settings = settings.but(along=_found(str(mesh.along), path.parent))
     return settings
 
 

@@ -26,8 +26,7 @@ class WeaveRecord:
 
     ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
     where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
-    each crossing. ``rotations`` is how many carry the weave onto itself, the one that leaves all in
-    place among them, where a twill was to keep some.
+    each crossing.
     """
 
     pattern: str
@@ -37,7 +36,6 @@ class WeaveRecord:
     at_least_broken: int | None = optional(default=None)
     warp: tuple[int, ...] | None = optional(default=None)
     labels: tuple[int, ...] | None = optional(default=None)
-    rotations: int | None = optional(default=None)
 
 
 def weave_record(result: WeaveResult) -> WeaveRecord:
@@ -51,7 +49,6 @@ def weave_record(result: WeaveResult) -> WeaveRecord:
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
         labels=None if result.label is None else tuple(result.label.tolist()),
-        rotations=result.rotations,
     )
 
 

@@ -260,8 +260,6 @@ class Weave(msgspec.Struct, frozen=True):
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
-    #: How many rotations carry the weave onto itself, where some were asked for.
-    rotations: int | None = None
 
 
 class Rotations(msgspec.Struct, frozen=True):

@@ -11,7 +11,6 @@ class WeaveSettings:
     twists: str | None
     twill_method: str
     twill_weights: str
-    twill_symmetry: int
     boundary: str
     course: str
 

@@ -1,6 +1,5 @@
 """Weave the mesh of a job: threads, bunches, and who is on top where they cross."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
@@ -15,10 +14,9 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave
 from fabweave.weave.settings import WeaveSettings
-from fabweave.weave.symmetry import find_weave_symmetry
-from fabweave.weave.threads import Threads, thread_labels, trace_threads
+from fabweave.weave.threads import thread_labels, trace_threads
 from fabweave.weave.twill.conditions import parse_weights
-from fabweave.weave.twill.weaving import Tie, TwillSearch, rotation_ties
+from fabweave.weave.twill.weaving import TwillSearch
 from fabweave.weave.weave_pattern import WeaveResult, read_twists, twisted_weave, weave_pattern
 
 
@@ -115,35 +113,17 @@ def weave_mesh(
             bunches,
             labels,
             n_old_vertices=source.n_old_vertices,
-            how=_twill_search(source, threads, settings, search),
+            how=TwillSearch(
+                settings.twill_method,
+                parse_weights(settings.twill_weights),
+                search.effort,
+                search.seed,
+            ),
             progress=progress,
         )
-        if settings.pattern == "twill" and settings.twill_symmetry > 1:
-            result = _with_rotations(result, source)
     if threads.n_crossings == 0:
         raise CannotMakeError(
             "no threads cross on this mesh, because no edge lies between two faces; weaving needs "
             "faces that share edges"
         )
     return WovenMesh(source, result, labels, bunches)
-
-
-def _twill_search(
-    source: LoadedMesh, threads: Threads, settings: WeaveSettings, search: Search
-) -> TwillSearch:
-    """Return how a twill is looked for, and what it must twist alike to keep rotations."""
-    ties: tuple[Tie, ...] = ()
-    if settings.pattern == "twill" and settings.twill_symmetry > 1:
-        ties = rotation_ties(source.mesh, source.halfedges, threads, settings.twill_symmetry)
-    weights = parse_weights(settings.twill_weights)
-    return TwillSearch(settings.twill_method, weights, search.effort, search.seed, ties)
-
-
-def _with_rotations(result: WeaveResult, source: LoadedMesh) -> WeaveResult:
-    """Count the rotations that carry a twill onto itself: it may keep more than were asked for."""
-    group = find_weave_symmetry(
-        source.mesh, source.halfedges, result.weave, reflections=False
-    ).group
-    count = group.n_rotations
-    note = f"{count} rotations carry the twill onto itself, with the one that leaves all in place"
-    return replace(result, rotations=count, notes=(*result.notes, note))

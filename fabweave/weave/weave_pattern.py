@@ -15,7 +15,7 @@ from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
-from fabweave.weave.twill.weaving import USUAL, Kept, Twill, TwillSearch, weave_twill
+from fabweave.weave.twill.weaving import USUAL, Twill, TwillSearch, weave_twill
 
 #: The first line of a list of twists.
 HEAD = "v0,v1,half_twists"
@@ -168,8 +168,6 @@ class WeaveResult:
         Which threads are the warp of a fabric.
     label : (X,) int array or None
         The label of each crossing of a fabric, modulo its repeat.
-    rotations : int or None
-        How many rotations carry a twill that was to keep some onto itself.
     """
 
     weave: Weave
@@ -177,7 +175,6 @@ class WeaveResult:
     twill: Twill | None = None
     warp: BoolArray | None = None
     label: IntArray | None = None
-    rotations: int | None = None
 
 
 def parse_pattern(text: str) -> str:
@@ -287,8 +284,6 @@ def weave_pattern(
 
 def twill_notes(twill: Twill) -> list[str]:
     """Say how good a twill is, and why it is not exact."""
-    if twill.kept is not None:
-        return [_kept_note(twill, twill.kept), *_obstruction_notes(twill)]
     if twill.obstruction is None or twill.voted is None or twill.bound is None:
         return ["twill: exact, no condition is broken"]
     broken = twill.weave.broken
@@ -301,28 +296,6 @@ def twill_notes(twill: Twill) -> list[str]:
         f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
         f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
         f"{twill.voted.total}",
-        *_obstruction_notes(twill),
-    ]
-
-
-def _obstruction_notes(twill: Twill) -> list[str]:
-    """Say why there is no exact twill, if there is none."""
-    if twill.obstruction is None:
-        return []
-    return [
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
-        "mesh"
+        "mesh",
     ]
-
-
-def _kept_note(twill: Twill, kept: Kept) -> str:
-    """Say how good a twill is that keeps rotations of the mesh."""
-    broken = twill.weave.broken
-    if not broken.total:
-        return f"symmetric twill: exact, with {kept.least} rotations or more kept"
-    free = "an exact one exists" if not kept.free.total else f"{kept.free.total} are broken"
-    return (
-        f"symmetric twill: {broken.total} of {twill.n_conditions} conditions are broken "
-        f"({broken.edge} edge, {broken.face} face, {broken.vertex} vertex), with {kept.least} "
-        f"rotations or more kept; {free} where none need to be"
-    )

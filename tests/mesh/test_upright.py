@@ -6,7 +6,7 @@ import pytest
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
-from fabweave.mesh.upright import guess_up, turned_upright
+from fabweave.mesh.upright import guess_up, turn_upright
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import load_asked
 
@@ -65,7 +65,7 @@ def test_a_guess_is_used_and_said_and_kept(tmp_path):
     assert np.allclose(np.ptp(loaded.mesh.vertices, axis=0), np.ptp(bowl.vertices, axis=0))
     kept = load_asked(Settings.of(settings.mesh.source, up="z"))
     assert kept.up == "z"
-    assert np.allclose(turned_upright(kept.mesh.vertices, "y"), loaded.mesh.vertices)
+    assert np.allclose(turn_upright(kept.mesh, "y").vertices, loaded.mesh.vertices)
     # A mesh from memory, and a shape of ours, stand as they are.
     assert load_asked(settings, given_mesh=lying(bowl)).up == "z"
     assert load_asked(Settings.of("shape:hemisphere")).up is None

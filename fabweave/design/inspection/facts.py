@@ -433,8 +433,7 @@ class Inspection:
         ``advice`` (what would help, with the command that does it),
         ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
         ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
-        mesh was remeshed, ``alignment`` where along a direction, ``openings`` where faces were left
-        out.
+        mesh was remeshed, ``openings`` where faces were left out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
     """
@@ -648,9 +647,6 @@ def _changes(woven: WovenObject) -> dict[str, Any]:
         facts["likeness"] = woven.source.likeness.record()
     if woven.source.openings:
         facts["openings"] = [opening.record() for opening in woven.source.openings]
-    remeshed = woven.source.remeshed
-    if remeshed is not None and remeshed.alignment is not None:
-        facts["alignment"] = remeshed.alignment.record()
     return facts
 
 

@@ -256,8 +256,6 @@ _SPREAD = 0.04
 _FAR = 3.0
 #: Results are as near to the given surface as one another up to this factor, or this difference.
 _ALIKE, _ALIKE_PERCENT = 1.1, 0.02
-#: ... and up to this one where a direction is wished for, or few irregular vertices.
-MUCH_ALIKE = 1.5
 #: Rounds of fitting; results of more quads follow the surface well enough without.
 _ROUNDS, _MOST_FITTED = 10, 20_000
 #: Runs at the same time.
@@ -366,7 +364,7 @@ def best_run(
         good: list[Candidate] = []
         runs = runs_of(engine, wanted, seed, rim=rim, large=large)
         tasks = [Task(engine, surface, run) for run in runs]
-        judge = partial(fitted_to, model, source, wanted)
+        judge = partial(_fitted, model, source, wanted)
         with closing(results_of(tasks, judge, progress)) as found:
             for task, result in found:
                 if isinstance(result, AttemptFailedError):
@@ -378,8 +376,8 @@ def best_run(
                 if good[-1].irregular <= enough:
                     break
         if good:
-            return _best(good, wanted), summed_up(engine, hung) + summed_up(engine, failures)
-    return None, summed_up(engine, hung) + summed_up(engine, failures)
+            return _best(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
+    return None, _summed_up(engine, hung) + _summed_up(engine, failures)
 
 
 def results_of(
@@ -414,7 +412,7 @@ def results_of(
         progress(f"remeshing with {tasks[-1].engine.title}", len(tasks), len(tasks))
 
 
-def fitted_to(
+def _fitted(
     model: Model | None, source: PolyMesh, wanted: int, result: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
@@ -435,16 +433,11 @@ def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -
     return Candidate(engine, result, run, like.percent(like.in_rms_mm), irregular, clashes)
 
 
-def as_near(good: Sequence[Candidate], factor: float = _ALIKE) -> list[Candidate]:
-    """Return which results do not run through themselves, if any, and are about as near as any."""
-    sound = [candidate for candidate in good if not candidate.clashes] or good
-    near = min(candidate.off for candidate in sound)
-    return [item for item in sound if item.off <= max(near * factor, near + _ALIKE_PERCENT)]
-
-
 def _best(good: Sequence[Candidate], wanted: int) -> Candidate:
     """Return the best of some results (see best_run)."""
-    alike = as_near(good)
+    sound = [item for item in good if not item.clashes] or good
+    near = min(item.off for item in sound)
+    alike = [item for item in sound if item.off <= max(near * _ALIKE, near + _ALIKE_PERCENT)]
     return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))
 
 
@@ -461,7 +454,7 @@ def _started(tasks: Sequence[Task]) -> Iterator[list[Future[PolyMesh]]]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def summed_up(engine: Engine, failures: list[str]) -> list[str]:
+def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
     """Say in one line why several runs failed; where reasons differ, the shortest one."""
     if not failures:
         return []

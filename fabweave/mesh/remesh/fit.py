@@ -18,7 +18,6 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.one_rings import edge_middles, sparse_rows, sum_at
 from fabweave.mesh.polymesh import PolyMesh, face_centres, face_normals, face_of_corner
-from fabweave.mesh.remesh.direction import Direction, turning_rows
 from fabweave.mesh.topology import label_links
 from fabweave.mesh.triangulate import area_samples, plain_triangles
 
@@ -156,9 +155,6 @@ def _along(mesh: PolyMesh, side: IntArray, halfedges: Halfedges) -> Lines:
 #: then mesh to model (without it the mesh bulges), evenness along the surface, staying, and lines
 #: (the boundary, sharp edges) that stay lines.
 _BACK, _EVEN, _STAY, _LINE = 0.6, 0.2, 0.02, 2.0
-#: Weight of edges that should run along a direction: with less they turn little, with more quads
-#: get uneven.
-_TURN = 0.5
 #: A sample as far off as is usual weighs so much more than one on the mesh, and at most so much.
 _FAR, _MOST_FAR = 2.0, 10.0
 #: A line of the mesh that turns by more than this has a corner there, which stays.
@@ -167,20 +163,13 @@ _CORNER_DEG = 50.0
 _MOST_BACK = 8
 
 
-def fit(
-    model: Model,
-    mesh: PolyMesh,
-    rounds: int,
-    even: float = _EVEN,
-    along: Direction | None = None,
-) -> PolyMesh:
+def fit(model: Model, mesh: PolyMesh, rounds: int, even: float = _EVEN) -> PolyMesh:
     """Move the vertices of a mesh so that it follows a model in both directions.
 
     Each round is one linear least-squares problem. Samples of the model are to lie on the faces
     (at the closest point that they have now), and vertices, edge middles and face centres on the
     model; each vertex is to be in the middle of its neighbours as seen along the surface; vertices
-    on the boundary and on sharp edges of the model stay on these lines. Where a direction is wished
-    for, each edge is to turn into it, or to right angles with it. Faces stay as they are.
+    on the boundary and on sharp edges of the model stay on these lines. Faces stay as they are.
 
     Parameters
     ----------
@@ -191,8 +180,6 @@ def fit(
         How often.
     even : float
         Weight of the third part.
-    along : Direction, optional
-        Into which edges are to turn.
 
     Returns
     -------
@@ -214,7 +201,7 @@ def fit(
     lines = line_edges(model, mesh, halfedges)
     known = self_intersections(mesh)
     for _ in range(rounds):
-        moved = mesh.with_vertices(_solved(model, mesh, halfedges, lines, even, along))
+        moved = mesh.with_vertices(_solved(model, mesh, halfedges, lines, even))
         mesh = _unspoilt(mesh, moved, known)
     return mesh
 
@@ -239,12 +226,7 @@ def _unspoilt(mesh: PolyMesh, moved: PolyMesh, known: IntArray) -> PolyMesh:
 
 
 def _solved(
-    model: Model,
-    mesh: PolyMesh,
-    halfedges: Halfedges,
-    lines: BoolArray,
-    even: float,
-    along: Direction | None,
+    model: Model, mesh: PolyMesh, halfedges: Halfedges, lines: BoolArray, even: float
 ) -> FloatArray:
     """Return where the vertices are after one round."""
     count = mesh.n_vertices
@@ -259,9 +241,6 @@ def _solved(
         (sparse.eye_array(count, format="csr"), mesh.vertices, np.full(count, _STAY)),
         (line, wanted_line, np.full(len(wanted_line), _LINE)),
     ]
-    if along is not None:
-        edges, wanted_edges, matter = turning_rows(mesh, halfedges, along)
-        parts.append((edges, wanted_edges, matter * (_TURN * count / len(matter))))
     matrix = sum(rows.T @ (weight[:, None] * rows) for rows, _, weight in parts)
     right = sum(rows.T @ (weight[:, None] * wanted) for rows, wanted, weight in parts)
     return np.asarray(splu(sparse.csc_array(matrix)).solve(np.asarray(right)))

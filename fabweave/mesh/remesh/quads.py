@@ -15,9 +15,7 @@ from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness, nearly_as_like
 from fabweave.mesh.one_rings import find_irregular, interior_valences, irregular_note
 from fabweave.mesh.polymesh import PolyMesh, without_loose
-from fabweave.mesh.remesh.along import best_along
 from fabweave.mesh.remesh.coarse import cage_of_quads
-from fabweave.mesh.remesh.direction import Alignment, Along, direction_on
 from fabweave.mesh.remesh.engines import (
     ENGINES,
     LARGE,
@@ -215,7 +213,6 @@ def remesh_quads(
     n_quads: int | None,
     *,
     seed: int = 0,
-    along: Along | None = None,
     progress: Progress = no_progress,
     engines: Sequence[Engine] = ENGINES,
 ) -> Remeshed:
@@ -234,9 +231,7 @@ def remesh_quads(
     5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
        edges, and which is joined to its image. That is taken if it is sound and not worse (see
        `not_worse`); else the notes say why not.
-    6. Where strands are to run along a direction, steps 2, 3 and 5 are left out, and step 4
-       compares how well results follow it (see `best_along`).
-    7. Where no result passes, triangles that pair up completely are taken even if they do not
+    6. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
     Parameters
@@ -248,8 +243,6 @@ def remesh_quads(
         triangles, at most 3000.
     seed : int
         The first seed of the remesher.
-    along : Direction, "curvature" or None
-        Which way strands should run.
     progress : callable
         Told about each run.
     engines : sequence of Engine
@@ -287,7 +280,7 @@ def remesh_quads(
     pairing = pair_triangles(source)
     paired = merge_pairs(source, pairing)
     kept = None
-    if along is None and (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
+    if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         kept = _kept(source, paired, n_quads, notes)
         if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
             return kept
@@ -298,20 +291,12 @@ def remesh_quads(
         notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
     surface = _reduced(surface, wanted)
-    if along is not None:
-        direction = direction_on(along, surface)
-        best, alignment, failures = best_along(
-            engines, source, surface, wanted, direction,
-            seed=seed, progress=progress,
-        )  # fmt: skip
-        failures += _missing(engines)
-        if best is None or alignment is None:
-            notes.append(f"no result could be used, so quads do not run along {direction.title}")
-            return _last_resort(source, n_quads, notes, failures)
-        return _finished(best.mesh, best.engine.name, [*notes, best.note], alignment)
     for engine in engines:
         if not engine.installed:
-            failures += _missing([engine])
+            failures.append(
+                f"{engine.title}: it is not installed "
+                '(pip install "fabweave[quad]", where there is a wheel for your machine)'
+            )
             continue
         best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
         failures += failed
@@ -408,22 +393,9 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     return _finished(paired, "pairing" if merged else "unchanged", notes)
 
 
-def _finished(
-    mesh: PolyMesh, method: str, notes: list[str], alignment: Alignment | None = None
-) -> Remeshed:
+def _finished(mesh: PolyMesh, method: str, notes: list[str]) -> Remeshed:
     irregular = find_irregular(mesh)
-    told = () if alignment is None else (alignment.note,)
-    return Remeshed(mesh, method, (*notes, *told, irregular_note(irregular)), irregular, alignment)
-
-
-def _missing(engines: Sequence[Engine]) -> list[str]:
-    """Say which remeshers are not installed."""
-    return [
-        f"{engine.title}: it is not installed "
-        '(pip install "fabweave[quad]", where there is a wheel for your machine)'
-        for engine in engines
-        if not engine.installed
-    ]
+    return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
 
 
 def _last_resort(

@@ -17,7 +17,6 @@ from fabweave.mesh.polymesh import (
     triangle_normals,
 )
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.remesh.direction import Alignment
 from fabweave.mesh.triangulate import fans, triangulate
 from fabweave.mesh.weld import weld_mesh
 
@@ -38,15 +37,12 @@ class Remeshed:
     irregular : Irregular
         The irregular vertices that remain: inside, those with other than four edges in meshes of
         quads, other than six in meshes of triangles.
-    alignment : Alignment or None
-        How well quads follow the direction that was wished for.
     """
 
     mesh: PolyMesh
     method: str
     notes: tuple[str, ...]
     irregular: Irregular
-    alignment: Alignment | None = None
 
 
 def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
