@@ -77,7 +77,6 @@ OPTIONAL = {
     ("sheets", "code"),
     ("layout", "recorded"),
     ("pieces", "hidden"),
-    ("crossings", "fastened"),
     ("cut", "labels"),
 }
 
