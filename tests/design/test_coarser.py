@@ -39,6 +39,7 @@ def fine(tmp_path_factory):
     return Settings.of(str(path), size_mm=70.0, effort="quick")
 
 
+@pytest.mark.slow
 def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
     made = make_or_advise(fine, tmp_path / "plain")
     assert not made.finished.job.verdict.stops

@@ -73,7 +73,8 @@ def test_the_sizes_proposed_hold_when_they_are_made(shape, material, size_mm) ->
     assert {found.rule for found in after.findings} == set(before.still)
 
 
-@pytest.mark.parametrize("name", [CLASHING[0], pytest.param(CLASHING[1], marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CLASHING)
 def test_a_mesh_that_runs_through_itself_is_told_as_such(name: str) -> None:
     mesh = str(shared_mesh(name))
     faces = self_intersections(read_mesh(mesh).mesh)
