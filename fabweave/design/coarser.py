@@ -5,15 +5,17 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fabweave.core.arrays import frozen_value
-from fabweave.core.errors import FabweaveError
+from fabweave.core.errors import FabweaveError, InputError
+from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import finished
 from fabweave.design.search import Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
 from fabweave.mesh.check import check_mesh, faces_text
-from fabweave.mesh.leave_out import parse_leave_out
+from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import SKELETON
+from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
@@ -22,7 +24,7 @@ from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_g
 from fabweave.plan.grade import EASY_MM
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject, check_object, keep_clear
-from fabweave.ribbon.rules.broken_rule import BrokenRule
+from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.ribbon.settings import RibbonSettings
@@ -39,12 +41,15 @@ _MOST, _SLENDER = 600, 240
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
 #: What counts as much: so many reasons for care, to be off the model by such a share of the size in
-#: the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons.
-_REASONS, _LOSS, _TURN_DEG, _NARROW = 2, 0.003, 8.0, 0.1
+#: the mean, strands that turn by so much at a crossing, and such a share of narrow ribbons, and
+#: of faces that are left out.
+_REASONS, _LOSS, _TURN_DEG, _NARROW, _GONE = 2, 0.003, 8.0, 0.1, 0.02
 #: A sum of these with which no coarser mesh need be tried.
 _FINE = 5.0
 #: A model with so many handles, as this Euler number says, has cracks and tunnels of a scan.
 _EULER = -4
+#: Faces are left out so often, and no more than this share of them, or so many.
+_OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 #: What is farther off in the mean is hardly the model, however well it is built; a feature that is
 #: farther away than the second share of the size is a limb that is lost.
 _POOR, _LIMB = 0.01, 0.05
@@ -107,7 +112,8 @@ class Attempt:
         turn, faces = 0.0, 0
         if self.loaded is not None:
             turn, faces = self.loaded.turn_deg, self.loaded.mesh.n_faces
-        care = len(self.verdict.reasons) / _REASONS + self.limbs + self.loss / _LOSS
+        gone = len(parse_leave_out(self.settings.mesh.leave_out).faces) / max(faces, 1)
+        care = len(self.verdict.reasons) / _REASONS + self.limbs + self.loss / _LOSS + gone / _GONE
         return not good, care + turn / _TURN_DEG + self.narrow / _NARROW, faces
 
 
@@ -167,16 +173,41 @@ def check_along(laid: WovenObject, settings: RibbonSettings, supplies: Supplies)
 def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
     """Make a mesh and lay ribbons on it: all that takes little time of what a job does.
 
+    Where it cannot be built for a few places alone, the faces there are left out, twice at most.
+
     Parameters
     ----------
     asked : Settings
     given : PolyMesh, optional
         A mesh from memory.
     """
+    attempt, hopeless = _try_once(asked, given)
+    for _ in range(_OPENINGS):
+        loaded = attempt.loaded
+        if not hopeless or loaded is None:
+            break
+        # Faces are numbered as those of the whole mesh.
+        left = parse_leave_out(attempt.settings.mesh.leave_out).faces
+        whole = np.setdiff1d(np.arange(loaded.mesh.n_faces + len(left)), left)
+        gone = sorted({*left, *whole[hopeless].tolist()})
+        if len(gone) > max(_FEW_FACES * len(whole), _LEAST_OPENING):
+            break
+        opened = asked.but(leave_out=",".join(map(str, gone)))
+        further, hopeless = _try_once(opened, given, loaded.remeshed)
+        if further.loaded is None:
+            break
+        attempt = further
+    return attempt
+
+
+def _try_once(
+    asked: Settings, given: PolyMesh | None, remeshed: Remeshed | None = None
+) -> tuple[Attempt, list[int]]:
+    """Return what a mesh comes to, and the faces without which it may be built."""
     loaded = None
     try:
         settings, supplies = complete_settings(asked.but(effort="quick"))
-        loaded = load_asked(settings, given_mesh=given)
+        loaded = load_asked(settings, given_mesh=given, remeshed=remeshed)
         laid = lay_asked(loaded, settings, supplies)
         settings, supplies = settle_grain(laid, settings, supplies)
         laid = keep_clear(laid, settings.ribbons, supplies, np.zeros(0, dtype=np.int64))
@@ -184,7 +215,7 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
         if not any(finding.severity == "refuse" for finding in check.findings):
             check = check_object(laid, settings.ribbons, supplies, depth=Depth.NEAR)
     except FabweaveError as error:
-        return Attempt(asked, loaded, refused(str(error)))
+        return Attempt(asked, loaded, refused(str(error))), []
     widths = check.measured["width"].value
     verdict = judge(
         check.findings,
@@ -192,7 +223,35 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
         bodies=count_bodies(laid.weave.threads),
         left_out=loaded.left_out,
     )
-    return Attempt(asked, loaded, verdict, float(np.mean(widths < EASY_MM)))
+    attempt = Attempt(asked, loaded, verdict, float(np.mean(widths < EASY_MM)))
+    own = parse_leave_out(asked.mesh.leave_out)
+    if not verdict.stops or own.diameters_mm or asked.weave.triaxial:
+        return attempt, []
+    return attempt, _hopeless_faces(laid, check, verdict)
+
+
+def _hopeless_faces(laid: WovenObject, check: RibbonCheck, verdict: Verdict) -> list[int]:
+    """Return the faces around the places that are far from what the rules want that stop it."""
+    threads, half = laid.weave.threads, laid.halfedges
+    passes = [np.zeros(0, dtype=np.int64)]
+    for rule in {stop.rule for stop in verdict.stops} & check.measured.keys():
+        measured = check.measured[rule]
+        far = measured.margins < FAR
+        passes += [measured.passes[far], measured.others[far]]
+    there = np.concatenate(passes)
+    edges = threads.crossing_halfedge[np.unique(threads.crossing[there[there >= 0]])]
+    ends = np.concatenate([half.tail[edges], half.head[edges]])
+    twins = half.twin[edges]
+    beside = half.face[np.concatenate([edges, twins[twins >= 0]])]
+    # Without the faces beside these edges, or without all at their ends, if that is a surface.
+    for faces in (beside, half.face[np.isin(half.tail, ends)]):
+        gone = np.unique(faces).tolist()
+        try:
+            leave_out(laid.mesh, LeaveOut((), tuple(gone)))
+        except InputError:
+            continue
+        return gone
+    return []
 
 
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
@@ -251,6 +310,14 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
 
     tried: dict[str, Attempt] = {}
     yielded: list[Attempt] = []
+
+    def can_be_made(way: str) -> bool:
+        same = [one for one in tried.values() if one.settings.mesh.bodies == bodies]
+        made = [
+            one.loaded is not None for one in same if str(one.settings.mesh.remesh).startswith(way)
+        ]
+        return not made or any(made)
+
     rounds = [
         [(way, 0.0) for way in ways],
         [(way, 1.0) for way in ways],
@@ -258,7 +325,8 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
         [("triangles", 0.0), ("triangles", 1.0), (kind, 3.0)],
     ]
     for at, some in enumerate(rounds):
-        try_all([mesh(*one) for one in some])
+        # A way that failed to make any mesh fails again.
+        try_all([mesh(*one) for one in some if can_be_made(one[0])])
         if bodies == "all" and all(one.loaded is None for one in tried.values()):
             # A wrap closes cracks and cavities, which is no small change: only where it helps.
             bodies = "wrap"
@@ -282,7 +350,12 @@ def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:
     """
     options = changed_options(chosen.settings, asked)
     own = f"the model's own {faces_text(model.mesh)}"
-    return f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
+    gone = len(parse_leave_out(chosen.settings.mesh.leave_out).faces)
+    left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
+    return (
+        f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
+        f"{left if gone else ''}"
+    )
 
 
 def needs(finding: BrokenRule) -> str:

@@ -27,6 +27,11 @@ from fabweave.plan.verdict import NotMakeableError, judge
 _FIRST, _TRIES = 9, 24
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
 _MESHES, _TOLD = 4, 3
+#: What is told where no mesh that was tried can be built.
+_NONE_OF_THEM = (
+    "Coarser meshes of quads, tubes and triangles were tried, and cannot be built either. A larger "
+    "--size, or --material card, leaves more room.\n"
+)
 #: So many of the coarser meshes are made, the best first, until one can be built to its last piece.
 _MADE = 4
 
@@ -145,7 +150,8 @@ def make_or_advise(
                 return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
-    ways = what_can_be_built(trials)
+    # Where meshes were left to fabweave, they were tried by then.
+    ways = what_can_be_built(trials) if model is None else _NONE_OF_THEM
     if isinstance(refused, NotMakeableError):
         raise NotMakeableError(refused.verdict, ways)
     raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None
