@@ -17,6 +17,7 @@ from fabweave.design.making import make_or_advise
 from fabweave.design.search import Trials
 from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -200,3 +201,37 @@ def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
         one.stock.material == SOFT for one in tried
     ]
     assert tried[-1].stock.material == SOFT
+
+
+@pytest.mark.parametrize(("pinched", "opened"), [([40], True), (list(range(0, 216, 9)), False)])
+def test_a_mesh_is_opened_where_a_few_places_stop_it(pinched, opened):
+    """Faces pinched to a fiftieth leave ribbons no room: few are left out, many are not."""
+    ball = parse_shape("shape:sphere?n=6&radius=100")
+    points, quads = ball.vertices.copy(), ball.indices.reshape(-1, 4)
+    for face in pinched:
+        corners = points[quads[face]]
+        points[quads[face]] = corners.mean(axis=0) + 0.02 * (corners - corners.mean(axis=0))
+    asked = Settings.of("ball.obj", size_mm=200.0, remesh="none")
+    attempt = coarser.try_mesh(asked, ball.with_vertices(points))
+    gone = parse_leave_out(attempt.settings.mesh.leave_out).faces
+    assert attempt.built == opened
+    assert attempt.settings.but(leave_out=None) == asked
+    assert set(gone) >= set(pinched) if opened else not gone
+    assert len(gone) <= 0.06 * 216
+    # What was opened is what its settings make.
+    assert attempt.loaded.mesh.n_faces == 216 - len(gone)
+
+
+def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
+    tried = []
+
+    def attempt(settings, _given):
+        kind, _, _ = settings.mesh.remesh.partition(":")
+        tried.append(kind)
+        made = None if kind == "quads" else loaded
+        return Attempt(settings, made, Verdict(level="makeable", reasons=()))
+
+    loaded = load_asked(fine)
+    monkeypatch.setattr(coarser, "try_mesh", attempt)
+    list(coarser.coarser_meshes(Trials(fine), loaded))
+    assert tried.count("quads") == 1 < tried.count("tubes")
