@@ -33,6 +33,9 @@ from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
 from fabweave.weave.pattern import Weave
 
+#: Of objects with more crossings, sizes that would help are looked for only where they are refused.
+_MANY = 600
+
 
 @frozen_value
 class PlannedJob:
@@ -159,15 +162,23 @@ def plan_job(
     joined = split_object(woven, brief, progress)
     woven = joined.woven
     progress("checks", 0, 1)
-    check = check_joined(woven, brief, joined.repeats, depth)
-    if depth == Depth.SEARCHED:
-        check = try_refinement(check, woven, settings, supplies)
     pieces = joined_pieces(joined, brief)
-    check = with_grain(check, joined, pieces.pieces, supplies.rotations)
     spares = spared(pieces.kinds.number, settings.pieces.spares)
-    planned = PlannedJob(settings, supplies, brief.rules, woven, check, joined.plan, pieces, spares)
+
+    def checked(depth: Depth) -> PlannedJob:
+        check = check_joined(woven, brief, joined.repeats, depth)
+        if depth == Depth.SEARCHED:
+            check = try_refinement(check, woven, settings, supplies)
+        check = with_grain(check, joined, pieces.pieces, supplies.rotations)
+        return PlannedJob(
+            settings, supplies, brief.rules, woven, check, joined.plan, pieces, spares
+        )
+
+    # What would help takes long to find on a large object: it is looked for where it is refused.
+    many = woven.weave.threads.n_crossings > _MANY and depth == Depth.SEARCHED
+    planned = checked(Depth.NEAR if many else depth)
     if planned.verdict.stops and not settings.pieces.force:
-        raise NotMakeableError(planned.verdict)
+        raise NotMakeableError((checked(depth) if many else planned).verdict)
     return planned
 
 

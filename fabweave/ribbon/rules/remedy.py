@@ -19,6 +19,8 @@ from fabweave.weave.pattern import Weave
 
 #: A search goes no further than this many times the size that was asked for.
 FARTHEST = 100
+#: So many sizes are tried along a line through the last two; then intervals are halved.
+_ALONG_A_LINE = 12
 
 
 def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> int | None:
@@ -48,15 +50,20 @@ def smallest_size(margin: Callable[[int], float], start: int, *, most: int) -> i
     low, below, high, above = 0, -1.0, most + 1, math.inf
     size, stride = max(start, 1), 1
     held: bool | None = None
+    tries = 0
     while high - low > 1:
         excess = margin(size) - 1
+        tries += 1
         again, held = held == (excess >= 0), excess >= 0
         # An end that stays twice counts half (Illinois): it would stay to the last.
         if held:
             high, above, below = size, excess, below / 2 if again else below
         else:
             low, below, above = size, excess, above / 2 if again else above
-        if high <= most:
+        if high <= most and tries > _ALONG_A_LINE:
+            # The margin jumps.
+            size = (low + high) // 2
+        elif high <= most:
             size = low + math.ceil((high - low) * below / (below - above))
         else:
             # Nothing holds yet. Margins grow about as sizes do; else strides become longer.
