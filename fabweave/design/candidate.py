@@ -269,7 +269,7 @@ def _figures(planned: PlannedJob) -> Figures:
 
 def told_design(candidate: Candidate) -> str:
     """Return what a design came to, in a line."""
-    figures = "" if candidate.figures is None else f": {brief(candidate.figures)}"
+    figures = "" if candidate.figures is None else f": {words(candidate.figures)}"
     return f"{candidate.name}{figures}; {candidate.verdict.level}"
 
 
@@ -287,14 +287,3 @@ def words(figures: Figures) -> str:
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"
     return text
-
-
-def brief(figures: Figures) -> str:
-    """Return what a design comes to in the fewest words; its sheets are foretold."""
-    hours = figures.hours
-    time = "" if hours is None else f", {hours_text(hours)} of assembly"
-    return (
-        f"{agree(figures.pieces, '{n} piece[|s]')} on about "
-        f"{agree(figures.sheets, '{n} sheet[|s]')}"
-        f"{time}, ribbons {figures.narrowest_mm:.1f} to {figures.widest_mm:.0f} mm wide"
-    )

@@ -1,7 +1,5 @@
 """Run a design, and show the designs side by side: pictures, figures and tables."""
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,20 +13,20 @@ from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.core.records import to_json
-from fabweave.design.candidate import Candidate, Tried, words
+from fabweave.design.candidate import Candidate, words
 from fabweave.design.search import CANDIDATES, Search, Trials, plan_designs, search_designs
 from fabweave.mesh.io.files import states_up
 from fabweave.mesh.shapes.catalogue import is_shape, object_title
 from fabweave.show.pages import render
 
 #: What a search leaves in its folder beside the candidates.
-FILES = ("design.html", "design.json", "design.csv")
+FILES = ("design.html", "design.json")
 #: So many designs are tried before others are looked for near them.
 _LEAST_FIRST = 4
 
 
 def run_design(trials: Trials, folder: Path, count: int) -> Search:
-    """Try designs of a model and write ``design.html``, ``design.json`` and ``design.csv``.
+    """Try designs of a model and write ``design.html`` and ``design.json``.
 
     Parameters
     ----------
@@ -55,7 +53,7 @@ def run_design(trials: Trials, folder: Path, count: int) -> Search:
     planned = plan_designs(trials, count)
     found = search_designs(trials, planned, count, first=max(_LEAST_FIRST, count - count // 3))
     title = object_title(trials.asked.mesh.source, trials.asked.mesh.title)
-    texts = (design_page(title, found), design_json(title, found), design_csv(found.tried))
+    texts = (design_page(title, found), design_json(title, found))
     write_files({folder / name: text.encode() for name, text in zip(FILES, texts, strict=True)})
     return found
 
@@ -143,8 +141,6 @@ _COLUMNS = (
     ("cutting_h", "machine, h", 1),
     ("price", "price", 0),
 )
-#: The figures that are ranges.
-_RANGES = ("hours", "cutting_h", "price")
 
 
 def best_of(candidates: Sequence[Candidate]) -> list[bool]:
@@ -199,20 +195,14 @@ def lying_note(found: Search) -> str:
     return " If the pictures show it lying, add --up y or --up x."
 
 
-def _ends(candidate: Candidate, key: str) -> tuple[float, ...]:
-    """Return a figure of a design: one number, the ends of a range, or nothing if not known."""
-    value = None if candidate.figures is None else getattr(candidate.figures, key)
-    if value is None:
-        return ()
-    return value if isinstance(value, tuple) else (value,)
-
-
 def _row(candidate: Candidate, name: str) -> tuple[str, list[str]]:
     """Return the row of a design in the table, after what its verdict is."""
-    cells = [
-        " to ".join(f"{end:.{digits}f}" for end in _ends(candidate, key))
-        for key, _, digits in _COLUMNS
-    ]
+    cells = []
+    for key, _, digits in _COLUMNS:
+        value = None if candidate.figures is None else getattr(candidate.figures, key)
+        # One number, the ends of a range, or nothing where it is not known.
+        ends = () if value is None else value if isinstance(value, tuple) else (value,)
+        cells.append(" to ".join(f"{end:.{digits}f}" for end in ends))
     return candidate.verdict.level, [f"{name}: {candidate.name}", *cells]
 
 
@@ -232,23 +222,3 @@ def design_json(title: str, found: Search) -> str:
         document["why"] = found.why
         document["instead"] = [to_json(one.candidate) for one in found.otherwise]
     return json.dumps(document, indent=1) + "\n"
-
-
-def design_csv(tried: Sequence[Tried]) -> str:
-    """Return the figures as a table: a design a row."""
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
-    columns = [
-        (key, [f"{key}_low", f"{key}_high"] if key in _RANGES else [key]) for key, _, _ in _COLUMNS
-    ]
-    heads = [head for _, part in columns for head in part]
-    writer.writerow(["key", "name", "verdict", *heads, "command"])
-    for one in tried:
-        candidate = one.candidate
-        cells: list[float | str] = []
-        for key, part in columns:
-            cells += _ends(candidate, key) or [""] * len(part)
-        writer.writerow(
-            [candidate.key, candidate.name, candidate.verdict.level, *cells, candidate.command]
-        )
-    return table.getvalue()

@@ -194,8 +194,6 @@ ENOUGH = 3
 _AT_A_TIME = 4
 #: What stands in the way of a mesh with narrow places, of any size.
 _NARROW = {"width", "clearance", "layers"}
-#: By what factor ribbons get as narrow as may be, against twist: that is so at any size.
-_SLIM = 0.55
 
 
 @frozen_value
@@ -287,7 +285,7 @@ def search_designs(
     helps: list[Tried] = []
     failed = None if any(one.makeable for one in found) else nearest(pairs)
     if failed is not None:
-        helps = explore(trials, list(otherwise(asked, slimmed(asked, failed))))
+        helps = explore(trials, list(otherwise(asked, failed[0])))
     kept = _apart(designs, found)
     return Search(
         designs=tuple(designs[at] for at in kept),
@@ -328,13 +326,6 @@ def nearest(tried: Sequence[Found]) -> Found | None:
         if one.excess is not None and not one.makeable
     ]
     return tried[min(found)[-1]] if found else None
-
-
-def slimmed(asked: Settings, found: Found) -> Settings:
-    """Return a design with narrow ribbons if it twists too much: that is so at any size."""
-    design, candidate = found
-    twists = any(stop.rule == "twist" for stop in candidate.verdict.stops)
-    return design.narrower(_SLIM) if twists and asked.narrowable else design
 
 
 def why_text(asked: Settings, tried: Sequence[Found], helps: Sequence[Candidate]) -> str:

@@ -12,7 +12,7 @@ from fabweave.core.finding import Finding
 from fabweave.design import search
 from fabweave.design.beside import beside, otherwise
 from fabweave.design.candidate import Candidate, Tried
-from fabweave.design.search import ENOUGH, Trials, nearest, search_designs, slimmed, why_text
+from fabweave.design.search import ENOUGH, Trials, nearest, search_designs, why_text
 from fabweave.design.variety import MOST, NARROW, name_of
 from fabweave.design.wishes import Wishes
 from fabweave.options.settings import Settings
@@ -192,14 +192,6 @@ def test_the_nearest_is_what_misses_least():
     assert nearest([tried[0], *tried[2:]]) == tried[3]
     assert nearest([(quads(10), stopped("twist", 4.0)), tried[1]]) == tried[1]
     assert nearest(tried[:1]) is None
-
-
-def test_what_twists_is_tried_with_narrow_ribbons_too():
-    design = quads(100)
-    assert slimmed(ASKED, (design, stopped("bend", 2.0))) == design
-    slim = slimmed(ASKED, (design, stopped("twist", 2.0)))
-    assert 0.5 < slim.ribbons.width.relative / design.width_rule.relative < NARROW
-    assert slim.ribbons.width.even
 
 
 def test_what_cannot_be_built_is_tried_larger_thinner_and_of_card():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from PIL import Image
 
 from fabweave.core.messages import agree
-from fabweave.design.candidate import PICTURE_PX, Tried, brief
+from fabweave.design.candidate import PICTURE_PX, Tried
 from fabweave.design.inspection.facts import Inspection
 from fabweave.options.settings import Settings
 from fabweave.picture.contact_sheet import contact_sheet, stacked
@@ -45,7 +45,7 @@ def _designs_picture(designs: Sequence[Tried]) -> Image.Image:
         candidate = one.candidate
         picture = one.picture
         tiles.append(blank if picture is None else _as_wide(picture, _DESIGN_PX))
-        told = "" if candidate.figures is None else f"{brief(candidate.figures)}\n"
+        told = "" if candidate.figures is None else f"{words(candidate.figures)}\n"
         head = ": ".join(part for part in (name, candidate.name) if part)
         captions.append(f"{head}\n{told}can it be built? {VERDICTS[candidate.verdict.level]}")
     return contact_sheet(tiles, captions, columns=len(designs))
