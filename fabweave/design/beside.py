@@ -50,9 +50,7 @@ SOFT = "card"
 Found: TypeAlias = tuple[Settings, Candidate]
 
 
-def beside(
-    asked: Settings, tried: Sequence[Found], wishes: Wishes, *, several: bool = False
-) -> list[Settings]:
+def beside(asked: Settings, tried: Sequence[Found], wishes: Wishes) -> list[Settings]:
     """Return designs that were not tried, and may serve better than those that were.
 
     Parameters
@@ -62,9 +60,6 @@ def beside(
     tried : sequence of (Settings, Candidate)
     wishes : Wishes
         What a design should come to; with none it is to be built, however it comes out.
-    several : bool
-        Whether the model has several bodies: those that touch cannot be remeshed apart, nor small
-        ones beside a large one.
 
     Returns
     -------
@@ -85,7 +80,7 @@ def beside(
         missed.sort(key=lambda pair: math.inf if pair[1].excess is None else pair[1].excess)
         mended = [list(_mended(asked, *pair)) for pair in missed[:_NEAREST]]
         found = [
-            *_as_one(asked, tried, several=several),
+            *_wrapped(asked, tried),
             *(one for design, _ in built for one in _denser(asked, design, _BESIDE)),
             *(one for design, _ in built for one in _narrower(asked, design)),
             # The first remedy of each, then the second of each.
@@ -155,26 +150,22 @@ def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator
         yield from _denser(asked, design, [_FINER])
 
 
-def _as_one(asked: Settings, tried: Sequence[Found], *, several: bool) -> Iterator[Settings]:
-    """Yield what could not be remeshed as one surface, and of several bodies the largest.
+def _wrapped(asked: Settings, tried: Sequence[Found]) -> Iterator[Settings]:
+    """Yield what could not be remeshed as it is, wrapped in one surface.
 
-    Of the finest mesh at first, which loses no handle; then, what could be made so, of all.
+    Of the finest mesh at first, which loses no handle; then, if that could be made, of all.
     """
     default = option_of_field("bodies").default_value
     laid = {design.mesh.bodies for design, candidate in tried if candidate.laid}
-    if asked.mesh.bodies != default or (default in laid and not several):
+    if asked.mesh.bodies != default or default in laid:
         return
-    known = {design.mesh.bodies for design, _ in tried}
     unmade = [
         design
         for design, candidate in reversed(tried)
-        if design.mesh.remesh is not None and design.mesh.bodies == default and not candidate.laid
+        if design.mesh.remesh is not None and not candidate.laid
     ]
-    for bodies in ("join", "wrap", "largest") if several else ("wrap",):
-        if bodies in laid:
-            yield from (one.but(bodies=bodies) for one in unmade)
-        elif bodies not in known and unmade:
-            yield unmade[0].but(bodies=bodies)
+    for design in unmade if "wrap" in laid else unmade[:1]:
+        yield design.but(bodies="wrap")
 
 
 def _nearer(

@@ -24,7 +24,6 @@ from fabweave.design.candidate import (
 )
 from fabweave.design.variety import name_of, variety
 from fabweave.design.wishes import Wishes
-from fabweave.mesh.check import check_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.settings import Settings
@@ -264,7 +263,6 @@ def search_designs(
     asked, wishes = trials.asked, wishes or Wishes()
     designs: list[Settings] = []
     tried: list[Tried] = []
-    several: bool | None = None
 
     more = list(planned[:first])
     while more:
@@ -275,9 +273,7 @@ def search_designs(
         room = most - len(designs)
         more = [one for one in planned if one not in designs][:room]
         if wishes or sum(found[at].makeable for at in _apart(designs, found)) < ENOUGH:
-            if several is None and not all(one.laid for one in found):
-                several = check_mesh(trials.model()).n_components > 1
-            near = beside(asked, pairs, wishes, several=bool(several))
+            near = beside(asked, pairs, wishes)
             at_a_time = min(_AT_A_TIME, room) if wishes else math.ceil(room / 2)
             # Where a wish is met as well as may be, nothing more is tried.
             met = wishes and any(one.makeable for one in found)

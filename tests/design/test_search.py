@@ -52,9 +52,9 @@ def test_what_care_makes_up_for_has_no_excess_above_one(rule, count, far):
     assert (excess([found]) <= 1.0) == (judge([found], narrowest_mm=9.0).level == "with care")
 
 
-def beside_none(designs, found, asked=ASKED, **how):
+def beside_none(designs, found, asked=ASKED):
     """Return what is tried beside designs where nothing is wished for."""
-    return beside(asked, list(zip(designs, found, strict=True)), Wishes(), **how)
+    return beside(asked, list(zip(designs, found, strict=True)), Wishes())
 
 
 def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
@@ -98,25 +98,13 @@ def test_what_is_stated_stays_and_no_mesh_is_too_fine():
     assert all(int(one.mesh.remesh.partition(":")[2]) <= MOST for one in fine)
 
 
-def test_a_mesh_that_cannot_be_made_is_asked_for_with_bodies_joined_or_left_out():
-    assert beside_none([quads(100)], [failed()], several=True) == [
-        quads(100, bodies="join"),
-        quads(100, bodies="wrap"),
-        quads(100, bodies="largest"),
-    ]
-    tried = [quads(50), quads(100), quads(200), quads(200, bodies="join")]
+def test_a_mesh_that_cannot_be_made_is_wrapped():
+    tried = [quads(50), quads(100), quads(200)]
     failures = [failed() for _ in tried]
-    assert beside_none(tried, failures, several=True)[:2] == [
-        quads(200, bodies="wrap"),
-        quads(200, bodies="largest"),
-    ]
+    assert beside_none(tried, failures) == [quads(200, bodies="wrap")]
     # What could be made so of one density is tried of the others, coarsest last.
-    found = beside_none(
-        [*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)], several=True
-    )
+    found = beside_none([*tried, quads(200, bodies="wrap")], [*failures, stopped("bend", 2.0)])
     assert found[:2] == [quads(100, bodies="wrap"), quads(50, bodies="wrap")]
-    # One body is wrapped where no mesh of it could be made at all.
-    assert beside_none([quads(100)], [failed()]) == [quads(100, bodies="wrap")]
     found = beside_none([quads(100), quads(50)], [failed(), stopped("bend", 2.0)])
     assert not any(one.mesh.bodies == "wrap" for one in found)
 

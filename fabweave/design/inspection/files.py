@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from PIL import Image
 
 from fabweave.core.messages import agree
-from fabweave.design.candidate import PICTURE_PX, Tried
+from fabweave.design.candidate import PICTURE_PX, Tried, words
 from fabweave.design.inspection.facts import Inspection
 from fabweave.options.settings import Settings
 from fabweave.picture.contact_sheet import contact_sheet, stacked
