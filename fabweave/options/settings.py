@@ -46,7 +46,7 @@ class Settings:
     """Everything that decides what a job makes, by the rooms that it concerns; in millimetres.
 
     What each field means, which values it takes and its default stand in the table of options
-    (:mod:`fabweave.options.table`, and :func:`fabweave.options.page.options_page` for people). None
+    (:mod:`fabweave.options.table`, and ``fabweave guide options`` for people). None
     means that fabweave chooses. :meth:`of` and :meth:`but` check them: whoever has settings has a
     job that can be meant.
     """

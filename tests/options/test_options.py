@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fabweave.cli.guide import options_page
 from fabweave.core.errors import InputError
 from fabweave.nest.layout import effort_named
 from fabweave.options.option import SECTIONS
-from fabweave.options.page import options_page
 from fabweave.options.settings import (
     Settings,
     job_toml,
