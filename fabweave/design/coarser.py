@@ -312,10 +312,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     yielded: list[Attempt] = []
 
     def can_be_made(way: str) -> bool:
-        same = [one for one in tried.values() if one.settings.mesh.bodies == bodies]
-        made = [
-            one.loaded is not None for one in same if str(one.settings.mesh.remesh).startswith(way)
-        ]
+        made = [one.loaded is not None for name, one in tried.items() if f"{way}:" in name]
         return not made or any(made)
 
     rounds = [

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -17,7 +18,6 @@ from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, to
 from fabweave.design.search import Trials, plan_designs, search_designs
 from fabweave.design.wishes import Wishes, choose
 from fabweave.job import FinishedJob, run_job
-from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, load_asked
@@ -113,18 +113,10 @@ def make_or_advise(
         As :func:`fabweave.job.run_job` does; the message tells what was tried instead, and
         can be built.
     """
-
-    def run(settings: Settings, loaded: LoadedMesh | None = None) -> FinishedJob:
-        return run_job(
-            settings,
-            directory,
-            progress,
-            mesh=mesh,
-            loaded=loaded,
-            workers=workers,
-            replaced=replaced,
-        )
-
+    run = partial(
+        run_job, directory=directory, progress=progress, mesh=mesh, workers=workers,
+        replaced=replaced,
+    )  # fmt: skip
     free = is_free(settings)
     if free:
         check_destination(
@@ -139,14 +131,14 @@ def make_or_advise(
         refused, why = NotMakeableError(judge(stops, narrowest_mm=np.inf)), needs(stops[0])
     else:
         try:
-            return Made(run(settings, model), settings)
+            return Made(run(settings, loaded=model), settings)
         except (NotMakeableError, TooFineError) as error:
             refused, why = error, f"cannot be built ({_reason(error)})"
     trials = Trials(settings, progress, processes(workers), mesh)
     if model is not None:
         for one in islice(coarser_meshes(trials, model), _MADE):
             try:
-                made = run(one.settings, one.loaded)
+                made = run(one.settings, loaded=one.loaded)
                 return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
