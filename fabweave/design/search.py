@@ -14,14 +14,7 @@ from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.core.records import from_json, to_json
 from fabweave.design.beside import Found, beside, otherwise
-from fabweave.design.candidate import (
-    Candidate,
-    Figures,
-    Tried,
-    design_key,
-    mesh_digest,
-    try_design,
-)
+from fabweave.design.candidate import Candidate, Figures, Tried, design_key, mesh_digest, try_design
 from fabweave.design.variety import name_of, variety
 from fabweave.design.wishes import Wishes
 from fabweave.mesh.polymesh import PolyMesh

@@ -10,13 +10,7 @@ import numpy as np
 
 from fabweave.core.arc_path import stretch
 from fabweave.core.records import inline, optional, record
-from fabweave.estimate.accounts import (
-    MaterialAccount,
-    SheetAccount,
-    SheetSums,
-    Totals,
-    sum_sheets,
-)
+from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
 from fabweave.estimate.comparison import Comparison, GrainCost, compare_use
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.machine_time import MachineTime, scaled_time, sheet_time

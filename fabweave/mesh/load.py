@@ -29,13 +29,7 @@ from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry import symmetrise
-from fabweave.mesh.upright import (
-    Up,
-    guess_up,
-    largest_dimension,
-    resize_mesh,
-    turn_upright,
-)
+from fabweave.mesh.upright import Up, guess_up, largest_dimension, resize_mesh, turn_upright
 from fabweave.mesh.weld import weld_seams
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.

@@ -26,12 +26,7 @@ from fabweave.nest.item_shape import ItemShape, Pose, check_outlines, rotated, s
 from fabweave.nest.layout import Effort, Layout, Placement, effort_named
 from fabweave.nest.offcut import offcut_of
 from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet, kernel_cache
-from fabweave.nest.place.greedy import (
-    greedy_plan,
-    progress_text,
-    require_all,
-    require_fitting,
-)
+from fabweave.nest.place.greedy import greedy_plan, progress_text, require_all, require_fitting
 from fabweave.nest.separate.fewer_sheets import fewer_sheets
 from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize, check_stock

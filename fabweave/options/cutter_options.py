@@ -3,15 +3,7 @@
 from collections.abc import Iterable
 
 from fabweave.options.file_kinds import bed, calibration, library, preset
-from fabweave.options.kinds import (
-    choice,
-    flag,
-    hairline,
-    length,
-    load,
-    text,
-    value_of,
-)
+from fabweave.options.kinds import choice, flag, hairline, length, load, text, value_of
 from fabweave.options.option import MACHINE, PIECES, Option
 
 

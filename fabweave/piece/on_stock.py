@@ -4,11 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-)
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout import ROUGH

@@ -8,13 +8,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import (
-    FloatArray,
-    IntArray,
-    Progress,
-    no_progress,
-    offsets_of,
-)
+from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.core.parallel.executors import Executors, here

@@ -8,10 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
-from fabweave.core.parallel.executors import (
-    Executors,
-    here,
-)
+from fabweave.core.parallel.executors import Executors, here
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import spare_pieces, spared

@@ -31,12 +31,7 @@ from fabweave.ribbon.rules.bends import Bends, measure_bends
 from fabweave.ribbon.rules.clearance import Nearness
 from fabweave.ribbon.rules.remedy import Depth, is_too_stiff
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons, require_pliable
-from fabweave.ribbon.rules.rules import (
-    Measured,
-    measure_along,
-    measure_clearance,
-    pass_of_rungs,
-)
+from fabweave.ribbon.rules.rules import Measured, measure_along, measure_clearance, pass_of_rungs
 from fabweave.ribbon.settings import RibbonSettings
 from fabweave.ribbon.stretches import ends_of_stretches
 from fabweave.ribbon.width import WidthRule, tapered

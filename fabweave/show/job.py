@@ -6,10 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.parallel.executors import (
-    Start,
-    at_once,
-)
+from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
 from fabweave.mesh.polymesh import PolyMesh

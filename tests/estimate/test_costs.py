@@ -10,11 +10,7 @@ import pytest
 
 from fabweave.core.errors import InputError
 from fabweave.core.records import to_json
-from fabweave.estimate.assembly_time import (
-    assembly_time,
-    difficulty,
-    planned_hands,
-)
+from fabweave.estimate.assembly_time import assembly_time, difficulty, planned_hands
 from fabweave.estimate.costs import job_costs, planned_costs
 from fabweave.estimate.machine_time import MachineTime, add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price

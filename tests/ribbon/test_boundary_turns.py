@@ -14,12 +14,7 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
-from fabweave.ribbon.project import (
-    RUNGS_A_TURN,
-    Ribbons,
-    require_no_loop,
-    turn_rungs,
-)
+from fabweave.ribbon.project import RUNGS_A_TURN, Ribbons, require_no_loop, turn_rungs
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads, trace_threads

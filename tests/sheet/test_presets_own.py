@@ -13,13 +13,7 @@ from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
 from fabweave.options.settings import Settings, job_toml, settings_table
 from fabweave.sheet.drawing import Layer
-from fabweave.sheet.presets import (
-    LayerColour,
-    find_preset,
-    preset_named,
-    preset_names,
-    read_preset,
-)
+from fabweave.sheet.presets import LayerColour, find_preset, preset_named, preset_names, read_preset
 
 MINE = """
 name = "mine"

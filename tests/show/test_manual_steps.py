@@ -14,15 +14,7 @@ from fabweave.core.colour_space import light_of
 from fabweave.estimate.assembly_time import step_seconds
 from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
-from fabweave.show.manual.painting import (
-    BLACK,
-    FIXED,
-    NEW,
-    OUTLINE,
-    POINTS_PX,
-    THERE,
-    make_palette,
-)
+from fabweave.show.manual.painting import BLACK, FIXED, NEW, OUTLINE, POINTS_PX, THERE, make_palette
 from fabweave.show.manual.step_pictures import (
     VIEWS,
     choose_views,

@@ -8,13 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import real_mesh
 from strategies import merged, shuffled
-from twill_oracle import (
-    broken_by_all,
-    conditions_of,
-    proves,
-    refined,
-    small_meshes,
-)
+from twill_oracle import broken_by_all, conditions_of, proves, refined, small_meshes
 from weaving_meshes import meshes, walked
 
 from fabweave.mesh.halfedge import build_halfedges

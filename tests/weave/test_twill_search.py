@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from twill_oracle import (
-    broken_by_all,
-    conditions_of,
-    refined,
-    small_meshes,
-)
+from twill_oracle import broken_by_all, conditions_of, refined, small_meshes
 from weaving_meshes import meshes, walked
 
 from fabweave.mesh.polymesh import PolyMesh

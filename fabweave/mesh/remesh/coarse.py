@@ -2,13 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import (
-    BoolArray,
-    IntArray,
-    Progress,
-    no_progress,
-    places_in_groups,
-)
+from fabweave.core.arrays import BoolArray, IntArray, Progress, no_progress, places_in_groups
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh

@@ -21,10 +21,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import ItemShape, Spot, fitting_angles, rotated
 from fabweave.nest.layout import Effort
-from fabweave.nest.place.raster import (
-    filled_pixels,
-    region_sides,
-)
+from fabweave.nest.place.raster import filled_pixels, region_sides
 from fabweave.nest.place.slide import PlacedOutlines, slide
 
 #: Congruent pieces and floating-point rotations differ by less, millimetres.

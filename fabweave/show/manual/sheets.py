@@ -13,13 +13,7 @@ from fabweave.plan.crossing_map import CrossingMap, Point, SheetRecord
 from fabweave.sheet.drawing import Circle, Layer, Polyline, SheetDrawing
 from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.sheet_notes import hatch
-from fabweave.show.manual.book import (
-    PLATE,
-    SMALL,
-    TEXT,
-    Book,
-    text_width,
-)
+from fabweave.show.manual.book import PLATE, SMALL, TEXT, Book, text_width
 
 SHEETS = "Sheets"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.

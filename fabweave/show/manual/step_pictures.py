@@ -10,13 +10,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
-from fabweave.show.manual.painting import (
-    POINTS_PX,
-    PX_MM,
-    Painted,
-    Scene,
-    paint,
-)
+from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, paint
 
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
