@@ -10,12 +10,11 @@ import click
 import pytest
 from jobs import OCTAHEDRON, contents_of
 
-from fabweave.cli.guide import TOPICS, for_terminal, page, summary
+from fabweave.cli.guide import TOPICS, for_terminal, options_page, page, summary
 from fabweave.cli.main import cli
 from fabweave.estimate.texts import hours_text
 from fabweave.mesh.shapes.catalogue import SHAPES
 from fabweave.mesh.subdivide import SCHEMES
-from fabweave.options.page import options_page
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.sheet.presets import preset_names
 from fabweave.sheet.targets import targets

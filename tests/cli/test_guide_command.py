@@ -4,9 +4,8 @@ import re
 
 import pytest
 
-from fabweave.cli.guide import TOPICS, for_terminal, page
+from fabweave.cli.guide import TOPICS, for_terminal, options_page, page
 from fabweave.cli.main import main
-from fabweave.options.page import options_page
 
 
 def test_without_a_topic_all_are_listed_with_a_line_each(capsys):
