@@ -10,6 +10,7 @@ from fabweave.design.candidate import Candidate, Figures
 from fabweave.design.variety import MOST, NARROW, fairable, two_digits
 from fabweave.design.wishes import Wishes, come_to, distance, misses
 from fabweave.mesh.fair.fairing import STEPS
+from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named, option_of_field
 from fabweave.plan.ask import complete_settings
@@ -105,8 +106,10 @@ def density(design: Settings) -> tuple[str, int]:
     >>> density(Settings.of("a.obj", remesh="tubes:90")), density(Settings.of("a.obj"))
     (('tubes', 90), ('', 0))
     """
-    kind, _, count = (design.mesh.remesh or "").partition(":")
-    return kind, int(count) if count.isdigit() else 0
+    if design.mesh.remesh is None:
+        return "", 0
+    wanted = parse_remesh(design.mesh.remesh)
+    return wanted.kind, wanted.count or 0
 
 
 def _denser(asked: Settings, design: Settings, factors: Sequence[float]) -> Iterator[Settings]:

@@ -8,6 +8,7 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import finished
+from fabweave.design.beside import density
 from fabweave.design.search import Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
 from fabweave.mesh.check import check_mesh, faces_text
@@ -254,6 +255,11 @@ def _hopeless_faces(laid: WovenObject, check: RibbonCheck, verdict: Verdict) -> 
     return []
 
 
+def has_coarser(model: LoadedMesh) -> bool:
+    """Tell whether there are coarser meshes: a model of very few faces was drawn face by face."""
+    return model.mesh.n_faces >= _STEP * FEWEST
+
+
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     """Try coarser meshes for a model, round after round, and yield those that can be built.
 
@@ -261,8 +267,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     bodies or many handles, all wrapped as one. Then, as long as more are asked for, coarser ones,
     wrapped if none could be made at all, and triangles. What is like the model comes as soon as its
     round is done, the best first; the rest at last. Each round is chosen from what the one before
-    came to, so the result is the same however many work at it. A model of very few faces was drawn
-    face by face, and is left.
+    came to, so the result is the same however many work at it.
 
     Parameters
     ----------
@@ -272,7 +277,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
         As it comes.
     """
     asked, given = trials.asked, trials.given
-    if model.mesh.n_faces < _STEP * FEWEST:
+    if not has_coarser(model):
         return
     most = min(_MOST, model.mesh.n_faces / _STEP)
     area = surface_area(model.mesh)
@@ -312,7 +317,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     yielded: list[Attempt] = []
 
     def can_be_made(way: str) -> bool:
-        made = [one.loaded is not None for name, one in tried.items() if f"{way}:" in name]
+        made = [one.loaded is not None for one in tried.values() if density(one.settings)[0] == way]
         return not made or any(made)
 
     rounds = [

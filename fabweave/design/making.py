@@ -13,8 +13,16 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
+from fabweave.design.beside import SOFT
 from fabweave.design.candidate import told_design
-from fabweave.design.coarser import coarser_meshes, foreseen, is_free, needs, told
+from fabweave.design.coarser import (
+    coarser_meshes,
+    foreseen,
+    has_coarser,
+    is_free,
+    needs,
+    told,
+)
 from fabweave.design.search import Trials, plan_designs, search_designs
 from fabweave.design.wishes import Wishes, choose
 from fabweave.job import FinishedJob, run_job
@@ -27,11 +35,6 @@ from fabweave.plan.verdict import NotMakeableError, judge
 _FIRST, _TRIES = 9, 24
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
 _MESHES, _TOLD = 4, 3
-#: What is told where no mesh that was tried can be built.
-_NONE_OF_THEM = (
-    "Coarser meshes of quads, tubes and triangles were tried, and cannot be built either. A larger "
-    "--size, or --material card, leaves more room.\n"
-)
 #: So many of the coarser meshes are made, the best first, until one can be built to its last piece.
 _MADE = 4
 
@@ -135,18 +138,27 @@ def make_or_advise(
         except (NotMakeableError, TooFineError) as error:
             refused, why = error, f"cannot be built ({_reason(error)})"
     trials = Trials(settings, progress, processes(workers), mesh)
-    if model is not None:
+    meshes = model is not None and has_coarser(model)
+    if model is not None and meshes:
         for one in islice(coarser_meshes(trials, model), _MADE):
             try:
                 made = run(one.settings, loaded=one.loaded)
                 return Made(made, one.settings, told(settings, model, one, why))
             except (NotMakeableError, TooFineError):
                 continue
-    # Where meshes were left to fabweave, they were tried by then.
-    ways = what_can_be_built(trials) if model is None else _NONE_OF_THEM
+    ways = _none_of_them(settings) if meshes else what_can_be_built(trials)
     if isinstance(refused, NotMakeableError):
         raise NotMakeableError(refused.verdict, ways)
     raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None
+
+
+def _none_of_them(settings: Settings) -> str:
+    """Return what may help where no coarser mesh can be built."""
+    softer = "" if settings.stock.material == SOFT else f", or --material {SOFT},"
+    return (
+        "Coarser meshes of quads, tubes and triangles were tried, and cannot be built either. A "
+        f"larger --size{softer} leaves more room.\n"
+    )
 
 
 def _reason(error: CannotMakeError) -> str:

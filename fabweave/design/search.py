@@ -273,7 +273,8 @@ def search_designs(
             more = near[:at_a_time] or ([] if met else more)
     helps: list[Tried] = []
     failed = None if any(one.makeable for one in found) else nearest(pairs)
-    if failed is not None:
+    # Who wishes for something is not asked whether another size or material would do.
+    if failed is not None and not wishes:
         helps = explore(trials, list(otherwise(asked, failed[0])))
     kept = _apart(designs, found)
     return Search(

@@ -24,14 +24,11 @@ from fabweave.plan.nest_pieces import nest_pieces
 from fabweave.plan.verdict import NotMakeableError, Verdict, judge
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import BrokenRule
-from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.rules.remedy import FEW, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies
 from fabweave.weave.pattern import Weave
-
-#: Of objects with more crossings, sizes that would help are looked for only where they are refused.
-_MANY = 600
 
 
 @frozen_value
@@ -172,7 +169,7 @@ def plan_job(
         )
 
     # What would help takes long to find on a large object: it is looked for where it is refused.
-    many = woven.weave.threads.n_crossings > _MANY and depth == Depth.SEARCHED
+    many = woven.weave.threads.n_crossings > FEW and depth == Depth.SEARCHED
     planned = checked(Depth.NEAR if many else depth)
     if planned.verdict.stops and not settings.pieces.force:
         raise NotMakeableError((checked(depth) if many else planned).verdict)

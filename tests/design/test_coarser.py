@@ -235,3 +235,18 @@ def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
     monkeypatch.setattr(coarser, "try_mesh", attempt)
     list(coarser.coarser_meshes(Trials(fine), loaded))
     assert tried.count("quads") == 1 < tried.count("tubes")
+
+
+def test_a_model_of_few_faces_is_told_what_can_be_built(tmp_path, monkeypatch):
+    """No coarser mesh is tried of it, so none is said to have been."""
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = []
+    monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
+    monkeypatch.setattr(
+        making, "what_can_be_built", lambda trials: asked.append(trials.asked) or ""
+    )
+    settings = Settings.of(str(mesh), size_mm=60.0, material="birch-ply-3", effort="quick")
+    with pytest.raises(CannotMakeError):
+        make_or_advise(settings, tmp_path / "job")
+    assert asked == [settings]

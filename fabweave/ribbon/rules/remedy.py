@@ -107,7 +107,7 @@ _NARROWER = tuple(step / 20 for step in range(19, 5, -1))
 _STRIDE, _FARTHEST_STRIDE, _CLOSE = 0.01, 2.56, 0.03
 #: Of objects of so many crossings at most, pieces are planned for every size that is told; of
 #: larger ones, only for that at which all rules hold, if it is larger than the present one.
-_FEW = 600
+FEW = 600
 #: By how much an object is larger than it is said to be through rounding alone.
 ROUNDING_MM = 5e-4
 #: Rules that a larger size fixes: lengths grow, and thickness stays.
@@ -183,7 +183,7 @@ class Search:
         self._near = near
         self._narrowing = ("twist",) if auto else ("twist", "clearance")
         self._settle = settle
-        self._few = weave.threads.n_crossings <= _FEW
+        self._few = weave.threads.n_crossings <= FEW
         #: Margins along single ribbons, by size.
         self._known: dict[int, dict[str, float]] = {}
         self._last_ribbons: tuple[float, float, bool, Ribbons] | None = None
