@@ -73,12 +73,15 @@ class Attempt:
         Whether it can be built, as far as ribbons tell before pieces are planned.
     narrow : float
         The share of ribbons that are narrower than hands like.
+    parts : int
+        How many parts no thread joins.
     """
 
     settings: Settings
     loaded: LoadedMesh | None
     verdict: Verdict
     narrow: float = 0.0
+    parts: int = 1
 
     @property
     def built(self) -> bool:
@@ -195,7 +198,8 @@ def try_mesh(asked: Settings, given: PolyMesh | None = None) -> Attempt:
             break
         opened = asked.but(leave_out=",".join(map(str, gone)))
         further, hopeless = _try_once(opened, given, loaded.remeshed)
-        if further.loaded is None:
+        if further.loaded is None or further.parts > attempt.parts:
+            # It cannot be opened there, or a limb would fall off.
             break
         attempt = further
     return attempt
@@ -217,14 +221,14 @@ def _try_once(
             check = check_object(laid, settings.ribbons, supplies, depth=Depth.NEAR)
     except FabweaveError as error:
         return Attempt(asked, loaded, refused(str(error))), []
-    widths = check.measured["width"].value
+    widths, parts = check.measured["width"].value, count_bodies(laid.weave.threads)
     verdict = judge(
         check.findings,
         narrowest_mm=float(widths.min(initial=np.inf)),
-        bodies=count_bodies(laid.weave.threads),
+        bodies=parts,
         left_out=loaded.left_out,
     )
-    attempt = Attempt(asked, loaded, verdict, float(np.mean(widths < EASY_MM)))
+    attempt = Attempt(asked, loaded, verdict, float(np.mean(widths < EASY_MM)), parts)
     own = parse_leave_out(asked.mesh.leave_out)
     if not verdict.stops or own.diameters_mm or asked.weave.triaxial:
         return attempt, []

@@ -329,7 +329,7 @@ class Opening:
         """What a person should know about it."""
         left = agree(self.faces, "{n} [face was|faces were] left out")
         if self.diameter_mm is None:
-            return f"{left}, as they were named (--leave-out)"
+            return f"{left} (--leave-out)"
         text = (
             f"opening at the {self.side}: {left} within {self.diameter_mm:g} mm across, around "
             f"({self.x_mm:.1f}, {self.y_mm:.1f}) in plan; its rim of {self.rim} vertices "

@@ -171,7 +171,7 @@ def _worst(
         bad = [(EASY_MM / width[thin], thin, f"is {width[thin]:.1f} mm wide")]
         if len(kink):
             bent = int(kink.argmax())
-            text = f"has a kink of {kink[bent]:.0f}°: hold it on both sides of it"
+            text = f"has a kink of {kink[bent]:.0f}°: support the strip on both sides"
             bad.append((kink[bent] / _KINKED_DEG, bent + 1, text))
         share, at, text = max(bad)
         if share > 1:

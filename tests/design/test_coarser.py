@@ -250,3 +250,19 @@ def test_a_model_of_few_faces_is_told_what_can_be_built(tmp_path, monkeypatch):
     with pytest.raises(CannotMakeError):
         make_or_advise(settings, tmp_path / "job")
     assert asked == [settings]
+
+
+@pytest.mark.parametrize(("parts", "opened"), [(1, True), (2, False)])
+def test_no_limb_is_cut_off_by_an_opening(fine, monkeypatch, parts, opened):
+    loaded = load_asked(fine)
+    stop = Finding(rule="clearance", level="not makeable", text="no room")
+
+    def once(settings, *_):
+        if settings.mesh.leave_out is None:
+            return Attempt(settings, loaded, Verdict(level="not makeable", reasons=(stop,))), [3]
+        return Attempt(settings, loaded, Verdict(level="makeable", reasons=()), parts=parts), []
+
+    monkeypatch.setattr(coarser, "_try_once", once)
+    attempt = coarser.try_mesh(fine)
+    assert attempt.built == opened
+    assert attempt.settings.mesh.leave_out == ("3" if opened else None)
