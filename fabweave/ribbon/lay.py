@@ -19,6 +19,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.measures import open_share, require_width, ribbon_widths, tip_notes
 from fabweave.ribbon.project import (
     Ribbons,
@@ -220,37 +221,6 @@ def widest_width(
     return float(ribbon_widths(widest).min(initial=np.inf))
 
 
-def even_widths(
-    mesh: PolyMesh,
-    halfedges: Halfedges,
-    weave: Weave,
-    rule: WidthRule,
-    *,
-    length: float,
-    portals: FloatArray | None = None,
-) -> FloatArray:
-    """Return the width at each pass, (P,), of ribbons that have one width wherever they can.
-
-    Panels at crossings have one width: the room of the narrower of their two cross-lines counts.
-
-    Parameters
-    ----------
-    mesh, halfedges, weave
-        A mesh and the weave on it.
-    rule : WidthRule
-        An even one.
-    length, portals
-        As for :func:`widest_width`.
-    """
-    share = min(rule.relative, length)
-    laid = project_ribbons(
-        mesh, halfedges, weave, height_mm=0.0, length=length, width=share, portals=portals
-    )
-    width = ribbon_widths(laid)
-    room = np.minimum(width[laid.entry], width[laid.entry + 1])
-    return rule.even_widths(room, following_rung(laid.pass_offsets, laid.closed))
-
-
 def widest_clear(
     lay: Callable[[float], Ribbons], weave: Weave, limits: Limits, room_mm: float
 ) -> float | None:
@@ -373,7 +343,11 @@ def lay_ribbons(
         narrowing=narrowing,
         portals=portals,
     )
-    return smooth_ribbons(ribbons, settings.smooth)
+    if isinstance(width, WidthRule):
+        return smooth_ribbons(ribbons, settings.smooth)
+    factor = np.ones(len(width)) if narrowing is None else narrowing
+    ribbons = smooth_ribbons(short_panels(ribbons, weave, width, factor), settings.smooth)
+    return even_rails(ribbons, weave, factor * width)
 
 
 def keep_clear(
