@@ -4,16 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, unit
+from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.ribbon.project import Ribbons, better_diagonals, following_rung, project_ribbons
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave, strand_passes
 
-#: Panels reach so far beyond the strand that they cross, in halves of its width, but at least so
-#: far as a share of what they reach by the paper's rule.
-_BEYOND, _LEAST_REACH = 1.05, 0.2
+#: Panels reach so far along their strands, in halves of the width of the strand that they cross.
+_BEYOND = 1.05
 #: Strands that cross at a smaller sine would need endless panels.
 _LEAST_SINE = 0.05
 #: Rungs either way of whose middle line a rail keeps its distance, and rounds in which it is found.
@@ -21,7 +20,7 @@ _NEAR, _ROUNDS = 4, 5
 #: No rung is longer than so many widths: beyond, it runs along the ribbon, and not across it.
 _LONGEST = 1.7
 #: Rounds in which lengths of neighbouring rungs are levelled, so that rails are smooth.
-_LEVELLED = 2
+_LEVELLED = 4
 
 
 def panel_widths(ribbons: Ribbons) -> FloatArray:
@@ -104,14 +103,13 @@ def short_panels(ribbons: Ribbons, weave: Weave, width: FloatArray, factor: Floa
     slant = cosine / sine
     shared = _BEYOND * width[other] / (2.0 * sine)
     beside = width / 2.0 * np.abs(slant)
-    reach = np.einsum("pd,pd->p", ribbons.centre[crossing] - middle[enter], along)
+    far = np.minimum(shared + beside, size / 2.0)
+    missing = np.clip(shared + beside - far, 0.0, beside)
+    tangent = np.sign(slant) * missing / np.maximum(width / 2.0, 1e-300)
+    half = (factor * width / 2.0)[:, None] * (leftward + tangent[:, None] * along)
     right, left = ribbons.right.copy(), ribbons.left.copy()
-    for rung, room, way in ((enter, reach, -1.0), (leave, size - reach, 1.0)):
-        far = np.minimum(shared + beside, np.maximum(room, _LEAST_REACH * size))
-        missing = np.clip(shared + beside - far, 0.0, beside)
-        tangent = np.sign(slant) * missing / np.maximum(width / 2.0, 1e-300)
-        end = middle[enter] + (reach + way * far)[:, None] * along
-        half = (factor * width / 2.0)[:, None] * (leftward + tangent[:, None] * along)
+    for rung, way in ((enter, -far), (leave, far)):
+        end = (middle[enter] + middle[leave]) / 2.0 + way[:, None] * along
         right[rung], left[rung] = end - half, end + half
     return replace(ribbons, right=right, left=left)
 
@@ -120,7 +118,7 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     """Move both rails, along their rungs, to half a width from the ribbon's middle line.
 
     Rungs stay in their lines, so the ribbon keeps its surface, and what it develops to its course.
-    Turns at a boundary stay as they are.
+    Turns at a boundary and ends stay as they are.
 
     Parameters
     ----------
@@ -130,7 +128,7 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     width : (P,) float array
         At each pass, across the strand; between two passes it changes evenly.
     """
-    rung, wanted = _rungs_across(ribbons, weave, width)
+    rung, wanted = _of_no_turn(ribbons, weave, width)
     after = following_rung(ribbons.offsets, ribbons.closed)
     before = np.full(ribbons.n_rungs, -1, dtype=np.int64)
     before[after[after >= 0]] = np.flatnonzero(after >= 0)
@@ -144,48 +142,45 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     start, step = line[:, :-1], np.diff(line, axis=1)
     square = np.maximum(np.einsum("nkd,nkd->nk", step, step), 1e-300)
     half = wanted[:, None] / 2.0
-    rails = []
-    for rail in (ribbons.right, ribbons.left):
-        across = unit(rail[rung] - middle[rung])
+    across = unit(ribbons.left[rung] - ribbons.right[rung])
+    levels = []
+    for side in (-half, half):
         factor = np.ones((len(rung), 1))
         for _ in range(_ROUNDS):
-            way = (middle[rung] + factor * half * across)[:, None] - start
+            way = (middle[rung] + factor * side * across)[:, None] - start
             share = np.clip(np.einsum("nkd,nkd->nk", way, step) / square, 0.0, 1.0)
             far = np.linalg.norm(way - share[:, :, None] * step, axis=2).min(axis=1, keepdims=True)
             factor = np.clip(factor * half / np.maximum(far, 1e-300), 1.0, _LONGEST)
         level = np.ones((ribbons.n_rungs, 1))
         level[rung] = factor
-        for _ in range(_LEVELLED):
-            level = (level[before] + 2.0 * level + level[after]) / 4.0
-        moved = rail.copy()
-        moved[rung] = middle[rung] + level[rung] * half * across
-        rails.append(moved)
-    right, left = rails
+        levels.append(level)
+    # Strands meet in the middles of panels.
+    panels = np.concatenate([ribbons.entry, ribbons.entry + 1])
+    for times in range(_LEVELLED + 1):
+        if times:
+            levels = [(level[before] + 2.0 * level + level[after]) / 4.0 for level in levels]
+        both = (levels[0][panels] + levels[1][panels]) / 2.0
+        for level in levels:
+            level[panels] = both
+    right, left = ribbons.right.copy(), ribbons.left.copy()
+    right[rung] = middle[rung] - levels[0][rung] * half * across
+    left[rung] = middle[rung] + levels[1][rung] * half * across
     following = following_rung(ribbons.offsets, ribbons.closed)
     return replace(
         ribbons, right=right, left=left, from_right=better_diagonals(right, left, following)
     )
 
 
-def _rungs_across(ribbons: Ribbons, weave: Weave, width: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the rungs that are of no turn, and how wide the ribbon is to be at each."""
-    threads = weave.threads
-    number = np.arange(ribbons.n_rungs)
-    thread = np.searchsorted(ribbons.offsets, number, side="right") - 1
-    passed = np.maximum(np.searchsorted(ribbons.entry, number, side="right") - 1, 0)
-    turns: BoolArray = np.bincount(threads.turn_pass, minlength=len(width)) > 0
-    of_turn = turns[passed] & (number > ribbons.entry[passed] + 1)
-    # Threads stand one apart, so that what follows the last rung has a place of its own.
-    woven = np.flatnonzero(threads.woven)
-    first, last = threads.offsets[woven], threads.offsets[woven + 1] - 1
-    onward = np.where(threads.closed[woven], first, last)
-    known = [
-        (ribbons.offsets[woven] + woven, width[first]),
-        (ribbons.entry + threads.thread_of_pass, width),
-        (ribbons.entry + 1 + threads.thread_of_pass, width),
-        (ribbons.offsets[woven + 1] + woven, width[onward]),
-    ]
-    places, widths = (np.concatenate(part) for part in zip(*known, strict=True))
-    order = np.argsort(places, kind="stable")
-    wanted = np.interp(number + thread, places[order], widths[order])
-    return number[~of_turn], wanted[~of_turn]
+def _of_no_turn(ribbons: Ribbons, weave: Weave, width: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the rungs of panels, and those between two panels without a turn, and widths there."""
+    threads, enter = weave.threads, ribbons.entry
+    last = ribbons.offsets[threads.thread_of_pass + 1]
+    onward = following_rung(threads.offsets, threads.closed)
+    end = np.where(onward == np.arange(1, len(onward) + 1), np.append(enter[1:], 0), last)
+    turns = np.bincount(threads.turn_pass, minlength=len(width)) > 0
+    count = np.where((onward >= 0) & ~turns, end - enter, 2)
+    passed = np.repeat(np.arange(len(width)), count)
+    place = np.arange(len(passed)) - np.repeat(np.cumsum(count) - count, count)
+    share = np.maximum(place - 1, 0) / (count[passed] - 1)
+    wanted = (1.0 - share) * width[passed] + share * width[onward[passed]]
+    return enter[passed] + place, wanted

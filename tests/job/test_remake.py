@@ -58,7 +58,7 @@ def test_a_job_of_a_mesh_in_memory_is_made_again(tmp_path):
     mesh = parse_shape("shape:octahedron")
     points = np.where(mesh.vertices == mesh.vertices.max(), 0.33, mesh.vertices)
     uneven = fw.mesh(points, mesh.faces())
-    fw.make(uneven, tmp_path / "job", size="90mm", sheet="230x225mm", effort="quick", force=True)
+    fw.make(uneven, tmp_path / "job", size="120mm", sheet="230x225mm", effort="quick", force=True)
     assert remake_job(tmp_path / "job").ok
 
 

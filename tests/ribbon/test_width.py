@@ -11,14 +11,18 @@ from strategies import closed_surfaces, open_surfaces
 from unfolding import plain_ribbons, shape_at
 from weaving_meshes import walked
 
+from fabweave.core.arrays import unit
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.piece.joined_strands import plan_pieces
 from fabweave.plan.ask import brief_of
-from fabweave.ribbon.lay import even_widths, lay_ribbons, widest_width
+from fabweave.ribbon.even import even_rails, even_widths, panel_widths, short_panels
+from fabweave.ribbon.lay import lay_ribbons, widest_width
 from fabweave.ribbon.measures import ribbon_widths
-from fabweave.ribbon.project import following_rung
+from fabweave.ribbon.project import following_rung, smooth_ribbons
+from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
 from fabweave.weave.pattern import plain_weave
 
@@ -91,11 +95,12 @@ def even_on(mesh, rule: WidthRule = EVEN):
 
 @given(uneven())
 def test_one_width_is_kept_wherever_there_is_room_and_narrows_by_degrees(mesh) -> None:
-    weave, width, ribbons = even_on(mesh)
-    laid = ribbon_widths(ribbons)
-    # Panels are as wide as told, at both cross-lines.
-    assert laid[ribbons.entry] == pytest.approx(width, rel=1e-9)
-    assert laid[ribbons.entry + 1] == pytest.approx(width, rel=1e-9)
+    weave, width, projected = even_on(mesh)
+    one_all_over = np.ones(len(width))
+    ribbons = short_panels(projected, weave, width, one_all_over)
+    # Panels are as wide as told across themselves, at both ends, and no longer than projected.
+    assert panel_widths(ribbons) == pytest.approx(np.column_stack([width, width]), rel=1e-9)
+    assert (panel_lengths(ribbons) <= panel_lengths(projected) * (1 + 1e-9)).all()
     room = widths_of(mesh, WidthRule(0.7))
     one = 0.8 * np.median(room)
     bound = np.minimum(room, one)
@@ -113,10 +118,57 @@ def test_one_width_is_kept_wherever_there_is_room_and_narrows_by_degrees(mesh) -
 
 
 def widths_of(mesh, rule: WidthRule) -> np.ndarray:
-    """Return the width at the narrower cross-line of each pass."""
+    """Return the width at the narrower end of each panel, across it."""
     _, ribbons = plain_ribbons(mesh, height_mm=0.0, width=rule)
-    laid = ribbon_widths(ribbons)
-    return np.minimum(laid[ribbons.entry], laid[ribbons.entry + 1])
+    return panel_widths(ribbons).min(axis=1)
+
+
+def panel_lengths(ribbons) -> np.ndarray:
+    """Return how long the middle line of each panel is."""
+    middle = (ribbons.right + ribbons.left) / 2
+    return np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
+
+
+@given(uneven(), st.integers(0, 4))
+def test_rails_keep_half_a_width_from_the_middle_line_and_strands_their_crossings(mesh, steps):
+    weave, width, projected = even_on(mesh)
+    smooth = smooth_ribbons(short_panels(projected, weave, width, np.ones(len(width))), steps)
+    ribbons = even_rails(smooth, weave, width)
+    enter, leave = ribbons.entry, ribbons.entry + 1
+    # Every rung stays in its line, and the middles of panels, where strands meet, in their places.
+    for one, other in ((smooth, ribbons), (ribbons, smooth)):
+        across = unit(one.left - one.right)
+        way = other.left - one.right
+        assert np.linalg.norm(np.cross(across, way), axis=1).max() <= 1e-9 * np.abs(way).max()
+    for one, other in zip(corners_of(smooth), corners_of(ribbons), strict=True):
+        assert one == pytest.approx(other, abs=1e-9)
+    # No rung gets shorter than the ribbon is wide there, nor longer than 1.7 times that.
+    rung = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+    for end in (enter, leave):
+        assert (rung[end] >= width * (1 - 1e-9)).all()
+        assert (rung[end] <= 1.7 * width * (1 + 1e-9)).all()
+
+
+def corners_of(ribbons):
+    """Return the middle of each panel's two ends."""
+    middle = (ribbons.right + ribbons.left) / 2
+    return middle[ribbons.entry], middle[ribbons.entry + 1]
+
+
+def test_on_slanted_quads_ribbons_are_as_wide_as_told_all_along() -> None:
+    """On a torus three times as high as it is round, strands cross askew and rungs are slanted."""
+    round_ = parse_shape("shape:torus?m=24&n=12&ring=100&tube=40")
+    mesh = PolyMesh(round_.vertices * [1.0, 1.0, 3.0], round_.offsets, round_.indices)
+    weave, width, projected = even_on(mesh, parse_width("even,6mm"))
+    assert width == pytest.approx(6.0)
+    smooth = smooth_ribbons(short_panels(projected, weave, width, np.ones(len(width))), 3)
+    before, after = (
+        measure_bends(ribbons).width_mm
+        for ribbons in (smooth_ribbons(projected, 3), even_rails(smooth, weave, width))
+    )
+    assert before.min() < 4.0
+    assert after.min() > 5.8
+    assert after.max() < 6.5
 
 
 @given(uneven(), st.floats(0.2, 5.0))
