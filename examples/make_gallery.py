@@ -12,7 +12,7 @@ from typing import Any
 GALLERY = Path(__file__).parent / "gallery"
 #: The objects, in the order of the page. The scan is for a mesh of your own.
 NAMES = (
-    "spot", "fish", "nefertiti",
+    "koala", "spot", "fish", "goat", "nefertiti",
     "plain", "twill_genus_1", "twill_genus_2", "twill_genus_3", "twill_genus_30", "twill_inexact",
     "triaxial", "kagome", "satin", "twill_right", "twill_left", "basket", "lamp", "two_materials",
     "yarns", "knot",
@@ -21,8 +21,8 @@ HEAD = """\
 # Gallery
 
 Each object has a script of fewer than 40 lines. All pictures have the same camera, light and scale;
-no object is larger than 300 mm. Hours are hours by hand, from quick to slow. `make gallery` makes
-this page.
+no object is larger than 300 mm. Hours are hours by hand, from quick to slow. Who made the models is
+said [beside them](../meshes/README.md). `make gallery` makes this page.
 """
 
 

@@ -266,7 +266,8 @@ OBJECT_OPTIONS = (
         "crossing",
         RIBBONS,
         number(below=1.0),
-        "Length of the flat panel at each crossing relative to its room. It is at least the width.",
+        "Length of the flat panel at each crossing relative to its room. It is at least the width; "
+        "ribbons of one width have panels no longer than what they cross is wide.",
         otherwise="0.7, or the width if that is more",
     ),
     Option(

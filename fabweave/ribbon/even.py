@@ -139,18 +139,24 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
         near = [before[near[0]], *near, after[near[-1]]]
     middle = (ribbons.right + ribbons.left) / 2
     line = middle[np.stack(near, axis=1)]
-    start, step = line[:, :-1], np.diff(line, axis=1)
-    square = np.maximum(np.einsum("nkd,nkd->nk", step, step), 1e-300)
-    half = wanted[:, None] / 2.0
+    step = np.diff(line, axis=1)
+    way = middle[rung][:, None] - line[:, :-1]
     across = unit(ribbons.left[rung] - ribbons.right[rung])
+    half = wanted[:, None] / 2.0
+    # From the start of each step to a place on the rung, and so how far that is from the step.
+    square = np.maximum(np.einsum("nkd,nkd->nk", step, step), 1e-300)
+    far, along = (np.einsum("nkd,nkd->nk", way, other) for other in (way, step))
+    out, ahead = (np.einsum("nkd,nd->nk", other, across) for other in (way, step))
     levels = []
     for side in (-half, half):
         factor = np.ones((len(rung), 1))
         for _ in range(_ROUNDS):
-            way = (middle[rung] + factor * side * across)[:, None] - start
-            share = np.clip(np.einsum("nkd,nkd->nk", way, step) / square, 0.0, 1.0)
-            far = np.linalg.norm(way - share[:, :, None] * step, axis=2).min(axis=1, keepdims=True)
-            factor = np.clip(factor * half / np.maximum(far, 1e-300), 1.0, _LONGEST)
+            place = factor * side
+            onward = along + place * ahead
+            share = np.clip(onward / square, 0.0, 1.0)
+            apart = far + place * (2.0 * out + place) - share * (2.0 * onward - share * square)
+            distance = np.sqrt(np.maximum(apart.min(axis=1, keepdims=True), 1e-300))
+            factor = np.clip(factor * half / distance, 1.0, _LONGEST)
         level = np.ones((ribbons.n_rungs, 1))
         level[rung] = factor
         levels.append(level)
