@@ -111,9 +111,11 @@ def outlines_svg(
     colours: npt.NDArray[np.integer],
 ) -> str:
     """Return SVG of polygons on a sheet, each in its colour, (N, 3); y points up."""
+    # A screen shows no more than a tenth of a millimetre.
+    seen = shapely.transform(shapely.simplify(polygons, 0.05), lambda points: points.round(2))
     paths = [
         polygon.svg(0.1, f"rgb({red},{green},{blue})", 1.0)
-        for polygon, (red, green, blue) in zip(polygons, colours.tolist(), strict=True)
+        for polygon, (red, green, blue) in zip(seen, colours.tolist(), strict=True)
     ]
     shown_px = min(480.0, 300.0 * width_mm / height_mm)
     return (
