@@ -7,7 +7,14 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.ribbon.project import Ribbons, better_diagonals, following_rung, project_ribbons
+from fabweave.ribbon.measures import panel_widths
+from fabweave.ribbon.project import (
+    Ribbons,
+    better_diagonals,
+    following_rung,
+    preceding_rung,
+    project_ribbons,
+)
 from fabweave.ribbon.width import WidthRule
 from fabweave.weave.pattern import Weave, strand_passes
 
@@ -21,17 +28,6 @@ _NEAR, _ROUNDS = 4, 5
 _LONGEST = 1.7
 #: Rounds in which lengths of neighbouring rungs are levelled, so that rails are smooth.
 _LEVELLED = 4
-
-
-def panel_widths(ribbons: Ribbons) -> FloatArray:
-    """Return how wide each panel is where it begins and where it ends, (P, 2).
-
-    It is measured across the panel's middle line: a slanted rung is longer than that.
-    """
-    middle = ribbons.left + ribbons.right
-    along = unit(middle[ribbons.entry + 1] - middle[ribbons.entry])[:, None]
-    rungs = (ribbons.left - ribbons.right)[ribbons.entry[:, None] + [0, 1]]
-    return np.asarray(np.linalg.norm(np.cross(along, rungs), axis=2))
 
 
 def even_widths(
@@ -129,11 +125,11 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
         At each pass, across the strand; between two passes it changes evenly.
     """
     rung, wanted = _of_no_turn(ribbons, weave, width)
-    after = following_rung(ribbons.offsets, ribbons.closed)
-    before = np.full(ribbons.n_rungs, -1, dtype=np.int64)
-    before[after[after >= 0]] = np.flatnonzero(after >= 0)
+    following = following_rung(ribbons.offsets, ribbons.closed)
     itself = np.arange(ribbons.n_rungs)
-    after, before = np.where(after >= 0, after, itself), np.where(before >= 0, before, itself)
+    before, after = (
+        np.where(beside >= 0, beside, itself) for beside in (preceding_rung(following), following)
+    )
     near = [rung]
     for _ in range(_NEAR):
         near = [before[near[0]], *near, after[near[-1]]]
@@ -171,7 +167,6 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     right, left = ribbons.right.copy(), ribbons.left.copy()
     right[rung] = middle[rung] - levels[0][rung] * half * across
     left[rung] = middle[rung] + levels[1][rung] * half * across
-    following = following_rung(ribbons.offsets, ribbons.closed)
     return replace(
         ribbons, right=right, left=left, from_right=better_diagonals(right, left, following)
     )

@@ -59,10 +59,7 @@ def open_share(ribbons: Ribbons, weave: Weave, mesh: PolyMesh) -> float:
     strips = _areas(right[here], right[ahead], left[ahead]) + _areas(
         right[here], left[ahead], left[here]
     )
-    enter, leave = ribbons.entry, ribbons.entry + 1
-    along = unit(right[leave] + left[leave] - right[enter] - left[enter])
-    across = left[enter] + left[leave] - right[enter] - right[leave]
-    width = np.linalg.norm(np.cross(along, across), axis=1) / 2.0
+    along, width = _along_panels(ribbons), panel_widths(ribbons).mean(axis=1)
     lower, upper = strand_passes(weave).T
     sine = np.linalg.norm(np.cross(along[upper], along[lower]), axis=1)
     shared = width[upper] * width[lower] / np.maximum(sine, 1e-9)
@@ -90,6 +87,21 @@ def ribbon_widths(ribbons: Ribbons) -> FloatArray:
     told.
     """
     return np.linalg.norm(ribbons.left - ribbons.right, axis=1)
+
+
+def panel_widths(ribbons: Ribbons) -> FloatArray:
+    """Return how wide each panel is where it begins and where it ends, (P, 2).
+
+    It is measured across the panel's middle line: a slanted rung is longer than that.
+    """
+    rungs = (ribbons.left - ribbons.right)[ribbons.entry[:, None] + [0, 1]]
+    return np.linalg.norm(np.cross(_along_panels(ribbons)[:, None], rungs), axis=2)
+
+
+def _along_panels(ribbons: Ribbons) -> FloatArray:
+    """Return which way the middle line of each panel goes, (P, 3)."""
+    middle = ribbons.left + ribbons.right
+    return unit(middle[ribbons.entry + 1] - middle[ribbons.entry])
 
 
 def thread_lengths(ribbons: Ribbons) -> FloatArray:

@@ -641,6 +641,14 @@ def following_rung(offsets: IntArray, closed: BoolArray) -> IntArray:
     return following
 
 
+def preceding_rung(following: IntArray) -> IntArray:
+    """Return what each rung, or pass, follows, as `following_rung` says it; -1 at an open end."""
+    preceding = np.full(len(following), -1, dtype=np.int64)
+    goes_on = np.flatnonzero(following >= 0)
+    preceding[following[goes_on]] = goes_on
+    return preceding
+
+
 def _crossing_quads(mesh: PolyMesh, halfedges: Halfedges, crossing: IntArray) -> _CrossingQuads:
     """Flatten the quad of each crossing to the plane through its middle."""
     centres = face_centres(mesh)

@@ -18,9 +18,9 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.piece.joined_strands import plan_pieces
 from fabweave.plan.ask import brief_of
-from fabweave.ribbon.even import even_rails, even_widths, panel_widths, short_panels
+from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.lay import lay_ribbons, widest_width
-from fabweave.ribbon.measures import ribbon_widths
+from fabweave.ribbon.measures import panel_widths, ribbon_widths
 from fabweave.ribbon.project import following_rung, smooth_ribbons
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
@@ -96,8 +96,7 @@ def even_on(mesh, rule: WidthRule = EVEN):
 @given(uneven())
 def test_one_width_is_kept_wherever_there_is_room_and_narrows_by_degrees(mesh) -> None:
     weave, width, projected = even_on(mesh)
-    one_all_over = np.ones(len(width))
-    ribbons = short_panels(projected, weave, width, one_all_over)
+    ribbons = short_panels(projected, weave, width, np.ones(len(width)))
     # Panels are as wide as told across themselves, at both ends, and no longer than projected.
     assert panel_widths(ribbons) == pytest.approx(np.column_stack([width, width]), rel=1e-9)
     assert (panel_lengths(ribbons) <= panel_lengths(projected) * (1 + 1e-9)).all()
@@ -130,7 +129,7 @@ def panel_lengths(ribbons) -> np.ndarray:
 
 
 @given(uneven(), st.integers(0, 4))
-def test_rails_keep_half_a_width_from_the_middle_line_and_strands_their_crossings(mesh, steps):
+def test_rails_move_along_their_rungs_and_strands_keep_their_crossings(mesh, steps):
     weave, width, projected = even_on(mesh)
     smooth = smooth_ribbons(short_panels(projected, weave, width, np.ones(len(width))), steps)
     ribbons = even_rails(smooth, weave, width)
@@ -140,7 +139,7 @@ def test_rails_keep_half_a_width_from_the_middle_line_and_strands_their_crossing
         across = unit(one.left - one.right)
         way = other.left - one.right
         assert np.linalg.norm(np.cross(across, way), axis=1).max() <= 1e-9 * np.abs(way).max()
-    for one, other in zip(corners_of(smooth), corners_of(ribbons), strict=True):
+    for one, other in zip(middles_of_ends(smooth), middles_of_ends(ribbons), strict=True):
         assert one == pytest.approx(other, abs=1e-9)
     # No rung gets shorter than the ribbon is wide there, nor longer than 1.7 times that.
     rung = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
@@ -149,7 +148,7 @@ def test_rails_keep_half_a_width_from_the_middle_line_and_strands_their_crossing
         assert (rung[end] <= 1.7 * width * (1 + 1e-9)).all()
 
 
-def corners_of(ribbons):
+def middles_of_ends(ribbons):
     """Return the middle of each panel's two ends."""
     middle = (ribbons.right + ribbons.left) / 2
     return middle[ribbons.entry], middle[ribbons.entry + 1]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.project import Ribbons, following_rung, preceding_rung
 
 #: Panels whose outward sides look away from one another have no plane between them.
 _FACING = 0.2
@@ -88,8 +88,7 @@ def measure_bends(ribbons: Ribbons) -> Bends:
     following = following_rung(ribbons.offsets, ribbons.closed)
     has_quad = following >= 0
     after = np.where(has_quad, following, np.arange(len(following)))
-    before = np.full(len(following), -1, dtype=np.int64)
-    before[following[has_quad]] = np.flatnonzero(has_quad)
+    before = preceding_rung(following)
     inner = has_quad & (before >= 0)
     prior = np.where(inner, before, 0)
 

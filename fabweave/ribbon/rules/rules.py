@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
-from fabweave.ribbon.project import Ribbons, crossing_threads, following_rung
+from fabweave.ribbon.project import Ribbons, crossing_threads, following_rung, preceding_rung
 from fabweave.ribbon.rules.bends import Bends, Spans, measure_bends, measure_spans
 from fabweave.ribbon.rules.clearance import Nearness, near_pairs
 from fabweave.ribbon.stretches import ends_of_stretches
@@ -129,9 +129,7 @@ def _creases(ribbons: Ribbons, bends: Bends, spans: Spans) -> tuple[FloatArray, 
     A rung where a panel begins belongs to the span before it. NaN where there is no span.
     """
     owner = pass_of_rungs(ribbons)
-    following = following_rung(ribbons.pass_offsets, ribbons.closed)
-    before = np.full(len(following), -1, dtype=np.int64)
-    before[following[following >= 0]] = np.flatnonzero(following >= 0)
+    before = preceding_rung(following_rung(ribbons.pass_offsets, ribbons.closed))
     owner[ribbons.entry] = np.where(before >= 0, before, np.arange(len(before)))
     length = spans.length_mm[owner]
     return np.where(np.isnan(length), np.nan, np.abs(bends.turn_deg)), length
