@@ -8,12 +8,13 @@ from designs import candidate
 
 from fabweave.design import making, search
 from fabweave.design.beside import beside
-from fabweave.design.candidate import Tried
+from fabweave.design.candidate import Tried, try_design
 from fabweave.design.search import Trials
 from fabweave.design.variety import MOST
 from fabweave.design.wishes import Wishes, distance, misses, values_text
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
+from fabweave.plan.ask import complete_settings
 
 ASKED = Settings.of("cow.obj", size_mm=400.0)
 BEST = ASKED.but(remesh="quads:200")
@@ -136,3 +137,17 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     assert len(tries) <= 24
     assert len({str(one) for one in tries}) == len(tries)
     assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01
+
+
+def test_a_budget_is_held_against_whole_sheets_at_worst():
+    material = Settings.of("shape:octahedron", size_mm=200.0, material="card")
+    tried = try_design(material, "key", "D").tried.candidate.figures
+    supplies = complete_settings(material)[1]
+    sheet = supplies.sheets[0]
+    width, height = sheet.width_mm, sheet.height_mm
+    price_per_m2 = supplies.only.price_per_m2
+    most = price_per_m2[1] if isinstance(price_per_m2, tuple) else price_per_m2
+    assert tried.price[1] >= round(tried.sheets * width * height * 1e-6 * most, 2) > 0.0
+    between = sum(tried.price) / 2.0
+    assert misses(tried, Wishes(budget=between))["budget"] > 0.0
+    assert misses(tried, Wishes(budget=tried.price[1]))["budget"] == 0.0
