@@ -180,9 +180,15 @@ def make(
     workers, replaced = os.cpu_count() or 1, [config] if config is not None else []
     why = ""
     with progress_bar(quiet or as_json) as progress:
+
+        def better(line: str) -> None:
+            """Print what is the best so far."""
+            if not (quiet or as_json):
+                progress.say(line, err=True)
+
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            trials = Trials(settings, progress, processes(workers))
+            trials = Trials(settings, progress, processes(workers), better=better)
             settings, why = meet_wishes(trials, wishes)
         made, _, coarser = make_or_advise(
             settings,
@@ -190,6 +196,7 @@ def make(
             progress,
             workers=workers,
             replaced=replaced,
+            better=better,
         )
     why = "\n".join(filter(None, (why, coarser)))
     if as_json:

@@ -39,10 +39,10 @@ class Report:
         yield
         self._bar.start()
 
-    def say(self, text: str) -> None:
-        """Print a line."""
+    def say(self, text: str, *, err: bool = False) -> None:
+        """Print a line; on the error stream, if it is no result."""
         with self.aside():
-            click.echo(text)
+            click.echo(text, err=err)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,8 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
-from fabweave.estimate.costs import planned_costs
+from fabweave.estimate.costs import Costs, planned_costs
+from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
@@ -30,6 +32,7 @@ from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
 from fabweave.ribbon.rules.remedy import Depth
+from fabweave.stock.material import Material
 from fabweave.stock.supplies import Supplies
 
 #: Pixels of a candidate's picture, and from where all are seen alike.
@@ -236,6 +239,18 @@ def _sheets(planned: PlannedJob) -> tuple[int, float]:
     return needed.count, needed.area_mm2
 
 
+def _price(
+    costs: Costs, sheets_mm2: float, materials: Sequence[Material]
+) -> tuple[float, float] | None:
+    """Return what sheets and the rest cost: at worst, each sheet that is begun is paid."""
+    if costs.price is None or costs.sheet_price is None:
+        return None
+    whole = [sheet_price(sheets_mm2, material) for material in materials]
+    dearest = max((price.high for price in whole if price is not None), default=0.0)
+    more = max(dearest - costs.sheet_price.high, 0.0)
+    return _rounded((costs.price.low, costs.price.high + more))
+
+
 def _figures(planned: PlannedJob) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, planned.check.measured["width"].value
@@ -263,7 +278,7 @@ def _figures(planned: PlannedJob) -> Figures:
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
-        price=None if costs.price is None else _rounded((costs.price.low, costs.price.high)),
+        price=_price(costs, sheets_mm2, planned.supplies.materials),
     )
 
 

@@ -106,6 +106,13 @@ class Attempt:
         return self.loss <= _POOR and not self.limbs
 
     @property
+    def text(self) -> str:
+        """What it comes to, and what holds it back."""
+        if self.loaded is None:
+            return self.verdict.headline
+        return f"about {self.loaded.mesh.n_corners // 2} crossings; {self.verdict.headline}"
+
+    @property
     def rank(self) -> tuple[bool, float, int]:
         """What is better sorts first: what is makeable and like, else what wants less care.
 
@@ -302,13 +309,17 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     def try_all(some: list[Settings]) -> None:
         new = {name_of(one, asked): one for one in some}
         new = {name: one for name, one in new.items() if name not in tried}
-        total = len(tried) + len(new)
+        names, total = list(new), len(tried) + len(new)
         trials.progress("meshes", len(tried), total)
         found: dict[int, Attempt] = {}
         with trials.executors() as executor:
             tasks = [(one, given) for one in new.values()]
             for at, attempt in finished(executor, try_mesh, tasks):
                 found[at] = attempt
+                rank = not (attempt.built and attempt.like), *attempt.rank
+                if attempt.loaded is not None and rank < min(ranks, default=(True, True, np.inf)):
+                    trials.better(f"best so far: {names[at]}: {attempt.text}")
+                ranks.append(rank)
                 trials.progress("meshes", len(tried) + len(found), total)
         tried.update({name: found[at] for at, name in enumerate(new)})
 
@@ -317,6 +328,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
         yielded.extend(sorted(left, key=lambda one: one.rank))
         return yielded[len(yielded) - len(left) :]
 
+    ranks: list[tuple[bool, bool, float, int]] = []
     tried: dict[str, Attempt] = {}
     yielded: list[Attempt] = []
 

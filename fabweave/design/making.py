@@ -1,6 +1,6 @@
 """Make what is wished for, or say what could be made in place of what cannot."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -14,7 +14,7 @@ from fabweave.core.errors import CannotMakeError, FabweaveError, TooFineError
 from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
 from fabweave.design.beside import SOFT
-from fabweave.design.candidate import told_design
+from fabweave.design.candidate import Candidate, told_design
 from fabweave.design.coarser import (
     coarser_meshes,
     foreseen,
@@ -23,8 +23,8 @@ from fabweave.design.coarser import (
     needs,
     told,
 )
-from fabweave.design.search import Trials, plan_designs, search_designs
-from fabweave.design.wishes import Wishes, choose
+from fabweave.design.search import Trials, plan_designs, search_designs, tell_nobody
+from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import FinishedJob, run_job
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
@@ -58,8 +58,17 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
     CannotMakeError
         If no design can be built.
     """
+    nearest = np.inf
+
+    def tell(candidate: Candidate) -> None:
+        nonlocal nearest
+        trials.told(candidate)
+        if (away := distance(candidate, wishes)) < nearest:
+            nearest = away
+            trials.better(f"best so far: {told_design(candidate)}")
+
     planned = plan_designs(trials, _TRIES)
-    found = search_designs(trials, planned, _TRIES, first=_FIRST, wishes=wishes)
+    found = search_designs(replace(trials, told=tell), planned, _TRIES, first=_FIRST, wishes=wishes)
     best, why = choose(found.candidates, wishes)
     return found.designs[found.candidates.index(best)], why
 
@@ -104,11 +113,13 @@ def make_or_advise(
     mesh: PolyMesh | None = None,
     workers: int = 0,
     replaced: Collection[Path] = (),
+    better: Callable[[str], None] = tell_nobody,
 ) -> Made:
     """Make a job as ``run_job`` does; where it cannot be built, on a coarser mesh, or say what can.
 
     A coarser mesh is taken where the mesh is left to fabweave (see :func:`is_free`): the best of
-    those that are tried. The files are those that its settings make when they are asked for.
+    those that are tried; ``better`` is told each that is better than those before. The files are
+    those that its settings make when they are asked for.
 
     Raises
     ------
@@ -137,7 +148,7 @@ def make_or_advise(
             return Made(run(settings, loaded=model), settings)
         except (NotMakeableError, TooFineError) as error:
             refused, why = error, f"cannot be built ({_reason(error)})"
-    trials = Trials(settings, progress, processes(workers), mesh)
+    trials = Trials(settings, progress, processes(workers), mesh, better=better)
     meshes = model is not None and has_coarser(model)
     if model is not None and meshes:
         for one in islice(coarser_meshes(trials, model), _MADE):

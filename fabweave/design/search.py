@@ -64,6 +64,8 @@ class Trials:
     told : callable
         Called with each as soon as it and all before it were tried: in their order, whoever tries
         them.
+    better : callable
+        Called with a line for each try that is better than all before it.
     meshes : dict
         What the model was remeshed to by designs that were tried before; those of the next come to
         it. It saves time, and changes no result.
@@ -75,6 +77,7 @@ class Trials:
     given: PolyMesh | None = None
     folder: Path | None = None
     told: ToldDesign = tell_nobody
+    better: Callable[[str], None] = tell_nobody
     meshes: Meshes = field(default_factory=dict)
 
     def model(self) -> PolyMesh:

@@ -25,11 +25,11 @@ class Wishes:
     ribbon_mm : float or None
         Ribbons about so wide, in the middle of them.
     hours : float or None
-        No more hours of assembly, in the middle of their range.
+        No more hours of assembly, at worst.
     sheets : int or None
         No more sheets.
     budget : float or None
-        No more money for sheets and hardware, in the middle of its range.
+        No more money for hardware and whole sheets, at worst.
     likeness_mm : float or None
         The surface is nowhere farther from the model.
     """

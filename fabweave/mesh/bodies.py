@@ -10,8 +10,11 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import group_edges
+from fabweave.mesh.likeness import likeness
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, without_loose
+from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
+from fabweave.mesh.remesh.remeshed import sound_faults
 from fabweave.mesh.topology import face_patches, keep_faces, label_links, orient_faces, turn_faces
 from fabweave.mesh.triangulate import surface_area, triangulate
 
@@ -278,6 +281,9 @@ _INSIDE = 0.5
 #: No point of the lattice is nearer to the surface than this share of a step: triangles keep an
 #: area.
 _NEAREST = 0.02
+#: A wrap has no more triangles than the first of these, and as few of them as keep it within so
+#: many steps of the lattice.
+_COUNTS, _OFF = (12_000, 6000, 3000, 1500), 0.25
 
 
 def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
@@ -287,7 +293,7 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     faces that look outward: a place counts as inside where the generalised winding number of the
     surface is above one half. On a lattice of a hundredth of the size, the border between inside
     and outside is drawn where the surface is. Cavities go, and so does what is finer than the
-    lattice.
+    lattice. Then edges are collapsed as long as the surface stays within a quarter of a step.
 
     Parameters
     ----------
@@ -344,14 +350,36 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     surface = Surface(triangles.vertices, triangles.indices.reshape(-1, 3))
     apart = surface.feet(lattice[near]).distances
     height[near] *= np.clip(apart, _NEAREST, 1.0)
-    solid, count = _wrapped_solid(_border(height, lattice, counts))
+    dense, count = _wrapped_solid(_border(height, lattice, counts))
+    solid, off = _thinned(dense)
     wrapped = solid.with_vertices(solid.vertices * step + low)
     told = (
         f"all was wrapped in {agree(count, '[one closed surface|{n} closed surfaces]')}, of "
         f"{wrapped.n_faces} triangles (--bodies wrap): detail and walls finer than a hundredth of "
-        "the size are lost; --remesh makes faces of them that are good to weave"
+        f"the size are lost; the triangles stand for {dense.n_faces}, and are at most "
+        f"{off / _STEPS:.2%} of the size off these; --remesh makes faces of them that are good to "
+        "weave"
     )
     return KeptBodies(wrapped, (told,))
+
+
+def _thinned(dense: PolyMesh) -> tuple[PolyMesh, float]:
+    """Return a surface of fewer triangles that is as sound, and how far off it is, in steps."""
+    thin, off = dense, 0.0
+    for count in _COUNTS:
+        if count >= thin.n_faces:
+            continue
+        try:
+            fewer = run_engine(QSLIM, thin, Run(count, 0, rim=False))
+        except AttemptFailedError:
+            break
+        if sound_faults(thin, fewer, 3):
+            break
+        away = likeness(dense, fewer).greatest_mm
+        if away > _OFF and count < _COUNTS[0]:
+            break
+        thin, off = fewer, away
+    return thin, off
 
 
 def _sound(mesh: PolyMesh) -> PolyMesh | None:

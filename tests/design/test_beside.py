@@ -1,18 +1,20 @@
 """Beside the nearest design are tried those that should come nearer, and the reasons are told."""
 
 import math
+import re
 
 import pytest
 from designs import candidate
 
 from fabweave.design import making, search
 from fabweave.design.beside import beside
-from fabweave.design.candidate import Tried
+from fabweave.design.candidate import Tried, try_design
 from fabweave.design.search import Trials
 from fabweave.design.variety import MOST
 from fabweave.design.wishes import Wishes, distance, misses, values_text
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
+from fabweave.plan.ask import complete_settings
 
 ASKED = Settings.of("cow.obj", size_mm=400.0)
 BEST = ASKED.but(remesh="quads:200")
@@ -108,20 +110,44 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     """With pieces in proportion to faces, the number wished for is found, and tries are few."""
     tries = []
 
-    def explore(_, designs, *__, **___):
+    def explore(trials, designs, *__, **___):
         tries.extend(designs)
-        return [
+        found = [
             Tried(candidate=candidate(
                 name=str(number), pieces=int(0.7 * int(design.mesh.remesh.split(":")[1])),
                 longest_mm=300.0), picture=None)
             for number, design in enumerate(designs, start=len(tries))
         ]  # fmt: skip
+        for one in found:
+            trials.told(one.candidate)
+        return found
 
     planned = [ASKED.but(remesh=f"quads:{count}") for count in (70, 240, 800)]
     monkeypatch.setattr(search, "explore", explore)
     monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
-    chosen, _ = making.meet_wishes(Trials(ASKED), Wishes(pieces=300))
+    told = []
+    chosen, _ = making.meet_wishes(Trials(ASKED, better=told.append), Wishes(pieces=300))
     assert chosen.mesh.remesh == "quads:430"
+    # Each that is told is nearer than the one before, and the last is what is chosen.
+    away = [abs(math.log(int(re.search(r": (\d+) pieces", line)[1]) / 300)) for line in told]
+    assert len(told) > 1
+    assert away == sorted(set(away), reverse=True)
+    assert told[-1].startswith("best so far: ")
+    assert ": 301 pieces" in told[-1]
     assert len(tries) <= 24
     assert len({str(one) for one in tries}) == len(tries)
     assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01
+
+
+def test_a_budget_is_held_against_whole_sheets_at_worst():
+    material = Settings.of("shape:octahedron", size_mm=200.0, material="card")
+    tried = try_design(material, "key", "D").tried.candidate.figures
+    supplies = complete_settings(material)[1]
+    sheet = supplies.sheets[0]
+    width, height = sheet.width_mm, sheet.height_mm
+    price_per_m2 = supplies.only.price_per_m2
+    most = price_per_m2[1] if isinstance(price_per_m2, tuple) else price_per_m2
+    assert tried.price[1] >= round(tried.sheets * width * height * 1e-6 * most, 2) > 0.0
+    between = sum(tried.price) / 2.0
+    assert misses(tried, Wishes(budget=between))["budget"] > 0.0
+    assert misses(tried, Wishes(budget=tried.price[1]))["budget"] == 0.0

@@ -222,6 +222,23 @@ def test_a_mesh_is_opened_where_a_few_places_stop_it(pinched, opened):
     assert attempt.loaded.mesh.n_faces == 216 - len(gone)
 
 
+def test_only_what_is_better_than_all_before_it_is_told(fine, monkeypatch):
+    loaded, told, left = load_asked(fine), [], [2, 3, 1, 1, 0]
+    reason = Finding(rule="twist", level="not makeable", text="strips twist")
+
+    def attempt(settings, _given):
+        reasons = left.pop(0) if left else 5
+        level = "not makeable" if reasons else "makeable"
+        return Attempt(settings, loaded, Verdict(level=level, reasons=(reason,) * reasons))
+
+    monkeypatch.setattr(coarser, "try_mesh", attempt)
+    list(coarser.coarser_meshes(Trials(fine, better=told.append), loaded))
+    more = ["not makeable: strips twist (and 1 more)", "not makeable: strips twist", "makeable"]
+    assert [line.rpartition("; ")[2] for line in told] == more
+    assert all(line.startswith("best so far: --remesh ") for line in told)
+    assert all("about 7680 crossings" in line for line in told)
+
+
 def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
     tried = []
 
