@@ -281,9 +281,9 @@ _INSIDE = 0.5
 #: No point of the lattice is nearer to the surface than this share of a step: triangles keep an
 #: area.
 _NEAREST = 0.02
-#: A wrap has no more triangles than the first of these, and as few of them as keep it within so
-#: many steps of the lattice.
-_COUNTS, _OFF = (12_000, 6000, 3000, 1500), 0.25
+#: A wrap has no more triangles than the first of these, and the last if that keeps it within so
+#: many steps of the lattice. Of fewer, quads come out farther off the corners of a box.
+_COUNTS, _OFF = (12_000, 6000), 0.25
 
 
 def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
