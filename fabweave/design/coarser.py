@@ -9,7 +9,7 @@ from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import finished
 from fabweave.design.beside import density
-from fabweave.design.search import Trials
+from fabweave.design.search import STOPPED, Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
 from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
@@ -271,6 +271,62 @@ def has_coarser(model: LoadedMesh) -> bool:
     return model.mesh.n_faces >= _STEP * FEWEST
 
 
+class _Tries:
+    """The meshes that were tried for a model, and what each came to."""
+
+    def __init__(self, trials: Trials) -> None:
+        self._trials = trials
+        self._tried: dict[str, Attempt] = {}
+        self._yielded: list[Attempt] = []
+        self._rank: tuple[bool, bool, float, int] = (True, True, np.inf, 0)
+        #: Whether Ctrl-C ended it.
+        self.stopped = False
+
+    def add(self, some: list[Settings]) -> None:
+        """Try those that were not, and tell what is better than all before it."""
+        new = {name_of(one, self._trials.asked): one for one in some}
+        new = {name: one for name, one in new.items() if name not in self._tried}
+        names, total = list(new), len(self._tried) + len(new)
+        self._trials.progress("meshes", len(self._tried), total)
+        found: dict[int, Attempt] = {}
+        try:
+            with self._trials.executors() as executor:
+                tasks = [(one, self._trials.given) for one in new.values()]
+                for at, attempt in finished(executor, try_mesh, tasks):
+                    found[at] = attempt
+                    rank = not (attempt.built and attempt.like), *attempt.rank
+                    if attempt.loaded is not None and rank < self._rank:
+                        self._rank = rank
+                        self._trials.better(f"best so far: {names[at]}: {attempt.text}")
+                    self._trials.progress("meshes", len(self._tried) + len(found), total)
+        except KeyboardInterrupt:
+            if not any(one.built for one in (*self._tried.values(), *found.values())):
+                raise
+            self.stopped = True
+            self._trials.better(STOPPED)
+        self._tried.update({names[at]: found[at] for at in sorted(found)})
+
+    def take(self, least: Callable[[Attempt], bool]) -> list[Attempt]:
+        """Return what can be built and was not taken before, the best first."""
+        left = [
+            one
+            for one in self._tried.values()
+            if one.built and one not in self._yielded and least(one)
+        ]
+        self._yielded.extend(left)
+        return sorted(left, key=lambda one: one.rank)
+
+    def made(self, way: str) -> bool:
+        """Tell whether a way may make a mesh: one that failed to make any fails again."""
+        known = [one for one in self._tried.values() if density(one.settings)[0] == way]
+        return not known or any(one.loaded is not None for one in known)
+
+    @property
+    def none(self) -> bool:
+        """Whether none could be made."""
+        return all(one.loaded is None for one in self._tried.values())
+
+
 def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     """Try coarser meshes for a model, round after round, and yield those that can be built.
 
@@ -278,7 +334,8 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     bodies or many handles, all wrapped as one. Then, as long as more are asked for, coarser ones,
     wrapped if none could be made at all, and triangles. What is like the model comes as soon as its
     round is done, the best first; the rest at last. Each round is chosen from what the one before
-    came to, so the result is the same however many work at it.
+    came to, so the result is the same however many work at it. Ctrl-C ends the search with what
+    it has, if any of that can be built.
 
     Parameters
     ----------
@@ -287,7 +344,7 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     model : LoadedMesh
         As it comes.
     """
-    asked, given = trials.asked, trials.given
+    asked = trials.asked
     if not has_coarser(model):
         return
     most = min(_MOST, model.mesh.n_faces / _STEP)
@@ -306,51 +363,23 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
         number = two_digits(share * max(finest / _STEP**step, FEWEST))
         return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
 
-    def try_all(some: list[Settings]) -> None:
-        new = {name_of(one, asked): one for one in some}
-        new = {name: one for name, one in new.items() if name not in tried}
-        names, total = list(new), len(tried) + len(new)
-        trials.progress("meshes", len(tried), total)
-        found: dict[int, Attempt] = {}
-        with trials.executors() as executor:
-            tasks = [(one, given) for one in new.values()]
-            for at, attempt in finished(executor, try_mesh, tasks):
-                found[at] = attempt
-                rank = not (attempt.built and attempt.like), *attempt.rank
-                if attempt.loaded is not None and rank < min(ranks, default=(True, True, np.inf)):
-                    trials.better(f"best so far: {names[at]}: {attempt.text}")
-                ranks.append(rank)
-                trials.progress("meshes", len(tried) + len(found), total)
-        tried.update({name: found[at] for at, name in enumerate(new)})
-
-    def best(least: Callable[[Attempt], bool]) -> list[Attempt]:
-        left = [one for one in tried.values() if one.built and one not in yielded and least(one)]
-        yielded.extend(sorted(left, key=lambda one: one.rank))
-        return yielded[len(yielded) - len(left) :]
-
-    ranks: list[tuple[bool, bool, float, int]] = []
-    tried: dict[str, Attempt] = {}
-    yielded: list[Attempt] = []
-
-    def can_be_made(way: str) -> bool:
-        made = [one.loaded is not None for one in tried.values() if density(one.settings)[0] == way]
-        return not made or any(made)
-
     rounds = [
         [(way, 0.0) for way in ways],
         [(way, 1.0) for way in ways],
         [(kind, 2.0), *((way, 0.5) for way in ways)],
         [("triangles", 0.0), ("triangles", 1.0), (kind, 3.0)],
     ]
+    tries = _Tries(trials)
     for at, some in enumerate(rounds):
-        # A way that failed to make any mesh fails again.
-        try_all([mesh(*one) for one in some if can_be_made(one[0])])
-        if bodies == "all" and all(one.loaded is None for one in tried.values()):
+        tries.add([mesh(*one) for one in some if tries.made(one[0])])
+        if tries.stopped:
+            break
+        if bodies == "all" and tries.none:
             # A wrap closes cracks and cavities, which is no small change: only where it helps.
             bodies = "wrap"
-            try_all([mesh(*one) for one in some])
-        yield from best(lambda one: one.like and (at > 0 or one.rank[1] < _FINE))  # noqa: B023
-    yield from best(lambda _: True)
+            tries.add([mesh(*one) for one in some])
+        yield from tries.take(lambda one: one.like and (at > 0 or one.rank[1] < _FINE))  # noqa: B023
+    yield from tries.take(lambda _: True)
 
 
 def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:

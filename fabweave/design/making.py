@@ -43,7 +43,8 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
     """Return the settings of the design that comes nearest to what is wished, and why.
 
     Designs from coarse to fine are tried first, then others beside the nearest: of other density,
-    split, faired or refined otherwise, with wider or narrower ribbons.
+    split, faired or refined otherwise, with wider or narrower ribbons. Ctrl-C ends the search with
+    the nearest that was tried, if any can be built.
 
     Parameters
     ----------
@@ -68,7 +69,8 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
             trials.better(f"best so far: {told_design(candidate)}")
 
     planned = plan_designs(trials, _TRIES)
-    found = search_designs(replace(trials, told=tell), planned, _TRIES, first=_FIRST, wishes=wishes)
+    telling = replace(trials, told=tell, partly=True)
+    found = search_designs(telling, planned, _TRIES, first=_FIRST, wishes=wishes)
     best, why = choose(found.candidates, wishes)
     return found.designs[found.candidates.index(best)], why
 

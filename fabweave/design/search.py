@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -41,6 +42,10 @@ Meshes: TypeAlias = dict[str, Remeshed | None]
 ToldDesign: TypeAlias = Callable[[Candidate], None]
 
 
+#: Said where Ctrl-C ends a search that has something to go on with.
+STOPPED = "stopped searching; going on with the best so far (Ctrl-C again ends it all)"
+
+
 def tell_nobody(_found: object) -> None:
     """Keep to oneself what was found."""
 
@@ -66,6 +71,8 @@ class Trials:
         them.
     better : callable
         Called with a line for each try that is better than all before it.
+    partly : bool
+        Whether Ctrl-C ends a search with what it has, where any of that can be built.
     meshes : dict
         What the model was remeshed to by designs that were tried before; those of the next come to
         it. It saves time, and changes no result.
@@ -78,6 +85,7 @@ class Trials:
     folder: Path | None = None
     told: ToldDesign = tell_nobody
     better: Callable[[str], None] = tell_nobody
+    partly: bool = False
     meshes: Meshes = field(default_factory=dict)
 
     def model(self) -> PolyMesh:
@@ -105,7 +113,10 @@ def plan_designs(trials: Trials, count: int) -> list[Settings]:
 
 
 def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
-    """Try designs, each once, and return them in their order."""
+    """Try designs, each once, and return them in their order.
+
+    Where something is sought for and Ctrl-C comes, those before the first that is not done yet.
+    """
     asked, folder, meshes = trials.asked, trials.folder, trials.meshes
     digest = mesh_digest(asked.mesh.source, trials.given)
     keys = [design_key(settings, digest) for settings in designs]
@@ -114,6 +125,7 @@ def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
         folder.mkdir(parents=True, exist_ok=True)
         known = {key: tried for key in keys if (tried := _kept(folder, key)) is not None}
     left = {key: one for key, one in zip(keys, designs, strict=True) if key not in known}
+    mesh_keys = {key: _mesh_key(one, digest) for key, one in left.items()}
     untold = iter(dict.fromkeys(keys))
     following = next(untold, None)
 
@@ -126,37 +138,46 @@ def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
 
     trials.progress("designs", len(known), len(keys))
     tell()
-    with trials.executors() as executor:
-        while left:
-            now = _one_of_each_mesh(left, digest, meshes)
-            tasks = [
-                (one, key, name_of(one, asked), trials.given, meshes.get(_mesh_key(one, digest)))
-                for key, one in now.items()
-            ]
-            for _, (tried, remeshed) in finished(executor, try_design, tasks):
-                key = tried.candidate.key
-                known[key] = tried
-                meshes[_mesh_key(left.pop(key), digest)] = remeshed
-                if folder is not None:
-                    _keep(folder, tried)
-                trials.progress("designs", len(known), len(keys))
-                tell()
-    return [known[key] for key in keys]
+    try:
+        with trials.executors() as executor:
+            while left:
+                now = _one_of_each_mesh(left, mesh_keys, meshes)
+                tasks = [
+                    (
+                        one,
+                        key,
+                        name_of(one, asked),
+                        trials.given,
+                        meshes.get(_mesh_key(one, digest)),
+                    )
+                    for key, one in now.items()
+                ]
+                for _, (tried, remeshed) in finished(executor, try_design, tasks):
+                    key = tried.candidate.key
+                    known[key] = tried
+                    del left[key]
+                    meshes[mesh_keys[key]] = remeshed
+                    if folder is not None:
+                        _keep(folder, tried)
+                    trials.progress("designs", len(known), len(keys))
+                    tell()
+    except KeyboardInterrupt:
+        if not trials.partly:
+            raise
+    return [known[key] for key in takewhile(known.__contains__, keys)]
 
 
 def _one_of_each_mesh(
-    left: dict[str, Settings], digest: str, meshes: Meshes
+    left: dict[str, Settings], mesh_keys: dict[str, str], meshes: Meshes
 ) -> dict[str, Settings]:
     """Return the designs, by their keys, whose mesh is known, or that are the first of theirs."""
     first: dict[str, str] = {}
-    for key, one in left.items():
-        first.setdefault(_mesh_key(one, digest), key)
+    for key in left:
+        first.setdefault(mesh_keys[key], key)
     return {
         key: one
         for key, one in left.items()
-        if one.mesh.remesh is None
-        or _mesh_key(one, digest) in meshes
-        or first[_mesh_key(one, digest)] == key
+        if one.mesh.remesh is None or mesh_keys[key] in meshes or first[mesh_keys[key]] == key
     }
 
 
@@ -262,9 +283,14 @@ def search_designs(
 
     more = list(planned[:first])
     while more:
-        designs += more
         tried += explore(trials, more)
+        stopped = len(tried) < len(designs) + len(more)
+        designs = [*designs, *more][: len(tried)]
         found = [one.candidate for one in tried]
+        if stopped:
+            if not any(one.makeable for one in found):
+                raise KeyboardInterrupt
+            trials.better(STOPPED)
         pairs = list(zip(designs, found, strict=True))
         room = most - len(designs)
         more = [one for one in planned if one not in designs][:room]
@@ -274,6 +300,7 @@ def search_designs(
             # Where a wish is met as well as may be, nothing more is tried.
             met = wishes and any(one.makeable for one in found)
             more = near[:at_a_time] or ([] if met else more)
+        more = [] if stopped else more
     helps: list[Tried] = []
     failed = None if any(one.makeable for one in found) else nearest(pairs)
     # Who wishes for something is not asked whether another size or material would do.

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import pytest
 from designs import candidate
@@ -137,6 +138,32 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     assert len(tries) <= 24
     assert len({str(one) for one in tries}) == len(tries)
     assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01
+
+
+@pytest.mark.parametrize(("most", "kept"), [(0, 0), (3, 3), (11, 11)])
+def test_ctrl_c_keeps_the_nearest_that_was_tried(monkeypatch, most, kept):
+    tried = []
+
+    def attempt(settings, key, name, *_):
+        if len(tried) == most:
+            raise KeyboardInterrupt
+        tried.append(settings)
+        pieces = int(settings.mesh.remesh.split(":")[1])
+        found = replace(candidate(name=name, pieces=pieces), key=key)
+        return Tried(candidate=found, picture=None), None
+
+    planned = [ASKED.but(remesh=f"quads:{70 + 10 * number}") for number in range(9)]
+    monkeypatch.setattr(search, "try_design", attempt)
+    monkeypatch.setattr(search, "mesh_digest", lambda *_: "0")
+    monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
+    if not kept:
+        with pytest.raises(KeyboardInterrupt):
+            making.meet_wishes(Trials(ASKED), Wishes(pieces=500))
+        return
+    chosen, _ = making.meet_wishes(Trials(ASKED), Wishes(pieces=500))
+    assert len(tried) == kept
+    most_faces = max(tried, key=lambda one: int(one.mesh.remesh.split(":")[1]))
+    assert chosen == most_faces
 
 
 def test_a_budget_is_held_against_whole_sheets_at_worst():

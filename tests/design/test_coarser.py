@@ -239,6 +239,28 @@ def test_only_what_is_better_than_all_before_it_is_told(fine, monkeypatch):
     assert all("about 7680 crossings" in line for line in told)
 
 
+@pytest.mark.parametrize(("built", "most"), [(False, 0), (True, 1), (True, 3)])
+def test_ctrl_c_keeps_what_can_be_built(fine, monkeypatch, built, most):
+    loaded, tried = load_asked(fine), []
+
+    def attempt(settings, _given):
+        if len(tried) == most:
+            raise KeyboardInterrupt
+        tried.append(settings)
+        stops = Finding(rule="twist", level="not makeable", text="strips twist")
+        level = ("makeable", ()) if built else ("not makeable", (stops,))
+        return Attempt(settings, loaded, Verdict(level=level[0], reasons=level[1]))
+
+    monkeypatch.setattr(coarser, "try_mesh", attempt)
+    search = coarser.coarser_meshes(Trials(fine), loaded)
+    if not built:
+        with pytest.raises(KeyboardInterrupt):
+            list(search)
+    else:
+        assert {str(one.settings) for one in search} == {str(one) for one in tried}
+        assert len(tried) == most
+
+
 def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
     tried = []
 
