@@ -18,6 +18,7 @@ import shapely
 from scipy.ndimage import distance_transform_edt
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.parallel.executors import in_threads
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import ItemShape, Spot, fitting_angles, rotated
 from fabweave.nest.layout import Effort
@@ -287,67 +288,78 @@ class SheetPixels:
     def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
         result = np.empty((len(pixels), shape[0], shape[1] // 2 + 1), dtype=np.complex64)
-        for some in _cached_slices(len(pixels), shape[0] * shape[1]):
-            rows = pixels[some].astype(np.float32)
-            half = scipy.fft.rfft(rows, n=shape[1], axis=2, workers=self.workers)
-            whole = scipy.fft.fft(half, n=shape[0], axis=1, overwrite_x=True, workers=self.workers)
+
+        def transform(some: slice) -> None:
+            half = scipy.fft.rfft(pixels[some].astype(np.float32), n=shape[1], axis=2)
+            whole = scipy.fft.fft(half, n=shape[0], axis=1, overwrite_x=True)
             np.conj(whole, out=result[some])
+
+        in_threads(transform, _cached_slices(len(pixels), shape[0] * shape[1]), self.workers)
         return result
 
     def _free_spots(
         self, kernels: Kernels, spectra: _Spectra, tile: _Tile, side: int, last: IntArray
     ) -> list[Spot]:
         """Return a tile's free spot with the most contact at each angle, the best first."""
+        pixel_mm, usable_mm = self.grid.pixel_mm, self.grid.usable_mm
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
         extent = (len(rows), len(columns))
         angles = spectra.able.get(tile, np.arange(len(spectra.pixels)))
-        pixels = spectra.pixels[angles]
-        free = self._correlation(self._occupied, pixels, tile, spectra.shape, extent) < 0.5
-        free &= rows[None, :, None] <= last[angles, 1][:, None, None]
-        free &= columns[None, None, :] <= last[angles, 0][:, None, None]
-        some = free.any(axis=(1, 2))
-        able = spectra.able[tile] = angles[some]
-        if len(able) == 0:
+        if len(angles) == 0:
             return []
-        score = self._correlation(self._touched, spectra.pixels[able], tile, spectra.shape, extent)
-        np.rint(score, out=score)
-        score /= np.float32(kernels.rim)
-        # How far to the right its far side comes, as a share of the sheet; less so upwards.
-        right = columns * self.grid.pixel_mm + kernels.sizes[able, 0][:, None]
-        up = rows * self.grid.pixel_mm
-        score -= (self.pull * right / self.grid.usable_mm[0]).astype(np.float32)[:, None, :]
-        score -= (_UPWARD * self.pull * up / self.grid.usable_mm[1]).astype(np.float32)[
-            None, :, None
-        ]
-        score = np.where(free[some], score, np.float32(-np.inf))
-        flat = score.reshape(len(able), -1)
-        where = np.argmax(flat, axis=1)
-        row, column = np.unravel_index(where, extent)
-        steps = np.stack([columns[column], rows[row]], axis=1) * self.grid.pixel_mm
-        spots = np.column_stack([kernels.angles_deg[able], steps - kernels.corners[able]])
-        best = np.argsort(-flat[np.arange(len(able)), where], kind="stable")
-        return [Spot(*spot) for spot in spots[best].tolist()]
+        occupied, touched = (
+            self._patch_spectrum(cells, tile, spectra.shape)
+            for cells in (self._occupied, self._touched)
+        )
+        # How far up its side comes, as a share of the sheet, counts less than how far to the right.
+        up = (_UPWARD * self.pull * rows * pixel_mm / usable_mm[1]).astype(np.float32)
 
-    def _correlation(
-        self,
-        cells: _Cells,
-        spectra: _Spectrum,
-        tile: _Tile,
-        shape: tuple[int, int],
-        extent: tuple[int, int],
-    ) -> _Cells:
-        """Correlate the patch at a tile with kernels, for the positions of the tile."""
+        def best_of(some: slice) -> tuple[IntArray, IntArray, _Cells]:
+            """Return the angles of these with room, the best position at each, and its score."""
+            these = angles[some]
+            pixels = spectra.pixels[these]
+            free = _correlation(occupied, pixels, spectra.shape, extent) < 0.5
+            free &= rows[None, :, None] <= last[these, 1][:, None, None]
+            free &= columns[None, None, :] <= last[these, 0][:, None, None]
+            room = free.any(axis=(1, 2))
+            able, free = these[room], free[room]
+            if len(able) == 0:
+                return able, able, np.empty(0, dtype=np.float32)
+            score = _correlation(touched, pixels[room], spectra.shape, extent)
+            np.rint(score, out=score)
+            score /= np.float32(kernels.rim)
+            right = columns * pixel_mm + kernels.sizes[able, 0][:, None]
+            score -= (self.pull * right / usable_mm[0]).astype(np.float32)[:, None, :]
+            score -= up[None, :, None]
+            score[~free] = -np.inf
+            flat = score.reshape(len(able), -1)
+            where = np.argmax(flat, axis=1)
+            return able, where, flat[np.arange(len(able)), where]
+
+        each = spectra.shape[0] * spectra.shape[1]
+        parts = in_threads(best_of, _cached_slices(len(angles), each), self.workers)
+        able, where, score = (np.concatenate(part) for part in zip(*parts, strict=True))
+        spectra.able[tile] = able
+        row, column = np.unravel_index(where, extent)
+        steps = np.stack([columns[column], rows[row]], axis=1) * pixel_mm
+        spots = np.column_stack([kernels.angles_deg[able], steps - kernels.corners[able]])
+        return [Spot(*spot) for spot in spots[np.argsort(-score, kind="stable")].tolist()]
+
+    def _patch_spectrum(self, cells: _Cells, tile: _Tile, shape: tuple[int, int]) -> _Spectrum:
+        """Transform the patch of the sheet at a tile."""
         patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
-        patch_spectrum = scipy.fft.rfft2(patch, s=shape, workers=self.workers)
-        result = np.empty((len(spectra), *extent), dtype=np.float32)
-        for some in _cached_slices(len(spectra), shape[0] * shape[1]):
-            product = patch_spectrum * spectra[some]
-            rows = scipy.fft.ifft(product, axis=1, overwrite_x=True, workers=self.workers)
-            rows = rows[:, : extent[0]]
-            whole = scipy.fft.irfft(rows, n=shape[1], axis=2, workers=self.workers)
-            result[some] = whole[:, :, : extent[1]]
-        return result
+        spectrum: _Spectrum = scipy.fft.rfft2(patch, s=shape)
+        return spectrum
+
+
+def _correlation(
+    patch: _Spectrum, spectra: _Spectrum, shape: tuple[int, int], extent: tuple[int, int]
+) -> _Cells:
+    """Correlate a patch with kernels, for the positions of its tile."""
+    rows = scipy.fft.ifft(patch * spectra, axis=1, overwrite_x=True)[:, : extent[0]]
+    whole: _Cells = scipy.fft.irfft(rows, n=shape[1], axis=2)[:, :, : extent[1]]
+    return whole
 
 
 def _cached_slices(count: int, each: int) -> list[slice]:
