@@ -94,11 +94,11 @@ def grade(pieces: Sequence[Piece], verdict: Verdict, like: Likeness | None = Non
     10.0
     """
     widths = [station_widths(piece) for piece in pieces]
-    kinks = [station_kinks(piece) for piece in pieces]
-    lost = [one for one in _lost(widths, kinks, verdict, like) if one.points >= 0.05]
+    turns = [station_turns(piece) for piece in pieces]
+    lost = [one for one in _lost(widths, turns, verdict, like) if one.points >= 0.05]
     lost.sort(key=lambda one: -one.points)
     score = 0.0 if verdict.stops else round(BEST - sum(one.points for one in lost), 1)
-    return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, kinks))
+    return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
 
 
 def verdict_json(verdict: Verdict, grade: Grade) -> dict[str, Any]:
@@ -112,21 +112,20 @@ def station_widths(piece: Piece) -> FloatArray:
     return widths
 
 
-def station_kinks(piece: Piece) -> FloatArray:
-    """Return by how many degrees the turn of a flat piece changes at its inner stations, (S - 2,).
+def station_turns(piece: Piece) -> FloatArray:
+    """Return by how many degrees a flat piece turns from station to station, (S - 1,), to the left.
 
-    That is 0 on a straight strip, and on an arc.
+    A straight strip turns by nothing, and an arc by the same everywhere.
     """
     one, other = piece.directions[:-1], piece.directions[1:]
     cross = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    turns = np.degrees(np.arctan2(cross, np.einsum("nd,nd->n", one, other)))
-    kinks: FloatArray = np.abs(np.diff(turns))
-    return kinks
+    turns: FloatArray = np.degrees(np.arctan2(cross, np.einsum("nd,nd->n", one, other)))
+    return turns
 
 
 def _lost(
     widths: Sequence[FloatArray],
-    kinks: Sequence[FloatArray],
+    turns: Sequence[FloatArray],
     verdict: Verdict,
     like: Likeness | None,
 ) -> Iterator[Lost]:
@@ -138,7 +137,7 @@ def _lost(
     if widths:
         ratio = float(np.median([each.max() / each.min() for each in widths]))
         narrow = float(np.mean(np.concatenate(widths) < EASY_MM))
-        kink = float(np.mean(np.concatenate([np.zeros(1), *kinks])))
+        kink = float(np.mean(np.concatenate([np.zeros(1), *(np.abs(np.diff(x)) for x in turns)])))
         yield lose(
             "even",
             (ratio - _EVEN) / _UNEVEN,
@@ -162,16 +161,20 @@ def _lost(
 
 
 def _worst(
-    pieces: Sequence[Piece], widths: Sequence[FloatArray], kinks: Sequence[FloatArray]
+    pieces: Sequence[Piece], widths: Sequence[FloatArray], turns: Sequence[FloatArray]
 ) -> tuple[Place, ...]:
     """Return the narrowest and the most crooked places, one of a piece at most."""
     found: list[tuple[float, str, Place]] = []
-    for piece, width, kink in zip(pieces, widths, kinks, strict=True):
+    for piece, width, turn in zip(pieces, widths, turns, strict=True):
         thin = int(width.argmin())
         bad = [(EASY_MM / width[thin], thin, f"is {width[thin]:.1f} mm wide")]
-        if len(kink):
+        if len(turn) > 1:
+            kink = np.abs(np.diff(turn))
             bent = int(kink.argmax())
-            text = f"has a kink of {kink[bent]:.0f}°: support the strip on both sides"
+            before, after = np.abs(turn[bent : bent + 2])
+            text = f"turns by {before:.0f}° up to there, and then by {after:.0f}°"
+            if turn[bent] * turn[bent + 1] < 0.0:
+                text += " the other way"
             bad.append((kink[bent] / _KINKED_DEG, bent + 1, text))
         share, at, text = max(bad)
         if share > 1:

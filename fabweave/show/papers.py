@@ -211,6 +211,7 @@ def job_viewer(
             ],
             "hours": list(costs.assembly.hours),
         },
+        worst=job.grade.worst,
     )
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fabweave.core.arc_path import straight_path
 from fabweave.core.finding import Finding
 from fabweave.piece.piece import Piece
-from fabweave.plan.grade import BEST, grade, station_kinks, station_widths
+from fabweave.plan.grade import BEST, grade, station_turns, station_widths
 from fabweave.plan.verdict import Verdict
 
 GOOD = Verdict(level="makeable", reasons=())
@@ -36,7 +36,7 @@ def piece(name="A1", turns_deg=(0.0,) * 6, widths=(10.0,) * 7):
 @given(st.floats(-14.0, 14.0))
 def test_straight_strips_and_arcs_of_one_width_have_the_best_grade(turn):
     strip = piece(turns_deg=(turn,) * 6)
-    assert station_kinks(strip) == pytest.approx(0.0, abs=1e-9)
+    assert station_turns(strip) == pytest.approx(turn, abs=1e-9)
     assert station_widths(strip) == pytest.approx(10.0)
     found = grade([strip], GOOD)
     assert (found.score, found.lost, found.worst) == (BEST, (), ())
@@ -46,7 +46,7 @@ def test_straight_strips_and_arcs_of_one_width_have_the_best_grade(turn):
 def test_a_wavy_strip_loses_what_its_turns_change_by(turn):
     """Turns of +t, -t, ... change by 2t at each inner crossing."""
     strip = piece(turns_deg=(turn, -turn) * 3)
-    assert station_kinks(strip) == pytest.approx(2 * turn, abs=1e-9)
+    assert station_turns(strip) == pytest.approx([turn, -turn] * 3, abs=1e-9)
     lost = sum(one.points for one in grade([strip] * 1000, GOOD).lost)
     assert lost == pytest.approx(min(max(2 * turn - 5, 0) / 5, 2), abs=0.06)
 

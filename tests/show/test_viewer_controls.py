@@ -1,5 +1,6 @@
 """The viewer's controls in a real browser: colours, views, flights, times, addresses and keys."""
 
+import json
 import re
 
 import numpy as np
@@ -410,3 +411,19 @@ def test_pieces_are_named_as_they_are_engraved(browser, tmp_path):
     drawn = opened.page.locator("#panel-sheet g[data-piece] text").all_text_contents()
     assert set(drawn) <= {f"K{piece.kind}" for piece in scene.plan.pieces}
     opened.close()
+
+
+def test_the_hardest_places_lead_to_their_stations(browser, torus, tmp_path):
+    piece = torus.plan.pieces[3]
+    crossing = piece.stations[2].crossing
+    place = {"piece": piece.id, "crossing": crossing, "text": "is 2.0 mm wide & <b>thin</b>"}
+    text = torus.path.read_text("utf-8")
+    assert text.count('"worst":[]') == 1  # a torus has none
+    path = tmp_path / "assembly.html"
+    path.write_text(text.replace('"worst":[]', f'"worst":[{json.dumps(place)}]'), "utf-8")
+    tab = Tab(browser, torus, path=path)
+    assert tab.page.locator("#worst li").all_inner_texts() == [f"{piece.id} {place['text']}"]
+    tab.page.click("#worst button")
+    assert tab.chosen() == piece.id
+    assert tab.page.locator("tr.chosen").get_attribute("data-station") == "2"
+    tab.close()

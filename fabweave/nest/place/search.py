@@ -358,8 +358,8 @@ def _correlation(
 ) -> _Cells:
     """Correlate a patch with kernels, for the positions of its tile."""
     rows = scipy.fft.ifft(patch * spectra, axis=1, overwrite_x=True)[:, : extent[0]]
-    whole: _Cells = scipy.fft.irfft(rows, n=shape[1], axis=2)[:, :, : extent[1]]
-    return whole
+    whole = scipy.fft.irfft(rows, n=shape[1], axis=2)[:, :, : extent[1]]
+    return whole.astype(np.float32, copy=False)
 
 
 def _cached_slices(count: int, each: int) -> list[slice]:

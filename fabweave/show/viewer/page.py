@@ -20,6 +20,7 @@ from fabweave.core.records import record, to_json
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.grade import Place
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -114,6 +115,7 @@ def viewer_page(
     view_deg: tuple[float, float],
     hands: dict[str, Any],
     step_views_deg: Sequence[tuple[float, float]] = (),
+    worst: Sequence[Place] = (),
 ) -> str:
     """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
 
@@ -134,6 +136,8 @@ def viewer_page(
     step_views_deg : sequence of (float, float)
         Azimuth and elevation from which the manual shows each step; of the first ones, or of none,
         where it does not show them all.
+    worst : sequence of Place
+        The worst places, from the grade.
 
     Returns
     -------
@@ -150,6 +154,7 @@ def viewer_page(
         "view_deg": list(view_deg),
         "views_deg": [list(view) for view in step_views_deg],
         "hands": hands,
+        "worst": [to_json(place) for place in worst],
         "plan": shown,
         "space": to_json(space),
     }

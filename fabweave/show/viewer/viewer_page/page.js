@@ -232,11 +232,11 @@ const PLAY_MS = 2600;
     if (!event.target.closest("#search")) finding.close();
     if (!event.target.closest("#view")) by("view").open = false;
     if (!hit || hit === document.body) return;
-    const { piece, station, sheet, turn, zoom, step, group, move } = hit.dataset;
+    const { piece, at, station, sheet, turn, zoom, step, group, move } = hit.dataset;
     if (hit.dataset.found !== undefined) finding.choose(Number(hit.dataset.found));
     else if (piece !== undefined) {
       finding.close();
-      choose(plan.pieceAt.get(piece), -1, true);
+      choose(plan.pieceAt.get(piece), Number(at ?? -1), true);
     } else if (station !== undefined) mark(Number(station));
     else if (sheet !== undefined) openTab("sheet");
     else if (step !== undefined) visit(Number(step));

@@ -65,8 +65,8 @@ function readPlan(text) {
   /** What is to be taken for a place: one of its kind, perhaps with its arrow against the thread. */
   const takenFor = (id) => nameOf(id) + (byKind && pieces[pieceAt.get(id)].turned ? ", arrow back" : "");
 
-  /** A piece's name as a link to it. */
-  const link = (id) => `<button type="button" class="link" data-piece="${escaped(id)}">${escaped(nameOf(id))}</button>`;
+  /** A piece's name as a link to it, and to one of its stations. */
+  const link = (id, station = -1) => `<button type="button" class="link" data-piece="${escaped(id)}" data-at="${station}">${escaped(nameOf(id))}</button>`;
 
   /** A text with something else for each name of a piece, and for all the rest. */
   const retold = (text, name, rest) => text.split(/([A-Za-z]+\d+)/).map((part, k) => (k % 2 && pieceAt.has(part) ? name(part) : rest(part))).join("");
@@ -142,7 +142,7 @@ function readPlan(text) {
     colour: [],
     data, plan: data.plan, pieces, steps, sheets, threads, pieceAt, stepOf, jointOf, jointsAt, sheetAt,
     thread: (piece) => threads[threadOf.get(piece.thread)],
-    bunchName, bunchWords, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, link, linked, told, fastenings,
+    bunchName, bunchWords, distances, mate, search, bears, named, nameOf, spares, spareName, takenFor, worst: data.worst, link, linked, told, fastenings,
   };
 }
 
