@@ -28,7 +28,7 @@ from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import JointPlan, lap_beyond, plan_joints
 from fabweave.piece.on_stock import outlines_with_place, rough_nesting, sheet_price
-from fabweave.piece.outline import simple, strip_outlines
+from fabweave.piece.outline import resting_frame, simple, strip_outlines
 from fabweave.piece.settings import PieceSettings
 from fabweave.piece.split.candidates import Bed, Candidates, list_candidates
 from fabweave.piece.split.length_curve import (
@@ -355,8 +355,13 @@ def split_object(
             if len(crowded):
                 lapped = np.union1d(lapped, crowded)
                 continue
+            # Where angles are few, it matters how a piece lies.
+            resting = [
+                resting_frame(outline, *ends).apply(outline)
+                for outline, ends in zip(cut.outlines, cut.ends, strict=True)
+            ]
             placed = outlines_with_place(
-                cut.outlines, plan.runs.thread, supplies, woven.bunches, brief.effort
+                resting, plan.runs.thread, supplies, woven.bunches, brief.effort
             )
             if placed.all():
                 # With laps elsewhere they bend otherwise, maybe just too much now.

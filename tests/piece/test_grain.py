@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from jobs import laid
 
+from fabweave.piece import joined_strands
 from fabweave.piece.brief import ACROSS, grain_notes, tight_along
 from fabweave.plan.ask import settle_grain
 from fabweave.plan.planned_job import plan_job
@@ -113,3 +114,21 @@ def test_notes_say_how_pieces_lie_and_why():
         assert "25.2 mm across the grain of its face, and of 45.8 mm along it" in note
     card = material_named("card")
     assert grain_notes(woven.ribbons, ribbon_limits(card), [card], FREE) == []
+
+
+def test_what_is_asked_for_room_lies_as_the_pieces_do(monkeypatch):
+    """Where pieces may hardly turn, it matters how they lie on their shape."""
+    asked = []
+
+    def placed(outlines, *_):
+        asked.extend(outlines)
+        return np.ones(len(outlines), dtype=np.bool_)
+
+    monkeypatch.setattr(joined_strands, "outlines_with_place", placed)
+    woven, settings, supplies = laid(
+        "shape:hypar?n=6", size_mm=300.0, rotations="grain:10deg", force=True
+    )
+    planned = plan_job(woven, settings, supplies)
+    pieces = planned.piece_set.pieces
+    for outline, piece in zip(asked[-len(pieces) :], pieces, strict=True):
+        assert np.abs(outline - piece.outline).max() < 1e-9
