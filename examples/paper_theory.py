@@ -1,4 +1,4 @@
-"""Draw figures 5 to 9 of "Cyclic twill-woven objects" (2011): why strands weave, and what a twill is.
+"""Draw figures 5 to 9 of "Cyclic twill-woven objects" (2011): why strands weave, what a twill is.
 
 ``make_figures.py`` makes them with the others. What they count is computed: walks are traced,
 linking numbers summed, conditions checked.
@@ -12,11 +12,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of, unit
-from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.shapes.grids import grid_quads, hypar, sphere
+from fabweave.mesh.shapes.grids import grid_quads, hypar
 from fabweave.mesh.shapes.solids import octahedron
 from fabweave.picture.bodies import Body, joined_bodies, yarn_bodies
 from fabweave.picture.camera import View
@@ -53,11 +52,16 @@ PALE, INK, WHITE = (232, 228, 218), (38, 43, 51), (255, 255, 255)
 HALF_WIDTH, END, RISE = 0.16, 0.2, 0.65
 
 
-class Figure(NamedTuple):
-    """Pictures with their captions, and rows of what was counted."""
+#: A picture and its caption; what was counted, by its names.
+Tile: TypeAlias = tuple[Image.Image, str]
+Row: TypeAlias = dict[str, object]
 
-    tiles: list[tuple[Image.Image, str]]
-    rows: list[dict[str, object]]
+
+class Figure(NamedTuple):
+    """Pictures, and rows of counts."""
+
+    tiles: list[Tile]
+    rows: list[Row]
 
 
 def trace_walks(halfedges: Halfedges, half_twists: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -123,20 +127,18 @@ class Strip(NamedTuple):
 def surface(points: FloatArray, colour: Colour, normals: FloatArray) -> Body:
     """Return the surface over a grid of points, (M, N, 3)."""
     quads = grid_quads(len(points) - 1, points.shape[1] - 1, wrap=(False, False))
-    return body(points.reshape(-1, 3), quads, colour, normals)
-
-
-def body(points: FloatArray, quads: IntArray, colour: Colour, normals: FloatArray) -> Body:
-    """Return a body of one colour."""
-    colours = np.full((len(points), 3), colour, dtype=np.uint8)
+    points = points.reshape(-1, 3)
+    colours = np.full(points.shape, colour, dtype=np.uint8)
     return Body("", colours, points, quads, np.zeros((0, 3), dtype=np.int64), normals)
 
 
-def ball(radius: float, colour: Colour, centre: FloatArray | tuple[int, ...] = (0, 0, 0)) -> Body:
+def ball(radius: float, colour: Colour, centre: FloatArray | float = 0.0) -> Body:
     """Return a ball."""
-    mesh = sphere(24, 1.0)
-    points = centre + radius * mesh.vertices
-    return body(points, mesh.indices.reshape(-1, 4), colour, mesh.vertices)
+    turn, rise = np.meshgrid(
+        np.linspace(0, 2 * np.pi, 97), np.linspace(-0.5, 0.5, 49) * np.pi, indexing="ij"
+    )
+    out = np.stack((np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)), axis=2)
+    return surface(centre + radius * out, colour, out.reshape(-1, 3))
 
 
 def tubes(
@@ -162,7 +164,7 @@ def drawn(bodies: Sequence[Body], view: View, size_px: tuple[int, int] = TILE) -
         np.concatenate([one.triangle_colours for one in bodies]),
         size_px=size_px,
         view=view,
-        normals=np.concatenate([one.normals[one.all_triangles] for one in bodies]),
+        normals=np.concatenate([np.asarray(one.normals)[one.all_triangles] for one in bodies]),
         samples=3,
     )
 
@@ -251,22 +253,17 @@ def thickened(mesh: PolyMesh, half_twists: IntArray) -> list[Body]:
     return bodies
 
 
-def octahedra() -> tuple[PolyMesh, Halfedges, list[IntArray]]:
-    """Return the octahedron, and its half-twists: none, and one at each edge of the top vertex."""
+def figure_7() -> Figure:
+    """Show the boundary of strips: unlinked rings, and linked ones where edges are twisted."""
     mesh = octahedron()
     halfedges = build_halfedges(mesh)
     half, top = halfedges.edge_halfedge, mesh.vertices[:, 2].argmax()
     at_top = (halfedges.tail[half] == top) | (halfedges.head[half] == top)
-    return mesh, halfedges, [0 * half, at_top.astype(np.int64)]
-
-
-def figure_7() -> Figure:
-    """Show the boundary of strips: unlinked rings, and linked ones where edges are twisted."""
-    mesh, halfedges, cases = octahedra()
     strips = strips_of(mesh, halfedges, 0.0)
-    edges = [strips[h].axis for h in halfedges.edge_halfedge]
-    found = Figure([], [])
-    for half_twists, core in zip(cases, (0.98, 0.86), strict=True):
+    edges = [strips[h].axis for h in half]
+    tiles: list[Tile] = []
+    rows: list[Row] = []
+    for half_twists, core in ((0 * half, 0.98), (1 * at_top, 0.86)):
         rings, links = boundary(mesh, half_twists), linking_numbers(halfedges, half_twists)
         links = np.abs(links[np.triu_indices(len(links))])
         linked, most = int(np.count_nonzero(links)), int(links.max())
@@ -274,33 +271,28 @@ def figure_7() -> Figure:
         dots = [ball(0.05, INK, vertex) for vertex in mesh.vertices]
         round_them = tubes(rings, SAFE_PALETTE[: len(rings)].tolist(), 0.03, ring=True)
         twisted = int(np.count_nonzero(half_twists))
-        found.tiles.extend(zip(
+        knot = f"{{n}} pair[|s] linked {most} times" if linked else "unlinked"
+        tiles += [
             (
                 drawn([ball(0.985, PALE), *lines, *dots], BALL),
-                drawn([ball(core, WHITE), *thickened(mesh, half_twists)], BALL),
-                drawn([ball(core, WHITE), *round_them], BALL),
+                agree(twisted, "octahedron, {n} edge[|s] twisted"),
             ),
             (
-                agree(twisted, "octahedron, {n} edge[|s] twisted"),
+                drawn([ball(core, WHITE), *thickened(mesh, half_twists)], BALL),
                 "its edges as strips",
-                agree(len(rings), "the boundary: {n} ring[|s]\n")
-                + agree(linked, f"{{n}} pair[|s] linked {most} times" if linked else "unlinked"),
             ),
-            strict=True,
-        ))  # fmt: skip
-        found.rows.append(
-            {"twisted edges": twisted, "face walks": len(rings), "linked pairs": linked,
-             "linking number": most}
-        )  # fmt: skip
-    return found
+            (
+                drawn([ball(core, WHITE), *round_them], BALL),
+                agree(len(rings), "their boundary: {n} ring[|s]\n") + agree(linked, knot),
+            ),
+        ]
+        rows.append({"twisted edges": twisted, "face walks": len(rings),
+                     "linked pairs": linked, "linking number": most})  # fmt: skip
+    return Figure(tiles, rows)
 
 
-class Note(NamedTuple):
-    """A label on a picture: where, its words, and the ground on which they stand."""
-
-    at: FloatArray
-    text: str
-    ground: Colour = WHITE
+#: A label: where, its words, and the ground on which they stand.
+Note: TypeAlias = tuple[FloatArray, str, Colour]
 
 
 def written(
@@ -397,7 +389,7 @@ def twill_cloth(columns: int = 6, rows: int = 5) -> Cloth:
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges)
     conditions = twill_conditions(halfedges, threads)
-    twist = decide_twill(conditions).twist
+    twist = np.asarray(decide_twill(conditions).twist)
     return Cloth(mesh, halfedges, conditions, twill_of(threads, conditions, twist))
 
 
@@ -410,43 +402,34 @@ def paler(colour: Colour) -> Colour:
 def cloth_picture(
     cloth: Cloth, crossings: IntArray, notes: Sequence[str] = (), *, strands: bool, edges: bool
 ) -> Image.Image:
-    """Return a picture of cloth, pale but for what belongs to some crossings.
+    """Return a picture of cloth, its strands or its edges or both, with notes at some crossings.
 
-    Parameters
-    ----------
-    cloth : Cloth
-    crossings : (N,) int array
-        The strands that pass two of them, and their edges, have full colours.
-    notes : sequence of str
-        What is written at them.
-    strands, edges : bool
-        What is shown.
+    In full colours are the edges of these crossings, and the strands that pass two of them.
     """
     threads, twist = cloth.weave.threads, cloth.weave.twist
     ribbons = project_ribbons(
         cloth.mesh, cloth.halfedges, cloth.weave, height_mm=0.04, length=0.75, width=0.7
     )
-    ends = object_frame(*ribbon_triangles(ribbons)[:2], FLAT, TILE).pixels(
-        cloth.ends.reshape(-1, 3)
-    )
-    ends = ends.reshape(-1, 2, 3)
+    frame = object_frame(*ribbon_triangles(ribbons)[:2], FLAT, TILE)
+    ends = frame.pixels(cloth.ends.reshape(-1, 3)).reshape(-1, 2, 3)
+    places = ends.mean(axis=1)[crossings]
     picture = Image.new("RGB", TILE, WHITE)
     if strands:
         own = threads.thread_of_pass[np.isin(threads.crossing, crossings)]
         full = np.bincount(own, minlength=threads.n_threads)[threads.thread_of_pass] > 1
         tones = np.array([[paler(TEAL), TEAL], [paler(GOLD), GOLD]], dtype=np.uint8)
-        colours = np.repeat(tones[cloth.warp * 1, full * 1][:, None], 2, axis=1)
+        painted = np.repeat(tones[cloth.warp * 1, full * 1][:, None], 2, axis=1)
         picture = weave_picture(
-            ribbons, colours, size_px=TILE, view=FLAT, floor=False, samples=3
+            ribbons, painted, size_px=TILE, view=FLAT, floor=False, samples=3
         )  # fmt: skip
-    colour = [BLUE if one else RED for one in twist]
+    colours = [BLUE if counter_clockwise else RED for counter_clockwise in twist]
     lines = []
-    if edges and not strands:
-        lines = [(line, paler(tone), 4.0) for line, tone in zip(ends, colour, strict=True)]
-        lines += [(ends[crossings].mean(axis=1), GREY, 4.0)] * (len(crossings) == 3)
+    if not strands:
+        lines = [(line, paler(colour), 4.0) for line, colour in zip(ends, colours, strict=True)]
+        lines += [(places, GREY, 4.0)] * (len(places) == 3)
     if edges:
-        lines += [(ends[one], colour[one], 6.0 if strands else 9.0) for one in crossings]
-    return written(picture, lines, map(Note, ends[crossings].mean(axis=1), notes))
+        lines += [(ends[at], colours[at], 6.0 if strands else 9.0) for at in crossings]
+    return written(picture, lines, [(*note, WHITE) for note in zip(places, notes, strict=False)])
 
 
 def figure_5() -> Figure:
@@ -484,10 +467,8 @@ def figure_9() -> Figure:
         twist = cloth.weave.twist[crossings]
         outer = "differ" if twist[0] != twist[-1] else "agree"
         if kind == "edge":
-            rule, over = (
-                f"1 and 3 {outer}",
-                "the weft: " + ", ".join("under" if warp else "over" for warp in top),
-            )
+            rule = f"1 and 3 {outer}"
+            over = "the weft: " + ", ".join("under" if warp else "over" for warp in top)
         else:
             rule = f"b and c {'differ' if twist[1] != twist[2] else 'agree'}, a and d {outer}"
             over = "warp on top at " + ", ".join(np.array([*names])[top])
@@ -541,17 +522,16 @@ def mat_picture(
     tail, head = mesh.vertices[halfedges.tail[half]], mesh.vertices[halfedges.head[half]]
     crossing = (tail + head) / 2
     # Strands come to a crossing halfway between a vertex and the centre of a face.
-    before = (
-        np.where(threads.forward[:, None], tail, head) + face_centres(mesh)[halfedges.face[half]]
-    )
+    before = np.where(threads.forward[:, None], tail, head) / 2
+    before += face_centres(mesh)[halfedges.face[half]] / 2
     pixels = object_frame(*joined_bodies(bodies), FLAT, LOW_TILE).pixels
-    places = pixels(crossing + 0.8 * (before / 2 - crossing))
+    places = pixels(crossing + 0.8 * (before - crossing))
     notes = [
-        Note(places[p], str(p - first + 1), WHITE if (p - first) % 2 else INK)
+        (places[p], str(p - first + 1), WHITE if (p - first) % 2 else INK)
         for p in range(first, stop)
     ]
     if not whole:
-        notes.append(Note(pixels(crossing)[stop], "x", RED))
+        notes.append((pixels(crossing)[stop], "x", GREY))
     return written(drawn(bodies, FLAT, LOW_TILE), [], notes)
 
 
@@ -561,33 +541,18 @@ def figure_8() -> Figure:
     for columns, rows in ((4, 2), (3, 2)):
         woven = mat(columns, rows)
         threads = woven[2].threads
-        visits = self_crossings(threads)
+        visits, length = self_crossings(threads), int(threads.lengths[0])
         between = visits[:, 1] - visits[:, 0] - 1
-        first, second = visits[
-            np.where(threads.thread_of_pass[visits[:, 0]] == 0, between, -1).argmax()
-        ]
-        length = int(threads.lengths[0])
-        found.tiles.extend(
-            [
-                (
-                    mat_picture(*woven, 0, length),
-                    agree(threads.n_threads, "{n} cycle[|s]") + f" of {length} passes",
-                ),
-                (
-                    mat_picture(*woven, first + 1, second),
-                    agree(int(second - first - 1), "{n} pass[|es] between two of x"),
-                ),
-            ]
-        )
-        found.rows.append(
-            {
-                "mat": f"{columns} x {rows}",
-                "cycles": threads.n_threads,
-                "passes of each": ", ".join(map(str, threads.lengths)),
-                "self-crossings": len(visits),
-                "passes between two visits": ", ".join(map(str, np.unique(between))),
-            }
-        )
+        first, second = visits[np.where(visits[:, 1] < length, between, -1).argmax()].tolist()
+        cycles = agree(threads.n_threads, "{n} cycle[|s]") + f" of {length} passes"
+        part = agree(second - first - 1, "{n} pass[|es] between two visits of x")
+        found.tiles.append((mat_picture(*woven, 0, length), cycles))
+        found.tiles.append((mat_picture(*woven, first + 1, second), part))
+        found.rows.append({
+            "squares": f"{columns} × {rows}", "cycles": threads.n_threads,
+            "passes of each": length, "self-crossings": len(visits),
+            "passes between two visits": ", ".join(map(str, np.unique(between))),
+        })  # fmt: skip
     return found
 
 
