@@ -314,7 +314,7 @@ def written(
         wide = max(high, font.getlength(text) / 2 + 8 * fine)
         box = (x - wide, y - high, x + wide, y + high)
         draw.rounded_rectangle(box, high, fill=ground, outline=INK, width=2 * fine)
-        ink = INK if sum(ground) > 384 else WHITE
+        ink = INK if sum(ground) > 600 else WHITE
         draw.text((x, y), text, fill=ink, font=font, anchor="mm")
     layer = layer.resize(picture.size, Image.Resampling.LANCZOS)
     picture.paste(layer, mask=layer)
