@@ -1,6 +1,7 @@
-"""Make pictures like figures 1, 2, 4 and 10 to 17 of "Cyclic twill-woven objects" (2011).
+"""Make pictures like figures 1, 2 and 4 to 17 of "Cyclic twill-woven objects" (2011).
 
-The meshes are fabweave's own shapes of the kinds that the paper shows. Run it with:
+The meshes are fabweave's own shapes of the kinds that the paper shows; ``paper_theory.py`` draws
+figures 5 to 9. Run it with:
 python examples/make_figures.py figures
 or, for some of them: python examples/make_figures.py figures 4 14
 With ``--page`` they are small, and a page with counts stands beside them:
@@ -8,12 +9,13 @@ python examples/make_figures.py examples/figures --page
 """
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import paper_theory
 from PIL import Image
 
 from fabweave.core.messages import agree
@@ -236,6 +238,11 @@ ABOUT = {
     1: "twill-woven objects by Catmull-Clark steps of one mesh",
     2: "plain weave beside twill",
     4: "the tiling by regular hexagons and its triaxial twill",
+    5: "the conditions of a 2/2 twill on the fabric: along a strand, and around a gap",
+    6: "an edge as a strip, whose sides are the two strands",
+    7: "the boundary of strips: rings without twists, links with some",
+    8: "cycles, and their parts between two visits of a crossing, are even",
+    9: "the three conditions of a 2/2 twill on the mesh",
     10: "meshes whose edges have the two colours of an exact twill",
     11: "exact twills on surfaces of genus 2 and more",
     12: "bipyramids with handles",
@@ -245,37 +252,31 @@ ABOUT = {
     16: "seams, where the diagonal of an inexact twill changes direction",
     17: "triangles and pentagons, exact once edges are halved",
 }
-#: How wide pictures of the page are, and how many colours they have.
-PAGE_PX, PALETTE = 840, 96
+#: How wide pictures of the page are, and how many colours they have: those of a few pixels, such
+#: as the lines of diagrams, need more.
+PAGE_PX, PALETTE, OF_DIAGRAM = 840, 96, 256
 
 
-class Counts(NamedTuple):
-    """What a page tells of a weave."""
-
-    title: str
-    pattern: str
-    threads: int
-    crossings: int
-    bunches: int
-    broken: int
+#: Figures whose pictures stand three in a row.
+IN_THREES = {4, 7, 9}
 
 
-def counts_of(one: Woven) -> Counts:
+def counts_of(one: Woven) -> paper_theory.Row:
     """Count a weave as the page tells it."""
     weave = one.mesh.weave
-    return Counts(
-        f"{one.settings.mesh.source.removeprefix('shape:')}"
+    return {
+        "mesh": f"{one.settings.mesh.source.removeprefix('shape:')}"
         + (f", {one.settings.mesh.refine}" if one.settings.mesh.refine else ""),
-        weave.pattern,
-        weave.threads.n_threads,
-        weave.threads.n_crossings,
-        len(np.unique(one.mesh.bunches)),
-        weave.broken.total,
-    )
+        "weave": weave.pattern,
+        "threads": weave.threads.n_threads,
+        "crossings": weave.threads.n_crossings,
+        "bunches": len(np.unique(one.mesh.bunches)),
+        "broken conditions": weave.broken.total,
+    }
 
 
-def page_of(rows: Mapping[int, Iterable[Counts]]) -> str:
-    """Return the page: each figure, what it is about, and a row of counts for each weave."""
+def page_of(counts: Mapping[int, Sequence[paper_theory.Row]]) -> str:
+    """Return the page: each figure, what it is about, and a table of counts."""
     lines = [
         "# The paper beside us",
         "",
@@ -284,28 +285,33 @@ def page_of(rows: Mapping[int, Iterable[Counts]]) -> str:
         "of the kinds that the paper shows. A bunch is a direction, such as warp or weft. A weave",
         "without broken conditions is exact. `make figures` makes this page.",
     ]
-    for number, counts in rows.items():
+    for number, rows in counts.items():
         lines += ["", f"## Figure {number}: {ABOUT[number]}", ""]
         lines += [f"![Figure {number}](figure_{number:02}.png)", ""]
-        lines += ["| mesh | weave | threads | crossings | bunches | broken conditions |"]
-        lines += ["|---|---|---|---|---|---|"]
-        lines += [f"| {' | '.join(map(str, row))} |" for row in counts]
+        lines += [f"| {' | '.join(rows[0])} |", "|---" * len(rows[0]) + "|"]
+        lines += [f"| {' | '.join(map(str, row.values()))} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
 as_page = "--page" in sys.argv
 folder = Path(sys.argv[1])
 folder.mkdir(parents=True, exist_ok=True)
-made: dict[int, list[Counts]] = {}
-for number in [int(text) for text in sys.argv[2:] if text != "--page"] or FIGURES:
-    WOVEN.clear()
-    tiles, captions = zip(*FIGURES[number](), strict=True)
-    made[number] = list(dict.fromkeys(map(counts_of, WOVEN)))
-    sheet = contact_sheet(tiles, captions, columns=3 if len(tiles) == 3 else 2)
+made: dict[int, list[paper_theory.Row]] = {}
+for number in [int(text) for text in sys.argv[2:] if text != "--page"] or ABOUT:
+    diagram = number in paper_theory.FIGURES
+    if diagram:
+        drawn, made[number] = paper_theory.FIGURES[number]()
+    else:
+        WOVEN.clear()
+        drawn, made[number] = list(FIGURES[number]()), []
+        for row in map(counts_of, WOVEN):
+            made[number] += [row] * (row not in made[number])
+    tiles, captions = zip(*drawn, strict=True)
+    sheet = contact_sheet(tiles, captions, columns=3 if number in IN_THREES else 2)
     if as_page:
         sheet = sheet.resize(
             (PAGE_PX, round(sheet.height * PAGE_PX / sheet.width)), Image.Resampling.LANCZOS
-        ).quantize(PALETTE, dither=Image.Dither.NONE)
+        ).quantize(OF_DIAGRAM if diagram else PALETTE, kmeans=2 * diagram, dither=Image.Dither.NONE)
     sheet.save(folder / f"figure_{number:02}.png", optimize=True)
     print(f"figure_{number:02}.png")
 if as_page:

@@ -54,6 +54,7 @@ def test_exact_twill(capsys):
 
 @pytest.mark.slow
 def test_make_figures(tmp_path, capsys, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
     monkeypatch.setattr(sys, "argv", ["make_figures.py", str(tmp_path), "4", "14"])
     runpy.run_path(str(EXAMPLES / "make_figures.py"))
     assert capsys.readouterr().out == "figure_04.png\nfigure_14.png\n"
@@ -79,8 +80,8 @@ def test_weave_any_mesh(tmp_path, capsys, monkeypatch):
 
 def test_no_example_is_left_out():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
-    # What these make is looked at in test_gallery.py.
-    tested |= {"make_gallery", "make_notebook"}
+    # What these make is looked at in test_gallery.py and test_paper_theory.py.
+    tested |= {"make_gallery", "make_notebook", "paper_theory"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
 
 
