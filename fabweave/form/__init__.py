@@ -1,0 +1,1 @@
+"""Whether a woven object holds its form: elastic strips, pinned where they cross."""

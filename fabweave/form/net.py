@@ -1,0 +1,290 @@
+"""The elastic net: strips that are as they were cut, pinned to one another where they cross."""
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.form.screw import (
+    Frames,
+    adjoint,
+    back_from,
+    brackets,
+    exponential,
+    logarithm,
+    skew,
+)
+
+#: Of shear, what a rectangular cross-section takes.
+_SHEAR = 5 / 6
+
+
+@frozen_value
+class Net:
+    """Spans of strips between bodies; a body is a crossing, or the free end of a strip.
+
+    A span leads from one body to another, in 2^k pieces of constant curvature and torsion. Either
+    end is a frame on its body, x along the strip and z along its normal, that may be turned about
+    z by an angle of its own: so strands turn on one another at a pin.
+
+    Parameters
+    ----------
+    ends : (S, 2) int array
+        The bodies at the start and at the end of each span.
+    at : Frames
+        The frame of each end on its body, (2 S): all starts, then all ends.
+    turns : (S, 2) int array
+        The angle by which each end is turned; -1 for none.
+    rest : (S, M, 6) float array
+        The twist of each piece of a span as it was cut: flat.
+    stiffness : (S, M, 6) float array
+        What resists its stretch, two shears, twist, bending, and bending in its plane: of forces
+        N/mm, of moments N mm.
+    pins : (A,) float array
+        How each angle resists turning, N mm per radian.
+    rest_angles : (A,) float array
+        Where it does not.
+    weight : (B, 3) float array
+        The force on each body, N.
+    held : (B, 3) float array
+        How stiffly its place is held, N/mm.
+    place : (B, 3) float array
+        The place at which it is held.
+    fixed : (B,) bool array
+        Which bodies neither move nor turn.
+    """
+
+    ends: IntArray
+    at: Frames
+    turns: IntArray
+    rest: FloatArray
+    stiffness: FloatArray
+    pins: FloatArray
+    rest_angles: FloatArray
+    weight: FloatArray
+    held: FloatArray
+    place: FloatArray
+    fixed: BoolArray
+
+    @property
+    def n_bodies(self) -> int:
+        """Number of bodies."""
+        return len(self.weight)
+
+    @property
+    def n_freedoms(self) -> int:
+        """Six numbers for each body, and one for each angle."""
+        return 6 * self.n_bodies + len(self.pins)
+
+
+@frozen_value
+class State:
+    """Where a net is.
+
+    Parameters
+    ----------
+    bodies : Frames
+        (B)
+    angles : (A,) float array
+        Radians.
+    inner : Frames
+        The frames between the pieces of each span, S x (M - 1) of them, span after span.
+    """
+
+    bodies: Frames
+    angles: FloatArray
+    inner: Frames
+
+
+def section_stiffness(
+    width_mm: FloatArray,
+    thickness_mm: FloatArray,
+    young_mpa: FloatArray,
+    poisson: float | FloatArray,
+) -> FloatArray:
+    """Return what resists the strains of strips, (..., 6): E A, shear twice, G J, and E I twice.
+
+    Examples
+    --------
+    >>> card = section_stiffness(np.array(10.0), np.array(0.4), np.array(3000.0), 0.3)
+    >>> card.round(1).tolist()
+    [12000.0, 3846.2, 3846.2, 246.2, 160.0, 100000.0]
+    """
+    area = width_mm * thickness_mm
+    shear = young_mpa / (2 * (1 + poisson))
+    slide = _SHEAR * shear * area
+    bend = young_mpa * area / 12
+    stiffness = (
+        young_mpa * area, slide, slide,
+        shear * area * thickness_mm**2 / 3, bend * thickness_mm**2, bend * width_mm**2,
+    )  # fmt: skip
+    return np.stack(stiffness, axis=-1)
+
+
+def turned(angles: FloatArray) -> Frames:
+    """Return frames turned about z by angles, (N)."""
+    twist = np.zeros((len(angles), 6))
+    twist[:, 5] = angles
+    return exponential(twist)
+
+
+def _joined(*some: Frames) -> Frames:
+    """Return frames one after another."""
+    return Frames(
+        np.concatenate([one.origin for one in some]), np.concatenate([one.axes for one in some])
+    )
+
+
+def end_frames(net: Net, bodies: Frames, angles: FloatArray) -> tuple[Frames, Frames]:
+    """Return the frames at the ends of all spans, on their bodies and in space, (2 S) each."""
+    which = net.turns.T.ravel()
+    padded = np.append(angles, 0.0)  # -1 is the last one
+    own = net.at.then(turned(padded[which]))
+    return own, bodies[net.ends.T.ravel()].then(own)
+
+
+def even_inner(net: Net, bodies: Frames, angles: FloatArray) -> State:
+    """Return a state whose spans are screws from end to end."""
+    _, frames = end_frames(net, bodies, angles)
+    spans, pieces = net.rest.shape[:2]
+    start, end = frames[:spans], frames[spans:]
+    twist = logarithm(end.seen_from(start))
+    shares = np.arange(1, pieces) / pieces
+    each = np.repeat(np.arange(spans), pieces - 1)
+    inner = start[each].moved((twist[:, None] * shares[:, None]).reshape(-1, 6))
+    return State(bodies, angles, inner)
+
+
+def strains(net: Net, state: State) -> tuple[FloatArray, Frames]:
+    """Return the twist of each piece, (S, M, 6), and where each span's ends lie on their bodies."""
+    own, frames = end_frames(net, state.bodies, state.angles)
+    spans, pieces = net.rest.shape[:2]
+
+    def chain(inner: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+        shape = inner.shape[1:]
+        inner = inner.reshape(spans, pieces - 1, *shape)
+        return np.concatenate([first[:, None], inner, last[:, None]], axis=1)
+
+    origin = chain(state.inner.origin, frames.origin[:spans], frames.origin[spans:])
+    axes = chain(state.inner.axes, frames.axes[:spans], frames.axes[spans:])
+    start = Frames(origin[:, :-1].reshape(-1, 3), axes[:, :-1].reshape(-1, 3, 3))
+    end = Frames(origin[:, 1:].reshape(-1, 3), axes[:, 1:].reshape(-1, 3, 3))
+    return logarithm(end.seen_from(start)).reshape(spans, pieces, 6), own
+
+
+def energy(net: Net, state: State) -> float:
+    """Return what strains, pins, weight and supports have in store, N mm."""
+    twist, _ = strains(net, state)
+    origin = state.bodies.origin
+    return float(
+        0.5 * (net.stiffness * (twist - net.rest) ** 2).sum()
+        + 0.5 * (net.pins * (state.angles - net.rest_angles) ** 2).sum()
+        - (net.weight * origin).sum()
+        + 0.5 * (net.held * (origin - net.place) ** 2).sum()
+    )
+
+
+@frozen_value
+class Local:
+    """What each span wants of its two ends, its inner frames at rest between them.
+
+    Parameters
+    ----------
+    force : (S, 14) float array
+        The gradient by six numbers of the body at its start and one of the angle there; so at
+        its end.
+    matrix : (S, 14, 14) float array
+        And how that changes.
+    levels : list of tuple of float arrays
+        How inner frames follow the frames beside them: of each pair of pieces that were joined,
+        the inverse, the coupling, and the force of the frame between them.
+    ends : (2, S, 6, 7) float array
+        How an end moves with its body and its angle.
+    """
+
+    force: FloatArray
+    matrix: FloatArray
+    levels: list[tuple[FloatArray, FloatArray, FloatArray]]
+    ends: FloatArray
+
+
+def _bracket(force: FloatArray) -> FloatArray:
+    """Return the matrices N with a N b = force . [a, b] for twists a and b, (..., 6, 6)."""
+    flat = force.reshape(-1, 6)
+    result = np.zeros((len(flat), 6, 6))
+    push = skew(flat[:, :3])
+    result[:, :3, 3:] = result[:, 3:, :3] = -push
+    result[:, 3:, 3:] = -skew(flat[:, 3:])
+    return result.reshape(*force.shape, 6)
+
+
+def local_system(net: Net, state: State, damping: FloatArray, *, stressed: bool = False) -> Local:
+    """Return what spans want of their ends; inner frames are damped so much, (6,).
+
+    ``stressed`` adds what stress adds to stiffness, but for what is of second order in how much a
+    piece turns.
+    """
+    spans, pieces = net.rest.shape[:2]
+    twist, own = strains(net, state)
+    stress = net.stiffness * (twist - net.rest)
+    change = np.concatenate(back_from(twist.reshape(-1, 6)), axis=2).reshape(spans, pieces, 6, 12)
+    force = np.einsum("smij,smi->smj", change, stress)
+    matrix = np.einsum("smki,smk,smkj->smij", change, net.stiffness, change, optimize=True)
+    if stressed:
+        # The second order of log(exp(-a) exp(twist) exp(b)), by Baker, Campbell and Hausdorff.
+        bracket = _bracket(stress)
+        more = bracket @ brackets(twist.reshape(-1, 6)).reshape(*twist.shape, 6)
+        more = more + np.swapaxes(more, 2, 3)
+        cross = -bracket / 2 - more / 6
+        matrix[..., :6, 6:] += cross
+        matrix[..., 6:, :6] += np.swapaxes(cross, 2, 3)
+        matrix[..., :6, :6] -= more / 12
+        matrix[..., 6:, 6:] -= more / 12
+
+    levels = []
+    diagonal = np.diag(damping)
+    while matrix.shape[1] > 1:
+        one, two = matrix[:, ::2], matrix[:, 1::2]
+        middle = np.linalg.inv(one[..., 6:, 6:] + two[..., :6, :6] + diagonal)
+        beside = np.concatenate([one[..., 6:, :6], two[..., :6, 6:]], axis=-1)
+        pull = force[:, ::2, 6:] + force[:, 1::2, :6]
+        levels.append((middle, beside, pull))
+        joined = np.zeros_like(one)
+        joined[..., :6, :6], joined[..., 6:, 6:] = one[..., :6, :6], two[..., 6:, 6:]
+        follow = middle @ beside
+        matrix = joined - np.swapaxes(beside, 2, 3) @ follow
+        force = np.concatenate([force[:, ::2, :6], force[:, 1::2, 6:]], axis=-1)
+        force = force - np.einsum("smij,smi->smj", follow, pull)
+    matrix, force = matrix[:, 0], force[:, 0]
+
+    ends = np.zeros((2, spans, 6, 7))
+    unit = Frames(np.zeros((2 * spans, 3)), np.broadcast_to(np.eye(3), (2 * spans, 3, 3)))
+    ends[..., :6] = adjoint(unit.seen_from(own)).reshape(2, spans, 6, 6)
+    ends[..., 5, 6] = (net.turns >= 0).T
+    whole = np.zeros((spans, 12, 14))
+    whole[:, :6, :7], whole[:, 6:, 7:] = ends
+    result = np.einsum("ski,skl,slj->sij", whole, matrix, whole, optimize=True)
+    # A turn after a motion is not the motion after the turn.
+    for side in (0, 1) if stressed else ():
+        swing = 0.5 * _bracket(force[:, 6 * side : 6 * side + 6])[..., 5]
+        cross = np.einsum("ski,sk->si", ends[side][..., :6], swing) * ends[side][:, 5, 6:]
+        begin = 7 * side
+        result[:, begin : begin + 6, begin + 6] += cross
+        result[:, begin + 6, begin : begin + 6] += cross
+    return Local(np.einsum("ski,sk->si", whole, force), result, levels, ends)
+
+
+def inner_steps(local: Local, step: FloatArray) -> FloatArray:
+    """Return the twists of inner frames that follow those of bodies and angles, (S x (M - 1), 6).
+
+    ``step`` is (S, 14), as forces are.
+    """
+    first = np.einsum("sij,sj->si", local.ends[0], step[:, :7])
+    last = np.einsum("sij,sj->si", local.ends[1], step[:, 7:])
+    nodes = np.stack([first, last], axis=1)
+    for middle, beside, pull in reversed(local.levels):
+        both = np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
+        wanted = pull + np.einsum("smij,smj->smi", beside, both)
+        between = -np.einsum("smij,smj->smi", middle, wanted)
+        grown = np.empty((len(nodes), 2 * nodes.shape[1] - 1, 6))
+        grown[:, ::2], grown[:, 1::2] = nodes, between
+        nodes = grown
+    return nodes[:, 1:-1].reshape(-1, 6)

@@ -1,0 +1,271 @@
+"""Let an elastic net go: it moves until its forces are in balance."""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
+
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.form.net import Local, Net, State, energy, inner_steps, local_system
+
+#: Steps at most; and what is left of the forces at rest, as a share of what a span of strip resists
+#: a millimetre with.
+_STEPS, _REST = 200, 1e-5
+#: The first damping, as a share of a strip's own bending; its change after a step that was good, or
+#: none; and how small and how large it may become.
+_DAMPING, _EASE, _STIFFEN, _LEAST, _MOST = 1e-2, 0.1, 8.0, 1e-8, 1e6
+#: A step that is too long is made so many times shorter, so often; after a whole one with so little
+#: damping, stress counts.
+_SHORTER, _HALVINGS, _CALM = 3.0, 4, 1e-3
+#: No body turns by more radians in a step.
+_TURN = 0.4
+#: A step that gains less than this share of the energy gains nothing; then forces may be so many
+#: times larger.
+_GAIN, _ROUGH = 1e-14, 1e3
+#: Bodies that are ordered no further, and what is as good as fixed.
+_LEAF, _FIXED = 24, 1e12
+
+
+@frozen_value
+class Relaxed:
+    """Where a net comes to rest.
+
+    Parameters
+    ----------
+    state : State
+    energy_nmm : float
+        What it has in store, N mm.
+    residual : float
+        The largest force on a body that is not balanced, N.
+    history : tuple of float
+        The energy at first, and after each step that was taken.
+    settled : bool
+        Whether it is at rest; else this is as far as it came.
+    """
+
+    state: State
+    energy_nmm: float
+    residual: float
+    history: tuple[float, ...]
+    settled: bool
+
+
+class Solver:
+    """Forces of a net and their change, factored in an order that keeps factors sparse."""
+
+    def __init__(self, net: Net, state: State) -> None:
+        """Find the order."""
+        self.net = net
+        #: A typical span, mm, and what it resists motions and turns with, N/mm and N mm.
+        self.length = float(np.median(net.rest[..., 0].sum(axis=1)))
+        bending = float(np.median(net.stiffness[..., 4])) / net.rest.shape[1]
+        self.scale = np.array([12 * bending / self.length**2] * 3 + [bending] * 3)
+        self.unit = np.concatenate(
+            [np.tile(self.scale, net.n_bodies), np.full(len(net.pins), bending)]
+        )
+        turn = np.where(net.turns >= 0, 6 * net.n_bodies + net.turns, net.n_freedoms)
+        own = 6 * net.ends[:, :, None] + np.arange(6)
+        #: The freedoms of each span's ends, (S, 14); one past all for none.
+        self.rows = np.concatenate([own, turn[:, :, None]], axis=2).reshape(-1, 14)
+        self.order = self._freedoms_in_order(dissection(net.ends, state.bodies.origin))
+        self._fixed = np.zeros(net.n_freedoms)
+        self._fixed[: 6 * net.n_bodies] = np.repeat(net.fixed * _FIXED, 6)
+
+    def _freedoms_in_order(self, bodies: IntArray) -> IntArray:
+        """Return all freedoms, each body's together with the angles there."""
+        net = self.net
+        place = np.empty(net.n_bodies)
+        place[bodies] = np.arange(net.n_bodies)
+        key = np.full(net.n_freedoms, np.inf)
+        key[: 6 * net.n_bodies] = np.repeat(place, 6)
+        used = net.turns >= 0
+        key[6 * net.n_bodies + net.turns[used]] = place[net.ends[used]]
+        return np.argsort(key, kind="stable")
+
+    def system(
+        self, state: State, damping: float, *, stressed: bool = False
+    ) -> tuple[FloatArray, sp.csc_array, Local]:
+        """Return the forces on all freedoms, (F,), how they change, and what spans want."""
+        net, rows = self.net, self.rows
+        local = local_system(net, state, damping * self.scale, stressed=stressed)
+        count, bodies = net.n_freedoms, net.n_bodies
+        force: FloatArray = np.zeros(count + 1)
+        np.add.at(force, rows, local.force)
+        force = force[:count]
+        axes, origin = state.bodies.axes, state.bodies.origin
+        # Weight and supports, as bodies feel them.
+        pull = net.held * (origin - net.place) - net.weight
+        force[: 6 * bodies].reshape(bodies, 6)[:, :3] += np.einsum("nji,nj->ni", axes, pull)
+        force[6 * bodies :] += net.pins * (state.angles - net.rest_angles)
+        force[self._fixed > 0] = 0.0
+        held = np.einsum("nki,nk,nkj->nij", axes, net.held, axes)
+        place = 6 * np.arange(bodies)[:, None, None] + np.zeros((3, 3), dtype=np.int64)
+        shape, angles = local.matrix.shape, np.arange(6 * bodies, count)
+        values = [local.matrix.ravel(), held.ravel(), net.pins, damping * self.unit + self._fixed]
+        down = [np.broadcast_to(rows[:, :, None], shape).ravel(),
+                (place + np.arange(3)[:, None]).ravel(), angles, np.arange(count)]  # fmt: skip
+        across = [np.broadcast_to(rows[:, None, :], shape).ravel(),
+                  (place + np.arange(3)).ravel(), angles, np.arange(count)]  # fmt: skip
+        ranks = np.append(np.argsort(self.order), count)
+        matrix = sp.coo_array(
+            (np.concatenate(values), (ranks[np.concatenate(down)], ranks[np.concatenate(across)])),
+            shape=(count + 1, count + 1),
+        ).tocsc()
+        return force, matrix[:count, :count], local
+
+    def solve(self, factors: SuperLU, force: FloatArray) -> FloatArray:
+        """Return how far forces move all freedoms."""
+        result = np.empty_like(force)
+        result[self.order] = factors.solve(force[self.order])
+        return result
+
+    def moved(self, state: State, local: Local, step: FloatArray, share: float = 1.0) -> State:
+        """Return a state after a share of a step of bodies and angles, inner frames following."""
+        bodies = share * step[: 6 * self.net.n_bodies].reshape(-1, 6)
+        inner = share * inner_steps(local, np.append(step, 0.0)[self.rows])
+        angles = state.angles + share * step[6 * self.net.n_bodies :]
+        return State(state.bodies.moved(bodies), angles, state.inner.moved(inner))
+
+    def residual(self, force: FloatArray, local: Local) -> float:
+        """Return the largest force that is not balanced, a moment as a force at a span's end, N."""
+        inner = [np.abs(pull).reshape(-1, 6).max(axis=0) for *_, pull in local.levels]
+        bodies = np.abs(force[: 6 * self.net.n_bodies]).reshape(-1, 6).max(axis=0, initial=0.0)
+        most = np.max([bodies, *inner], axis=0)
+        turn = float(np.abs(force[6 * self.net.n_bodies :]).max(initial=0.0))
+        return float(max(most[:3].max(), max(most[3:].max(), turn) / self.length))
+
+    def share(self, step: FloatArray) -> float:
+        """Return the share of a step after which no body turns too far."""
+        bodies = np.abs(step[: 6 * self.net.n_bodies]).reshape(-1, 6)
+        turn = max(bodies[:, 3:].max(), np.abs(step[6 * self.net.n_bodies :]).max(initial=0.0))
+        return float(min(1.0, _TURN / max(turn, 1e-300)))
+
+
+def factor(matrix: sp.csc_array) -> SuperLU:
+    """Return the factors of a symmetric matrix that is in order."""
+    return splu(
+        matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+
+
+def dissection(pairs: IntArray, places: FloatArray) -> IntArray:
+    """Return an order of points in which few of those come late that join the others.
+
+    Points are parted in two across their longest extent, again and again; of each two parts, those
+    points of one come last that are joined to the other (George, "Nested dissection of a regular
+    finite element mesh", SIAM J. Numer. Anal. 10, 1973).
+
+    Parameters
+    ----------
+    pairs : (N, 2) int array
+        Which points are joined.
+    places : (P, 3) float array
+    """
+    order: list[IntArray] = []
+    todo = [(np.arange(len(places)), pairs)]
+    while todo:
+        points, joined = todo.pop()
+        if len(points) <= _LEAF:
+            order.append(points)
+            continue
+        spread = places[points]
+        axis = int(np.ptp(spread, axis=0).argmax())
+        ranked = points[np.argsort(spread[:, axis], kind="stable")]
+        side = np.zeros(len(places), dtype=np.int8)
+        side[ranked] = 1
+        side[ranked[len(ranked) // 2 :]] = 2
+        across = side[joined]
+        between = np.unique(joined[across.sum(axis=1) == 3][across[across.sum(axis=1) == 3] == 1])
+        side[between] = 3
+        order.append(between)
+        across = side[joined]
+        for part in (1, 2):
+            own = joined[(across == part).all(axis=1)]
+            todo.append((ranked[side[ranked] == part], own))
+    return np.concatenate(order[::-1])
+
+
+def relax(net: Net, state: State, *, progress: Progress = no_progress) -> Relaxed:
+    """Return where a net comes to rest; its energy never rises on the way.
+
+    Gauss and Newton's method, damped as Levenberg and Marquardt do; Newton's, with what stress adds
+    to stiffness, once steps are good. A step that would raise the energy is not taken.
+
+    Parameters
+    ----------
+    net : Net
+    state : State
+        Where it is let go.
+    progress : callable
+    """
+    solver = Solver(net, state)
+    enough = _REST * float(solver.scale[0])
+    damping, steps, history = _DAMPING, 0, [energy(net, state)]
+    stressed = False
+    while True:
+        force, matrix, local = solver.system(state, damping, stressed=stressed)
+        residual = solver.residual(force, local)
+        if residual <= enough or steps == _STEPS or damping > _MOST:
+            break
+        progress("form", steps, _STEPS)
+        steps += 1
+        step = -solver.solve(factor(matrix), force)
+        whole, least = solver.share(step), history[-1]
+        share = whole
+        for _ in range(_HALVINGS):
+            moved = solver.moved(state, local, step, share)
+            there = energy(net, moved)
+            if there < least:
+                break
+            share /= _SHORTER
+        if there < least:
+            state = moved
+            history.append(there)
+            stressed = share == 1.0 and damping <= _CALM
+            damping = max(damping * _EASE, _LEAST) if share == whole else damping
+            if least - there <= _GAIN * abs(least) and residual <= _ROUGH * enough:
+                break
+        elif stressed:
+            stressed = False
+        else:
+            damping *= _STIFFEN
+    return Relaxed(state, history[-1], residual, tuple(history), residual <= _ROUGH * enough)
+
+
+def soft_modes(net: Net, state: State, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return in which ways a net at rest moves most easily, the softest first.
+
+    Parameters
+    ----------
+    net : Net
+    state : State
+        At rest.
+    count : int
+
+    Returns
+    -------
+    stiffness : (N,) float array
+        What resists each, N/mm: its energy is half of that times the sum of all bodies' squared
+        displacements.
+    motion : (N, B, 3) float array
+        How bodies move, their squares summing up to 1.
+    """
+    solver = Solver(net, state)
+    _, matrix, _ = solver.system(state, 0.0, stressed=True)
+    bodies = net.n_bodies
+    # Turns weigh little: they follow.
+    mass = np.ones(net.n_freedoms)
+    mass[: 6 * bodies].reshape(bodies, 6)[:, 3:] = 1e-6 * solver.length**2
+    mass[6 * bodies :] = 1e-6 * solver.length**2
+    weight = sp.diags_array(mass[solver.order], format="csc")
+    shift = -1e-6 * float(solver.scale[0])
+    factors = factor((matrix - shift * weight).tocsc())
+    inverse = LinearOperator(matrix.shape, matvec=factors.solve, dtype=np.float64)
+    start = np.cos(np.arange(net.n_freedoms))
+    values, vectors = eigsh(
+        matrix, k=count, M=weight, sigma=shift, which="LM", OPinv=inverse, v0=start
+    )
+    order = np.argsort(values)
+    motion = np.empty((count, net.n_freedoms))
+    motion[:, solver.order] = vectors.T[order]
+    body = motion[:, : 6 * bodies].reshape(count, bodies, 6)[..., :3]
+    return values[order], np.einsum("bij,nbj->nbi", state.bodies.axes, body)
