@@ -108,6 +108,8 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     verdict = job.verdict
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
     console.print(job.grade.text, markup=False)
+    if job.form is not None:
+        console.print(f"Let go, it {job.form.text}", markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
     console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
 
@@ -227,7 +229,7 @@ def _totals(made: "FinishedJob", output: Path) -> dict[str, Any]:
         "sheets": [drawing.name for drawing in job.drawings],
         "costs": to_json(job.costs),
         "proved": True,
-        "verdict": verdict_json(job.verdict, job.grade),
+        "verdict": verdict_json(job.verdict, job.grade, job.form),
         "notes": list(job.notes),
         "missing": list(made.missing),
     }

@@ -8,6 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
+from fabweave.form.settle import Form
 from fabweave.mesh.likeness import Likeness
 from fabweave.piece.piece import Piece
 from fabweave.plan.verdict import Verdict
@@ -78,8 +79,13 @@ class Grade:
         return "\n".join(lines)
 
 
-def grade(pieces: Sequence[Piece], verdict: Verdict, like: Likeness | None = None) -> Grade:
-    """Grade a job by its pieces, its verdict, and how like its model it is.
+def grade(
+    pieces: Sequence[Piece],
+    verdict: Verdict,
+    like: Likeness | None = None,
+    form: Form | None = None,
+) -> Grade:
+    """Grade a job by its pieces, its verdict, how like its model it is and how it keeps its form.
 
     Parameters
     ----------
@@ -87,6 +93,8 @@ def grade(pieces: Sequence[Piece], verdict: Verdict, like: Likeness | None = Non
     verdict : Verdict
     like : Likeness, optional
         Where the model was remeshed.
+    form : Form, optional
+        Where that is known.
 
     Examples
     --------
@@ -95,15 +103,16 @@ def grade(pieces: Sequence[Piece], verdict: Verdict, like: Likeness | None = Non
     """
     widths = [station_widths(piece) for piece in pieces]
     turns = [station_turns(piece) for piece in pieces]
-    lost = [one for one in _lost(widths, turns, verdict, like) if one.points >= 0.05]
+    lost = [one for one in _lost(widths, turns, verdict, like, form) if one.points >= 0.05]
     lost.sort(key=lambda one: -one.points)
     score = 0.0 if verdict.stops else round(BEST - sum(one.points for one in lost), 1)
     return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
 
 
-def verdict_json(verdict: Verdict, grade: Grade) -> dict[str, Any]:
-    """Return what ``verdict.json`` holds: the verdict, and how good what was planned is."""
-    return {"schema": VERDICT, "units": "mm", **to_json(verdict), "grade": to_json(grade)}
+def verdict_json(verdict: Verdict, grade: Grade, form: Form | None) -> dict[str, Any]:
+    """Return what ``verdict.json`` holds: verdict, grade, and form where it is known."""
+    said = {"schema": VERDICT, "units": "mm", **to_json(verdict), "grade": to_json(grade)}
+    return said if form is None else {**said, "form": {**to_json(form), "text": form.text}}
 
 
 def station_widths(piece: Piece) -> FloatArray:
@@ -128,6 +137,7 @@ def _lost(
     turns: Sequence[FloatArray],
     verdict: Verdict,
     like: Likeness | None,
+    form: Form | None,
 ) -> Iterator[Lost]:
     """Yield what each rule takes."""
 
@@ -156,6 +166,9 @@ def _lost(
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
         yield lose("likeness", like.loss / _NEAR - 1, text)
+    if form is not None:
+        text = f"it settles by {form.settles_mm:.1f} mm when it is let go"
+        yield lose("form", form.settles_mm / form.bound_mm - 1, text)
     care = len(verdict.reasons)
     yield lose("care", care, agree(care, "{n} [reason asks|reasons ask] for care"))
 

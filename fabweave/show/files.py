@@ -184,7 +184,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     """Write the model, the plan and its tables; see ``write_plan``."""
     woven = job.woven
     crossing_map = job_map(job)
-    _write(directory / "verdict.json", json_text(verdict_json(job.verdict, job.grade)))
+    _write(directory / "verdict.json", json_text(verdict_json(job.verdict, job.grade, job.form)))
     sizes = [rule.hole_mm for rule in job.piece_set.rules]
     like, openings = woven.source.likeness, woven.source.openings
     outcome = {

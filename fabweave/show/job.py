@@ -1,7 +1,7 @@
 """Hold a job with all that is written, and draw its sheets."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
+from fabweave.form.settle import Form, elastic, pin_stiffness, settle
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -46,6 +47,7 @@ class SideWork(NamedTuple):
     portrait: Callable[[], bytes]
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
+    form: Callable[[], Form | None]
 
 
 @frozen_value
@@ -95,6 +97,8 @@ class Job(PlannedJob):
         The same with kerf and micro-joints; none where the others are to be cut as they are.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
+    form : Form or None
+        What becomes of its form when it is let go; None where that is not known.
     """
 
     layout: Layout
@@ -117,6 +121,7 @@ class Job(PlannedJob):
     rim_drawings: tuple[SheetDrawing, ...] = ()
     rim_kerfed: tuple[SheetDrawing, ...] = ()
     given_mesh: PolyMesh | None = None
+    form: Form | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -129,7 +134,7 @@ class Job(PlannedJob):
     @property
     def grade(self) -> Grade:
         """How good it is, out of 10."""
-        return grade(self.piece_set.pieces, self.verdict, self.woven.source.likeness)
+        return grade(self.piece_set.pieces, self.verdict, self.woven.source.likeness, self.form)
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
@@ -158,7 +163,20 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             seed=settings.search.seed,
         ),
         likeness=start(likeness_png, source.loss, source.likeness),
+        form=start(settle, *_let_go(planned)),
     )
+
+
+def _let_go(planned: PlannedJob) -> tuple[Any, ...]:
+    """Return what :func:`settle` takes of a job."""
+    woven, supplies, joints = planned.woven, planned.supplies, planned.piece_set.joints
+    thickness = supplies.thickness_mm(woven.bunches)
+    grain = supplies.rotations.startswith(("grain", "across"))
+    of = supplies.of(woven.bunches).tolist()
+    own = [elastic(supplies.each[at].material, grain=grain) for at in of]
+    riveted = [joint.crossing for joint in joints if len(joint.holes) > 1]
+    pins = pin_stiffness(planned.piece_set.fastened, riveted)
+    return woven.mesh, woven.ribbons, woven.weave, thickness, own, pins
 
 
 def draw_job(
@@ -233,6 +251,7 @@ def draw_job(
         order=order,
         portrait=side.portrait,
         likeness=side.likeness,
+        form=side.form(),
         drawings=drawings,
         code=code,
         kerfed=kerfed,

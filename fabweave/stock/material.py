@@ -101,6 +101,12 @@ class Material:
         What a person should know before cutting it.
     colour : str or None
         How it looks in pictures, as ``#rrggbb``, where known.
+    young_mpa : (float, float) or None
+        Young's modulus along the grain and across it, N/mm², where known.
+    poisson : float
+        Poisson's ratio.
+    young_source : str
+        Where these are from.
     laid_across : bool
         Whether pieces lie across its grain, so that the tables for that hold.
     """
@@ -140,6 +146,9 @@ class Material:
             lambda value: list_of(value, _text_where(lambda name: name in entry_keys(Material))),
         ),
     ] = ()
+    young_mpa: Annotated[Span | None, pair_key("[4500.0, 2200.0]", 0.01, 1e6)] = None
+    poisson: Annotated[float, number_key(0.0, 0.49)] = 0.3
+    young_source: Annotated[str, line_key(300)] = ""
     notes: Annotated[str, line_key(500)] = ""
     colour: Annotated[
         str | None,

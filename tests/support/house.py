@@ -13,7 +13,7 @@ from pathlib import Path
 
 #: The rooms of the makers, in the order in which data flows: each imports only from those before.
 FLOW = (
-    "core", "stock", "mesh", "weave", "ribbon", "nest", "piece", "sheet", "options", "plan",
+    "core", "stock", "mesh", "weave", "ribbon", "nest", "piece", "form", "sheet", "options", "plan",
     "estimate", "picture", "show", "job", "stations", "design", "front_door", "remake", "cli",
 )  # fmt: skip
 #: Those of them that are one module, and no folder.
