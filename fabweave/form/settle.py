@@ -20,6 +20,8 @@ from fabweave.weave.pattern import Weave
 #: How a crossing resists turning, N mm per radian: strips that only lie on one another, one
 #: fastener, and two or more of them. Estimates: friction scatters by as much as these differ.
 BARE, PINNED, RIVETED = 1.0, 25.0, 10_000.0
+#: Poisson's ratio of what it is not known of.
+POISSON = 0.3
 #: Objects of more crossings are not let go: it would take minutes.
 MOST_CROSSINGS = 20_000
 #: What settles by no more than this share of its size keeps its form.
@@ -97,9 +99,9 @@ def elastic(material: Material, *, grain: bool) -> Elastic | None:
         return None
     along, across = material.young_mpa
     own = across if material.laid_across else along
-    return Elastic(
-        own if grain else float(np.sqrt(along * across)), material.poisson, material.density_kg_m3
-    )
+    young = own if grain else float(np.sqrt(along * across))
+    poisson = POISSON if material.poisson is None else material.poisson
+    return Elastic(young, poisson, material.density_kg_m3)
 
 
 def pin_stiffness(fastened: BoolArray, riveted: Sequence[int]) -> FloatArray:

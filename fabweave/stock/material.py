@@ -103,8 +103,8 @@ class Material:
         How it looks in pictures, as ``#rrggbb``, where known.
     young_mpa : (float, float) or None
         Young's modulus along the grain and across it, N/mm², where known.
-    poisson : float
-        Poisson's ratio.
+    poisson : float or None
+        Poisson's ratio, where known.
     young_source : str
         Where these are from.
     laid_across : bool
@@ -147,7 +147,7 @@ class Material:
         ),
     ] = ()
     young_mpa: Annotated[Span | None, pair_key("[4500.0, 2200.0]", 0.01, 1e6)] = None
-    poisson: Annotated[float, number_key(0.0, 0.49)] = 0.3
+    poisson: Annotated[float | None, number_key(0.0, 0.49)] = None
     young_source: Annotated[str, line_key(300)] = ""
     notes: Annotated[str, line_key(500)] = ""
     colour: Annotated[
