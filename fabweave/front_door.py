@@ -45,6 +45,7 @@ from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
 from fabweave.estimate.costs import Costs, planned_costs
+from fabweave.form.settle import BARE, Settled, elastic, settle
 from fabweave.job import write_and_prove
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -804,6 +805,37 @@ class Ribbons(_Solid):
         """
         stations = self.stations.also(options)
         return Pieces(stations, stations.planned)
+
+    def relax(self, *, pins: float | FloatArray = BARE) -> Settled | None:
+        """Let the ribbons go, pinned where they cross, and tell where they come to rest.
+
+        Parameters
+        ----------
+        pins : float or (X,) float array
+            How each crossing resists turning, N mm per radian: by default as strips that only lie
+            on one another.
+
+        Returns
+        -------
+        Settled or None
+            None where the material is not known well enough, or there are too many crossings.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("sphere?n=3", size="300mm")).ribbons()
+        >>> form, wished, rested = ribbons.relax()
+        >>> form.keeps, wished.shape, bool(abs(wished - rested).max() < form.bound_mm)
+        (True, (108, 3), True)
+        """
+        woven, (_, supplies) = self.woven, self.stations.completed
+        own = [
+            elastic(supplies.each[at].material, grain=False)
+            for at in supplies.of(woven.bunches).tolist()
+        ]
+        stiffness = np.broadcast_to(pins, (woven.weave.threads.n_crossings,))
+        thickness = supplies.thickness_mm(woven.bunches)
+        return settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, stiffness)
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
         return ribbon_triangles(self.woven.ribbons)[:2]

@@ -23,6 +23,7 @@ TOPICS = (
     "pieces",
     "joints",
     "fasteners",
+    "form",
     "stock",
     "machines",
     "services",

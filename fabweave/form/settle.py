@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fabweave.core.arrays import BoolArray, FloatArray
+from fabweave.core.arrays import BoolArray, FloatArray, frozen
 from fabweave.core.messages import agree
 from fabweave.core.records import record
 from fabweave.form.relax import relax, soft_modes
@@ -111,6 +112,18 @@ def pin_stiffness(fastened: BoolArray, riveted: Sequence[int]) -> FloatArray:
     return pins
 
 
+class Settled(NamedTuple):
+    """An object that was let go: what became of its form, and of its crossings.
+
+    ``wished`` and ``rested`` are (X, 3), millimetres: where its crossings are wished to be, and
+    where they come to rest, after the rigid motion that brings them nearest to that.
+    """
+
+    form: Form
+    wished: FloatArray
+    rested: FloatArray
+
+
 def settle(
     mesh: PolyMesh,
     ribbons: Ribbons,
@@ -118,7 +131,7 @@ def settle(
     thickness_mm: FloatArray,
     materials: Sequence[Elastic | None],
     pins: FloatArray,
-) -> Form | None:
+) -> Settled | None:
     """Let a woven object go, and say what becomes of its form.
 
     Its strips are as they are cut. What is not known: friction's scatter, contact beside the
@@ -138,7 +151,7 @@ def settle(
 
     Returns
     -------
-    Form or None
+    Settled or None
         None where a material is not known well enough, and where it would take minutes.
     """
     known = [one for one in materials if one is not None]
@@ -149,7 +162,8 @@ def settle(
         free = replace(net, weight=0 * net.weight)
         rest = relax(free, wished)
         places, origin = rest.state.bodies.origin, wished.bodies.origin
-        away = np.linalg.norm(fitted(places, origin) - origin, axis=1)
+        rested = fitted(places, origin)
+        away = np.linalg.norm(rested - origin, axis=1)
         size = float(np.ptp(mesh.vertices, axis=0).max())
 
         height = places[:, 2] - places[:, 2].min()
@@ -166,7 +180,7 @@ def settle(
     # All bodies move by a share of the size: half of the stiffness times their squares, or less.
     enough = 2.0 * weight / (net.n_bodies * _LOOSE * size)
     farthest = int(away.argmax())
-    return Form(
+    form = Form(
         settles_mm=round(float(away[farthest]), 2),
         mean_mm=round(float(np.sqrt((away**2).mean())), 2),
         where=name_place(origin[farthest], mesh),
@@ -175,6 +189,7 @@ def settle(
         loose=max(int(np.count_nonzero(stiffness < enough)) - 6, 0),
         settled=rest.settled and stood.settled,
     )
+    return Settled(form, frozen(origin), frozen(rested))
 
 
 def fitted(places: FloatArray, to: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.settle import Form, elastic, pin_stiffness, settle
+from fabweave.form.settle import Form, Settled, elastic, pin_stiffness, settle
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -47,7 +47,7 @@ class SideWork(NamedTuple):
     portrait: Callable[[], bytes]
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
-    form: Callable[[], Form | None]
+    form: Callable[[], Settled | None]
 
 
 @frozen_value
@@ -198,7 +198,7 @@ def draw_job(
     if layout.recorded:
         settings = settings.but(layout=LAYOUT_FILE)
     progress("marks", 0, 1)
-    marks, order = side.marks(), side.order()
+    marks, order, settled = side.marks(), side.order(), side.form()
     spare_marks = mark_spares(
         to_cut[len(marks) :],
         [marks[at] for at in planned.spared.tolist()],
@@ -251,7 +251,7 @@ def draw_job(
         order=order,
         portrait=side.portrait,
         likeness=side.likeness,
-        form=side.form(),
+        form=None if settled is None else settled.form,
         drawings=drawings,
         code=code,
         kerfed=kerfed,

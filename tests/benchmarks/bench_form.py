@@ -48,7 +48,7 @@ def main(names):
         for how, stiffness in (("bare", BARE), ("pinned", PINNED), ("glued", RIVETED)):
             pins = np.full(woven.weave.threads.n_crossings, stiffness)
             begun = time.perf_counter()
-            form = settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, pins)
+            form = settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, pins).form
             taken = time.perf_counter() - begun
             rest = "" if form.settled else "  not at rest"
             figures = f"{form.settles_mm:8.2f} {form.mean_mm:5.2f} {form.sags_mm:6.2f}"

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jobs import laid
 
+import fabweave as fw
 from fabweave.form import settle as module
 from fabweave.form.screw import exponential
 from fabweave.form.settle import (
@@ -32,7 +33,7 @@ def let_go(shape, size_mm, pin, **options):
     own = [elastic(supplies.only, grain=False)] * threads.n_threads
     pins = np.full(threads.n_crossings, pin)
     thickness = supplies.thickness_mm(woven.bunches)
-    return settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, pins)
+    return settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, pins).form
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +109,16 @@ def test_crossings_resist_as_they_are_fastened():
 )
 def test_a_form_is_kept_within_its_bound(change, keeps):
     assert replace(GOOD, **change).keeps == keeps
+
+
+def test_a_form_is_what_becomes_of_crossings():
+    ribbons = fw.weave(fw.shape("tube?m=8&n=4", size="200mm")).ribbons()
+    form, wished, rested = ribbons.relax(pins=0.0)
+    away = np.linalg.norm(rested - wished, axis=1)
+    assert form.settles_mm == pytest.approx(away.max(), abs=0.006)
+    assert form.mean_mm == pytest.approx(np.sqrt((away**2).mean()), abs=0.006)
+    assert wished == pytest.approx(ribbons.woven.ribbons.centre)
+    assert away.max() > np.linalg.norm(ribbons.relax(pins=1e5).rested - wished, axis=1).max()
 
 
 def test_the_same_bytes_again():
