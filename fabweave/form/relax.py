@@ -21,6 +21,8 @@ _TURN = 0.4
 #: A step that gains less than this share of the energy gains nothing; then forces may be so many
 #: times larger.
 _GAIN, _ROUGH = 1e-14, 1e3
+#: So many steps are looked at together.
+_LOOK = 6
 #: Bodies that are ordered no further, and what is as good as fixed.
 _LEAF, _FIXED = 24, 1e12
 
@@ -184,7 +186,9 @@ def dissection(pairs: IntArray, places: FloatArray) -> IntArray:
     return np.concatenate(order[::-1])
 
 
-def relax(net: Net, state: State, *, progress: Progress = no_progress) -> Relaxed:
+def relax(
+    net: Net, state: State, *, gain: float = 0.0, progress: Progress = no_progress
+) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
 
     Gauss and Newton's method, damped as Levenberg and Marquardt do; Newton's, with what stress adds
@@ -195,16 +199,18 @@ def relax(net: Net, state: State, *, progress: Progress = no_progress) -> Relaxe
     net : Net
     state : State
         Where it is let go.
+    gain : float
+        It is at rest, too, when the last few steps gain no more than this share of the energy.
     progress : callable
     """
     solver = Solver(net, state)
     enough = _REST * float(solver.scale[0])
     damping, steps, history = _DAMPING, 0, [energy(net, state)]
-    stressed = False
+    stressed = rough = False
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)
-        if residual <= enough or steps == _STEPS or damping > _MOST:
+        if rough or residual <= enough or steps == _STEPS or damping > _MOST:
             break
         progress("form", steps, _STEPS)
         steps += 1
@@ -222,13 +228,15 @@ def relax(net: Net, state: State, *, progress: Progress = no_progress) -> Relaxe
             history.append(there)
             stressed = share == 1.0 and damping <= _CALM
             damping = max(damping * _EASE, _LEAST) if share == whole else damping
-            if least - there <= _GAIN * abs(least) and residual <= _ROUGH * enough:
-                break
+            # What is left is rounding, or less than is asked for.
+            rough = least - there <= _GAIN * abs(least) and residual <= _ROUGH * enough
+            rough |= history[-_LOOK:][0] - there <= gain * there and len(history) > _LOOK
         elif stressed:
             stressed = False
         else:
             damping *= _STIFFEN
-    return Relaxed(state, history[-1], residual, tuple(history), residual <= _ROUGH * enough)
+    settled = rough or residual <= _ROUGH * enough
+    return Relaxed(state, history[-1], residual, tuple(history), settled)
 
 
 def soft_modes(net: Net, state: State, count: int) -> tuple[FloatArray, FloatArray]:

@@ -30,6 +30,8 @@ BOUND = 0.01
 #: An object stands on what is no higher than this share of its size, three crossings at least; a
 #: foot yields by so many millimetres to a newton.
 _FOOT, _YIELDS = 0.02, 1e-3
+#: When steps gain no more than this share of the energy, what is left is less than a maker sees.
+_GAIN = 2e-5
 #: A mode is loose if its own weight is enough to move an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
 
@@ -160,7 +162,7 @@ def settle(
     with threadpool_limits(limits=1, user_api="blas"):
         net, wished = woven_net(ribbons, weave, thickness_mm, known, pins)
         free = replace(net, weight=0 * net.weight)
-        rest = relax(free, wished)
+        rest = relax(free, wished, gain=_GAIN)
         places, origin = rest.state.bodies.origin, wished.bodies.origin
         rested = fitted(places, origin)
         away = np.linalg.norm(rested - origin, axis=1)
@@ -171,7 +173,7 @@ def settle(
         feet = low[: max(3, int(np.count_nonzero(height <= _FOOT * size)))]
         held = np.zeros_like(net.held)
         held[feet] = 1.0 / _YIELDS
-        stood = relax(replace(net, held=held, place=places), rest.state)
+        stood = relax(replace(net, held=held, place=places), rest.state, gain=_GAIN)
         sag = np.linalg.norm(stood.state.bodies.origin - places, axis=1)
 
         count = min(_MODES, 6 * net.n_bodies - 1)
