@@ -8,6 +8,7 @@ from jobs import laid
 
 from fabweave.form.net import energy, strains
 from fabweave.form.relax import relax, soft_modes
+from fabweave.form.settle import fitted
 from fabweave.form.woven_net import Elastic, woven_net
 
 CARD = Elastic(3000.0, 0.3, 750.0)
@@ -21,14 +22,6 @@ def net_of(shape, size_mm, pin, material=CARD, pieces=2, **options):
         [material] * threads.n_threads, np.full(threads.n_crossings, pin), pieces=pieces,
     )  # fmt: skip
     return woven, replace(net, weight=0 * net.weight), state
-
-
-def fitted(places, to):
-    """Return places after the rigid motion that brings them nearest to others."""
-    middle, other = places.mean(axis=0), to.mean(axis=0)
-    left, _, right = np.linalg.svd((places - middle).T @ (to - other))
-    turn = left * [1.0, 1.0, np.linalg.det(left @ right)] @ right
-    return (places - middle) @ turn + other
 
 
 def test_a_net_has_the_weight_and_the_length_of_its_ribbons():
