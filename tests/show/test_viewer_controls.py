@@ -422,7 +422,9 @@ def test_the_hardest_places_lead_to_their_stations(browser, torus, tmp_path):
     path = tmp_path / "assembly.html"
     path.write_text(text.replace('"worst":[]', f'"worst":[{json.dumps(place)}]'), "utf-8")
     tab = Tab(browser, torus, path=path)
-    assert tab.page.locator("#worst li").all_inner_texts() == [f"{piece.id} {place['text']}"]
+    assert tab.page.locator("#worst li").all_inner_texts() == [
+        f"{piece.id} at crossing {crossing} {place['text']}"
+    ]
     tab.page.click("#worst button")
     assert tab.chosen() == piece.id
     assert tab.page.locator("tr.chosen").get_attribute("data-station") == "2"

@@ -26,7 +26,7 @@ function makePanels(by, plan, clock, state) {
     if (chosen < 0) {
       const places = plan.worst.map(({ piece, crossing, text }) => {
         const at = plan.pieces[plan.pieceAt.get(piece)].stations.findIndex((station) => station.crossing === crossing);
-        return `<li>${plan.link(piece, at)} ${escaped(text)}</li>`;
+        return `<li>${plan.link(piece, at)} at crossing ${crossing} ${escaped(text)}</li>`;
       });
       panel.innerHTML = `<p class="hint">Choose a piece: tap it on the object or on its sheet, or search for its label.</p>${
         places.length ? `<h3>Hardest places</h3><ol id="worst">${places.join("")}</ol>` : ""}`;
