@@ -45,7 +45,7 @@ from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
 from fabweave.estimate.costs import Costs, planned_costs
-from fabweave.form.settle import BARE, Settled, elastic, settle
+from fabweave.form.settle import BARE, Settled, elastic_threads, settle
 from fabweave.job import write_and_prove
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -829,10 +829,7 @@ class Ribbons(_Solid):
         (True, (108, 3), True)
         """
         woven, (_, supplies) = self.woven, self.stations.completed
-        own = [
-            elastic(supplies.each[at].material, grain=False)
-            for at in supplies.of(woven.bunches).tolist()
-        ]
+        own = elastic_threads(supplies, woven.bunches, grain=False)
         stiffness = np.broadcast_to(pins, (woven.weave.threads.n_crossings,))
         thickness = supplies.thickness_mm(woven.bunches)
         return settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, stiffness)

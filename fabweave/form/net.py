@@ -126,13 +126,6 @@ def turned(angles: FloatArray) -> Frames:
     return exponential(twist)
 
 
-def _joined(*some: Frames) -> Frames:
-    """Return frames one after another."""
-    return Frames(
-        np.concatenate([one.origin for one in some]), np.concatenate([one.axes for one in some])
-    )
-
-
 def end_frames(net: Net, bodies: Frames, angles: FloatArray) -> tuple[Frames, Frames]:
     """Return the frames at the ends of all spans, on their bodies and in space, (2 S) each."""
     which = net.turns.T.ravel()

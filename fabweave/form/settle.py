@@ -7,15 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fabweave.core.arrays import BoolArray, FloatArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
 from fabweave.core.messages import agree
 from fabweave.core.records import record
 from fabweave.form.relax import relax, soft_modes
 from fabweave.form.woven_net import Elastic, woven_net
 from fabweave.mesh.likeness import name_place
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.symmetry import best_motions
 from fabweave.ribbon.project import Ribbons
 from fabweave.stock.material import Material
+from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave
 
 #: How a crossing resists turning, N mm per radian: strips that only lie on one another, one
@@ -107,6 +109,12 @@ def elastic(material: Material, *, grain: bool) -> Elastic | None:
     return Elastic(young, poisson, material.density_kg_m3)
 
 
+def elastic_threads(supplies: Supplies, bunches: IntArray, *, grain: bool) -> list[Elastic | None]:
+    """Return what each thread resists with, as :func:`elastic` says it of its material."""
+    each = [elastic(supply.material, grain=grain) for supply in supplies.each]
+    return [each[at] for at in supplies.of(bunches).tolist()]
+
+
 def pin_stiffness(fastened: BoolArray, riveted: Sequence[int]) -> FloatArray:
     """Return how crossings resist turning, (X,): ``riveted`` are those of two fasteners or more."""
     pins = np.where(fastened, PINNED, BARE)
@@ -195,11 +203,6 @@ def settle(
 
 
 def fitted(places: FloatArray, to: FloatArray) -> FloatArray:
-    """Return places after the rigid motion that brings them nearest to others, (N, 3).
-
-    The solution of Kabsch, Acta Crystallographica A32 (1976).
-    """
-    middle, other = places.mean(axis=0), to.mean(axis=0)
-    left, _, right = np.linalg.svd((places - middle).T @ (to - other))
-    turn = left * np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-    return np.asarray((places - middle) @ turn + other)
+    """Return places after the rigid motion that brings them nearest to others, (N, 3)."""
+    own, aim = places - places.mean(axis=0), to - to.mean(axis=0)
+    return np.asarray(own @ best_motions(own, aim, mirrors=False).T + to.mean(axis=0))

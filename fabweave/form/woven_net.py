@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value, unit
-from fabweave.form.net import Net, State, even_inner, section_stiffness
-from fabweave.form.screw import Frames, exponential, logarithm
+from fabweave.form.net import Net, State, even_inner, section_stiffness, turned
+from fabweave.form.screw import Frames, logarithm
 from fabweave.piece.development import run_rungs, unfold
 from fabweave.ribbon.measures import panel_widths
-from fabweave.ribbon.project import Ribbons, local_entry
+from fabweave.ribbon.project import Ribbons, following_rung, local_entry
 from fabweave.weave.pattern import Weave, strand_passes
 
 #: What pulls at a kilogram, N.
@@ -60,15 +60,14 @@ def woven_net(
     """
     threads = weave.threads
     thread = threads.thread_of_pass
-    position = np.arange(len(thread)) - threads.offsets[thread]
-    goes_on = threads.closed[thread] | (position + 1 < threads.lengths[thread])
-    first = np.flatnonzero(goes_on)
-    of = thread[first]
-    second = threads.offsets[of] + (position[first] + 1) % threads.lengths[of]
+    following = following_rung(threads.offsets, threads.closed)
+    first = np.flatnonzero(following >= 0)
+    second, of = following[first], thread[first]
+    position = first - threads.offsets[of]
 
     # In the plane: where each span begins and ends, and how it gets there.
-    start = local_entry(ribbons, of, position[first])
-    last = local_entry(ribbons, of, position[first] + 1) + 1
+    start = local_entry(ribbons, of, position)
+    last = local_entry(ribbons, of, position + 1) + 1
     offsets, rung = run_rungs(ribbons, of, start, last)
     flat = unfold(ribbons, offsets, rung)
     middle = (flat.right + flat.left) @ np.array([0.5, 0.5j])
@@ -148,10 +147,7 @@ def _flat_twists(
         + u * (1 - share) * (1 - 3 * share)
         + v * share * (3 * share - 2)
     )
-    way = np.angle(slope)
-    twist = np.zeros((pieces + 1, at.shape[1], 6))
-    twist[..., 5] = way
-    axes = exponential(twist.reshape(-1, 6)).axes.reshape(pieces + 1, -1, 3, 3)
+    axes = turned(np.angle(slope).ravel()).axes.reshape(pieces + 1, -1, 3, 3)
     origin = np.stack([at.real, at.imag, np.zeros_like(at.real)], axis=-1)
     from_, to = (
         Frames(origin[some].reshape(-1, 3), axes[some].reshape(-1, 3, 3))

@@ -9,7 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.settle import Form, Settled, elastic, pin_stiffness, settle
+from fabweave.form.settle import Form, Settled, elastic_threads, pin_stiffness, settle
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -172,8 +172,7 @@ def _let_go(planned: PlannedJob) -> tuple[Any, ...]:
     woven, supplies, joints = planned.woven, planned.supplies, planned.piece_set.joints
     thickness = supplies.thickness_mm(woven.bunches)
     grain = supplies.rotations.startswith(("grain", "across"))
-    of = supplies.of(woven.bunches).tolist()
-    own = [elastic(supplies.each[at].material, grain=grain) for at in of]
+    own = elastic_threads(supplies, woven.bunches, grain=grain)
     riveted = [joint.crossing for joint in joints if len(joint.holes) > 1]
     pins = pin_stiffness(planned.piece_set.fastened, riveted)
     return woven.mesh, woven.ribbons, woven.weave, thickness, own, pins
@@ -198,7 +197,7 @@ def draw_job(
     if layout.recorded:
         settings = settings.but(layout=LAYOUT_FILE)
     progress("marks", 0, 1)
-    marks, order, settled = side.marks(), side.order(), side.form()
+    marks, order = side.marks(), side.order()
     spare_marks = mark_spares(
         to_cut[len(marks) :],
         [marks[at] for at in planned.spared.tolist()],
@@ -239,6 +238,7 @@ def draw_job(
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
+    settled = side.form()
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
