@@ -45,7 +45,8 @@ from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
 from fabweave.estimate.costs import Costs, planned_costs
-from fabweave.form.settle import BARE, Settled, elastic_threads, settle
+from fabweave.form.body import BARE, body_of
+from fabweave.form.settle import Settled, settle
 from fabweave.job import write_and_prove
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -57,6 +58,7 @@ from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.picture.yarns import Yarns as SpunYarns
 from fabweave.piece.outline import inscribed_polygon
 from fabweave.piece.piece import Piece
+from fabweave.plan.ask import brief_of
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.preflight import Preflight
 from fabweave.ribbon.lay import WovenObject
@@ -818,7 +820,7 @@ class Ribbons(_Solid):
         Returns
         -------
         Settled or None
-            None where the material is not known well enough, or there are too many crossings.
+            None where there are too many crossings.
 
         Examples
         --------
@@ -828,11 +830,10 @@ class Ribbons(_Solid):
         >>> form.keeps, wished.shape, bool(abs(wished - rested).max() < form.bound_mm)
         (True, (108, 3), True)
         """
-        woven, (_, supplies) = self.woven, self.stations.completed
-        own = elastic_threads(supplies, woven.bunches, grain=False)
-        stiffness = np.broadcast_to(pins, (woven.weave.threads.n_crossings,))
-        thickness = supplies.thickness_mm(woven.bunches)
-        return settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, stiffness)
+        body = body_of(self.woven, brief_of(*self.stations.completed))
+        if body is None:
+            return None
+        return settle(body, np.broadcast_to(pins, (len(body.places),)))
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
         return ribbon_triangles(self.woven.ribbons)[:2]

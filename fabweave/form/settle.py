@@ -1,41 +1,30 @@
 """Say whether a woven object keeps its form when the maker lets go."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from fabweave.core.arrays import FloatArray, frozen
 from fabweave.core.messages import agree
-from fabweave.core.records import record
-from fabweave.form.relax import relax, soft_modes
-from fabweave.form.woven_net import Elastic, woven_net
+from fabweave.core.records import optional, record
+from fabweave.form.body import BARE, Body, fitted
+from fabweave.form.net import Net, State, local_system, strains
+from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.mesh.likeness import name_place
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.symmetry import best_motions
-from fabweave.ribbon.project import Ribbons
-from fabweave.stock.material import Material
-from fabweave.stock.supplies import Supplies
-from fabweave.weave.pattern import Weave
 
-#: How a crossing resists turning, N mm per radian: strips that only lie on one another, one
-#: fastener, and two or more of them. Estimates: friction scatters by as much as these differ.
-BARE, PINNED, RIVETED = 1.0, 25.0, 10_000.0
-#: Poisson's ratio of what it is not known of.
-POISSON = 0.3
-#: Objects of more crossings are not let go: it would take minutes.
-MOST_CROSSINGS = 20_000
-#: What settles by no more than this share of its size keeps its form.
-BOUND = 0.01
-#: An object stands on what is no higher than this share of its size, three crossings at least; a
-#: foot yields by so many millimetres to a newton.
-_FOOT, _YIELDS = 0.02, 1e-3
+#: What settles by no more than this share of its size keeps its form; by more than that, it cannot
+#: stand.
+BOUND, STANDS = 0.01, 0.1
 #: When steps gain no more than this share of the energy, what is left is less than a maker sees.
 _GAIN = 2e-5
 #: A mode is loose if its own weight is enough to move an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
+#: At so many crossings, evenly chosen, it is tried how far a thumb moves them.
+_THUMBS, _THUMB_DAMPING = 32, 1e-7
+#: Strands are pulled apart by such a force, N: a gram.
+_APART_N = 0.01
 
 
 @record
@@ -49,11 +38,23 @@ class Form:
     where : str
         Where they go farthest.
     bound_mm : float
-        What keeps its form settles by no more than that.
+        What keeps its form settles by no more than that, and sags so.
+    size_mm : float
+        The largest extent of the object.
     sags_mm : float
-        How far it sags under its own weight, standing on its lowest crossings.
+        How far it sags under its own weight, standing on its lowest crossings, or as it is hung.
+    loaded_mm : float or None
+        And under the load that was asked for, too.
     loose : int
-        In how many ways it moves about under its own weight.
+        In how many ways its own weight pushes it about.
+    gives_mm_n : float
+        By how many millimetres the softest of a few crossings gives way to a push of one newton.
+    soft : str
+        Where that is.
+    apart, apart_n : int and float
+        How many crossings that are not fastened are pulled apart, and by how many newtons at most.
+    strain : float
+        How far the material is stretched at most, as a share of what it takes.
     settled : bool
         Whether it came to rest; else it goes on from there.
     """
@@ -62,14 +63,31 @@ class Form:
     mean_mm: float
     where: str
     bound_mm: float
+    size_mm: float
     sags_mm: float
+    loaded_mm: float | None = optional()
     loose: int
+    gives_mm_n: float
+    soft: str
+    apart: int
+    apart_n: float
+    strain: float
     settled: bool
+
+    @property
+    def most_mm(self) -> float:
+        """How far it goes at most: it settles, or sags under all that weighs on it."""
+        return max(self.settles_mm, self.sags_mm, self.loaded_mm or 0.0)
 
     @property
     def keeps(self) -> bool:
         """Whether it keeps its form."""
         return self.settles_mm <= self.bound_mm and self.settled
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands: else it is a mechanism, or goes by more than a tenth of its size."""
+        return self.settled and not self.loose and self.most_mm <= STANDS * self.size_mm
 
     @property
     def text(self) -> str:
@@ -80,9 +98,12 @@ class Form:
             said = f"settles by {_length(self.settles_mm)}, most at the {self.where}"
         if not self.settled:
             said += " and does not come to rest"
-        parts = [said, f"sags {_length(self.sags_mm)} under its own weight"]
+        sags = f"sags {_length(self.sags_mm)} under its own weight"
+        if self.loaded_mm is not None:
+            sags += f", and {_length(self.loaded_mm)} with its load"
+        parts = [said, sags]
         if self.loose:
-            parts.append(agree(self.loose, "moves about in {n} way[|s] under that"))
+            parts.append(agree(self.loose, "its weight pushes it about in {n} way[|s]"))
         return "; ".join(parts)
 
 
@@ -91,57 +112,59 @@ def _length(length_mm: float) -> str:
     return f"{length_mm:.0f} mm" if length_mm >= 10.0 else f"{max(length_mm, 0.1):.1f} mm"
 
 
-def elastic(material: Material, *, grain: bool) -> Elastic | None:
-    """Return what a material resists with; None if that is not known of it.
-
-    Parameters
-    ----------
-    material : Material
-    grain : bool
-        Whether strips lie along its grain, or across where it is laid so; else every way.
-    """
-    if material.young_mpa is None:
-        return None
-    along, across = material.young_mpa
-    own = across if material.laid_across else along
-    young = own if grain else float(np.sqrt(along * across))
-    poisson = POISSON if material.poisson is None else material.poisson
-    return Elastic(young, poisson, material.density_kg_m3)
-
-
-def elastic_threads(supplies: Supplies, bunches: IntArray, *, grain: bool) -> list[Elastic | None]:
-    """Return what each thread resists with, as :func:`elastic` says it of its material."""
-    each = [elastic(supply.material, grain=grain) for supply in supplies.each]
-    return [each[at] for at in supplies.of(bunches).tolist()]
-
-
-def pin_stiffness(fastened: BoolArray, riveted: Sequence[int]) -> FloatArray:
-    """Return how crossings resist turning, (X,): ``riveted`` are those of two fasteners or more."""
-    pins = np.where(fastened, PINNED, BARE)
-    pins[list(riveted)] = RIVETED
-    return pins
-
-
 class Settled(NamedTuple):
     """An object that was let go: what became of its form, and of its crossings.
 
     ``wished`` and ``rested`` are (X, 3), millimetres: where its crossings are wished to be, and
-    where they come to rest, after the rigid motion that brings them nearest to that.
+    where they come to rest, after the rigid motion that brings them nearest to that. ``mode`` is
+    how they go in the way in which they move most easily, (X, 3), by a millimetre at most.
     """
 
     form: Form
     wished: FloatArray
     rested: FloatArray
+    mode: FloatArray
 
 
-def settle(
-    mesh: PolyMesh,
-    ribbons: Ribbons,
-    weave: Weave,
-    thickness_mm: FloatArray,
-    materials: Sequence[Elastic | None],
-    pins: FloatArray,
-) -> Settled | None:
+class Rests(NamedTuple):
+    """Where an object comes to rest when it is let go, and when it stands under its own weight.
+
+    ``rested`` is as in :class:`Settled`; the net is that which stands.
+    """
+
+    free: Relaxed
+    standing: Net
+    stood: Relaxed
+    rested: FloatArray
+    away_mm: FloatArray
+    sags_mm: float
+
+    @property
+    def most_mm(self) -> float:
+        """The larger of both distances."""
+        return max(float(self.away_mm.max()), self.sags_mm)
+
+
+def let_go(body: Body, pins: FloatArray) -> Rests:
+    """Return where an object comes to rest.
+
+    Parameters
+    ----------
+    body : Body
+    pins : (X,) float array
+        How crossings resist turning, N mm per radian.
+    """
+    net = replace(body.net, pins=pins)
+    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=_GAIN)
+    places = free.state.bodies.origin
+    rested = fitted(places, body.places)
+    standing = replace(net, held=body.held(places), place=places)
+    stood = relax(standing, free.state, gain=_GAIN)
+    away = np.linalg.norm(rested - body.places, axis=1)
+    return Rests(free, standing, stood, rested, away, _sag(body, stood, places))
+
+
+def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settled:
     """Let a woven object go, and say what becomes of its form.
 
     Its strips are as they are cut. What is not known: friction's scatter, contact beside the
@@ -149,60 +172,87 @@ def settle(
 
     Parameters
     ----------
-    mesh : PolyMesh
-        That is woven; z points up.
-    ribbons, weave
-    thickness_mm : (T,) float array
-        Of each thread.
-    materials : sequence of Elastic or None
-        Of each thread.
+    body : Body
     pins : (X,) float array
         How crossings resist turning, N mm per radian.
-
-    Returns
-    -------
-    Settled or None
-        None where a material is not known well enough, and where it would take minutes.
+    bound_mm : float, optional
+        How far what keeps its form may settle; a hundredth of its size unless said.
     """
-    known = [one for one in materials if one is not None]
-    if len(known) < len(materials) or not 3 <= len(pins) <= MOST_CROSSINGS:
-        return None
     with threadpool_limits(limits=1, user_api="blas"):
-        net, wished = woven_net(ribbons, weave, thickness_mm, known, pins)
-        free = replace(net, weight=0 * net.weight)
-        rest = relax(free, wished, gain=_GAIN)
-        places, origin = rest.state.bodies.origin, wished.bodies.origin
-        rested = fitted(places, origin)
-        away = np.linalg.norm(rested - origin, axis=1)
-        size = float(np.ptp(mesh.vertices, axis=0).max())
-
-        height = places[:, 2] - places[:, 2].min()
-        low = np.argsort(height, kind="stable")
-        feet = low[: max(3, int(np.count_nonzero(height <= _FOOT * size)))]
-        held = np.zeros_like(net.held)
-        held[feet] = 1.0 / _YIELDS
-        stood = relax(replace(net, held=held, place=places), rest.state, gain=_GAIN)
-        sag = np.linalg.norm(stood.state.bodies.origin - places, axis=1)
-
-        count = min(_MODES, 6 * net.n_bodies - 1)
-        stiffness, _ = soft_modes(free, rest.state, count)
-    weight = float(-net.weight[:, 2].sum())
+        rests = let_go(body, pins)
+        free, stood, standing = rests.free, rests.stood, rests.standing
+        places, loaded = free.state.bodies.origin, None
+        if body.load.any():
+            more = replace(standing, weight=standing.weight + body.load)
+            loaded = relax(more, stood.state, gain=_GAIN)
+        unmoved = replace(standing, weight=0 * standing.weight, held=0 * standing.held)
+        count = min(_MODES, 6 * standing.n_bodies - 1)
+        stiffness, motion = soft_modes(unmoved, free.state, count)
+        gives, softest = _thumb(standing, stood.state)
+        pulls = np.where(pins <= BARE, _pulls(standing, stood.state), 0.0)
+        strain = float((_strain(standing, stood.state) / body.strain[:, None]).max())
+    weight = float(-standing.weight[:, 2].sum())
     # All bodies move by a share of the size: half of the stiffness times their squares, or less.
-    enough = 2.0 * weight / (net.n_bodies * _LOOSE * size)
-    farthest = int(away.argmax())
+    enough = 2.0 * weight / (standing.n_bodies * _LOOSE * body.size_mm)
+    mode = motion[min(6, count - 1)]
+    away, farthest = rests.away_mm, int(rests.away_mm.argmax())
+    runs = [free, stood] if loaded is None else [free, stood, loaded]
     form = Form(
         settles_mm=round(float(away[farthest]), 2),
         mean_mm=round(float(np.sqrt((away**2).mean())), 2),
-        where=name_place(origin[farthest], mesh),
-        bound_mm=round(BOUND * size, 2),
-        sags_mm=round(float(sag.max()), 2),
+        where=name_place(body.places[farthest], body.mesh),
+        bound_mm=round(BOUND * body.size_mm if bound_mm is None else bound_mm, 2),
+        size_mm=round(body.size_mm, 2),
+        sags_mm=round(rests.sags_mm, 2),
+        loaded_mm=None if loaded is None else round(_sag(body, loaded, places), 2),
         loose=max(int(np.count_nonzero(stiffness < enough)) - 6, 0),
-        settled=rest.settled and stood.settled,
+        gives_mm_n=round(gives, 3),
+        soft=name_place(body.places[softest], body.mesh),
+        apart=int(np.count_nonzero(pulls > _APART_N)),
+        apart_n=round(max(float(pulls.max()), 0.0), 3),
+        strain=round(strain, 3),
+        settled=all(run.settled for run in runs),
     )
-    return Settled(form, frozen(origin), frozen(rested))
+    farther = np.linalg.norm(mode, axis=1).max()
+    return Settled(form, frozen(body.places), frozen(rests.rested), frozen(mode / farther))
 
 
-def fitted(places: FloatArray, to: FloatArray) -> FloatArray:
-    """Return places after the rigid motion that brings them nearest to others, (N, 3)."""
-    own, aim = places - places.mean(axis=0), to - to.mean(axis=0)
-    return np.asarray(own @ best_motions(own, aim, mirrors=False).T + to.mean(axis=0))
+def _sag(body: Body, stood: Relaxed, places: FloatArray) -> float:
+    """Return how far an object gives where it stands; what hangs may turn about that freely."""
+    there = stood.state.bodies.origin
+    there = fitted(there, places) if body.hung.any() else there
+    return float(np.linalg.norm(there - places, axis=1).max())
+
+
+def _thumb(net: Net, state: State) -> tuple[float, int]:
+    """Return how far the softest of a few crossings gives way to a newton, and which that is."""
+    solver = Solver(net, state)
+    _, matrix, _ = solver.system(state, _THUMB_DAMPING, stressed=True)
+    factors = factor(matrix)
+    pressed = np.unique(np.linspace(0, net.n_bodies - 1, _THUMBS).round().astype(np.int64))
+    normal = 6 * pressed + 2
+    gives = np.empty(len(pressed))
+    for number, freedom in enumerate(normal.tolist()):
+        push = np.zeros(net.n_freedoms)
+        push[freedom] = 1.0
+        gives[number] = abs(solver.solve(factors, push)[freedom])
+    softest = int(gives.argmax())
+    return float(gives[softest]), int(pressed[softest])
+
+
+def _pulls(net: Net, state: State) -> FloatArray:
+    """Return what pulls the strands of each crossing apart, N; below 0, they press together."""
+    local = local_system(net, state, np.zeros(6))
+    along = local.force.reshape(-1, 2, 7)[..., 2]
+    side = np.where(net.turns >= 0, 0.5, -0.5)  # the strand below is the one that is turned
+    pulls = np.bincount(net.ends.ravel(), (side * along).ravel(), minlength=net.n_bodies)
+    return np.asarray(pulls, dtype=np.float64)
+
+
+def _strain(net: Net, state: State) -> FloatArray:
+    """Return how far the material is stretched at its faces and edges, (S, M)."""
+    twist, _ = strains(net, state)
+    length = np.linalg.norm(net.rest[..., :3], axis=2)
+    off = np.abs(twist - net.rest)[..., [0, 4, 5]] / length[..., None]
+    thick, wide = (np.sqrt(3.0 * net.stiffness[..., at] / net.stiffness[..., 0]) for at in (4, 5))
+    return np.asarray(off[..., 0] + thick * off[..., 1] + wide * off[..., 2])

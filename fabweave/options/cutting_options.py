@@ -83,7 +83,7 @@ CUTTING_OPTIONS = (
         "Which crossings have holes. fastened: those that take a fastener. alike: those at the "
         "same places of repeated pieces, too, for fewer kinds. all: every crossing, to lay "
         "pieces by.",
-        otherwise="alike with --labels kinds, --kinds fewest or --profile service, else fastened",
+        otherwise="alike",
         making=True,
     ),
     Option(
@@ -95,13 +95,13 @@ CUTTING_OPTIONS = (
             "fabweave.piece.joint.fastening.parse_fastening",
             form=lambda told: told.strip().lower(),
         ),
-        "Which crossings take a fastener. joints: only these. loose: joints, and the more "
-        "crossings the looser the weave is. rim: joints, and crossings next to the boundary. "
-        "every:2: joints, and one crossing of two. all: every crossing. none: no crossing, so "
-        "glue the joints.",
-        otherwise="loose, or all with --joint rivet,slots (fabweave guide fasteners)",
+        "Which crossings take a fastener. joints: only these. form: joints, ends of threads, and "
+        "as few more as keep the form within 1 % of the size; form:3mm within 3 mm. rim: joints, "
+        "and crossings next to the boundary. every:2: joints, and one crossing of two. all: every "
+        "crossing. none: no crossing, so glue the joints.",
+        otherwise="form, or all with --joint rivet,slots (fabweave guide fasteners)",
         making=True,
-        brief="Fasteners at: joints, loose, rim, all, every:2, none.",
+        brief="Fasteners at: joints, form, rim, all, every:2, none.",
     ),
     Option(
         "hang",
@@ -115,6 +115,19 @@ CUTTING_OPTIONS = (
         "Crossings that carry something, and take a hole and a fastener for it. top is a cord "
         "or a hook at the topmost, and bottom:3 three feet around the middle. Numbers of "
         "crossings, with commas, do as well. The map marks them, and notes name them.",
+        making=True,
+    ),
+    Option(
+        "load",
+        PIECES,
+        text(
+            "MASS@WHERE",
+            "a text such as '200g@top' or '1.5kg@bottom:3'",
+            "fabweave.piece.joint.fastening.parse_load",
+            form=lambda told: "".join(told.lower().split()),
+        ),
+        "What it carries, a bulb or fruit: a mass in g, kg, oz or lb, and which crossings bear it, "
+        "as --hang names them. The verdict says how far it sags, and --fasten form bears it.",
         making=True,
     ),
     Option(

@@ -274,6 +274,8 @@ def _fold(kept: dict[str, Any]) -> None:
             kept[new] = kept.pop(old)
     if "open" in kept:
         kept["width"] = f"open:{kept.pop('open'):g}"
+    if kept.get("fasten") == "loose":
+        kept["fasten"] = "form"
     fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
     if fastener:
         kept["fastener"] = ",".join(fastener)

@@ -105,8 +105,6 @@ class Brief:
     supplies : Supplies
     effort : str
         How hard it is looked for a place on a sheet.
-    holes : str
-        Which crossings have holes.
     rules : tuple of HoleRule
         The holes that may be used, the largest first; none if none are wanted.
     """
@@ -115,46 +113,39 @@ class Brief:
     pieces: PieceSettings
     supplies: Supplies
     effort: str
-    holes: str
     rules: tuple[HoleRule, ...]
 
     @property
     def fasten(self) -> str:
-        """Which crossings take a fastener: as asked, or else those where the weave is loose.
+        """Which crossings take a fastener: as asked, or else those that keep the form.
 
         Slots are for the fasteners of crossings without joints, so who asks for them wants all.
         """
         slots = parse_joint(self.pieces.joint).slots
-        return self.pieces.fasten or ("all" if slots else "loose")
+        return self.pieces.fasten or ("all" if slots else "form")
+
+    @property
+    def holes(self) -> str:
+        """Which crossings have holes; repeated pieces keep the same ones unless asked otherwise."""
+        return self.pieces.holes or "alike"
 
 
 def make_brief(
-    ribbons: RibbonSettings,
-    pieces: PieceSettings,
-    supplies: Supplies,
-    effort: str,
-    *,
-    service: bool = False,
+    ribbons: RibbonSettings, pieces: PieceSettings, supplies: Supplies, effort: str
 ) -> Brief:
     """Return what pieces are made by, with the holes that were asked for, or that suit the job.
-
-    Where pieces of one kind are to be interchangeable, they have the same holes.
 
     Parameters
     ----------
     ribbons, pieces, supplies, effort
         Complete.
-    service : bool
-        Whether others cut the pieces, and have a file for each kind.
 
     Raises
     ------
     InputError
         If the hole is too small to burn.
     """
-    by_kind = pieces.labels == "kinds" or service or pieces.kinds == "fewest"
-    holes = pieces.holes or ("alike" if by_kind else "fastened")
-    return Brief(ribbons, pieces, supplies, effort, holes, _hole_rules(pieces, supplies, holes))
+    return Brief(ribbons, pieces, supplies, effort, _hole_rules(pieces, supplies))
 
 
 def chosen_grain(ribbons: Ribbons, bunches: IntArray, supplies: Supplies) -> Supplies:
@@ -182,14 +173,14 @@ def chosen_grain(ribbons: Ribbons, bunches: IntArray, supplies: Supplies) -> Sup
     return replace(supplies.across(), rotations=ACROSS)
 
 
-def _hole_rules(pieces: PieceSettings, supplies: Supplies, holes: str) -> tuple[HoleRule, ...]:
+def _hole_rules(pieces: PieceSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
     """Return the holes that may be used, the largest first; none if none are wanted.
 
     A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
     size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
     """
     fastener = parse_fastener(pieces.fastener)
-    if fastener.hole_mm == 0 or (pieces.fasten == "none" and holes != "all"):
+    if fastener.hole_mm == 0 or (pieces.fasten == "none" and pieces.holes != "all"):
         return ()
     material = max(supplies.materials, key=min_hole_mm)
     least = min_hole_mm(material)

@@ -14,20 +14,18 @@ from fabweave.piece.joint.fastening import (
     beside_edges,
     fastened_crossings,
     hanging_crossings,
-    loose_shares,
     parse_fastening,
     parse_hanging,
 )
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.on_stock import rings_fit
 from fabweave.piece.piece import Piece
-from fabweave.piece.pieces import PieceSet, build_pieces
+from fabweave.piece.pieces import Hold, PieceSet, build_pieces
 from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
-from fabweave.stock.material import min_bend_radius_mm
 from fabweave.stock.rotations import parse_rotations
 
 #: A ring is not cut into more pieces to make them fit on a sheet.
@@ -36,15 +34,11 @@ MOST_RING_PIECES = 12
 _ON_RIM_MM = 1e-3
 
 
-def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
-    """Build the pieces of an object, with their holes and joints."""
+def joined_pieces(joined: JoinedObject, brief: Brief, hold: Hold | None = None) -> PieceSet:
+    """Build the pieces of an object, with their holes and joints; ``hold`` may add fasteners."""
     woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
-    fastening = parse_fastening(brief.fasten)
     fastened = fastened_crossings(
-        fastening,
-        woven.weave,
-        woven.halfedges,
-        joined.joints.crossing,
+        parse_fastening(brief.fasten), woven.weave, woven.halfedges, joined.joints.crossing
     )
     openings = woven.source.rims
     beside = [beside_opening(woven, opening) for opening in openings]
@@ -56,9 +50,6 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
         places = woven.ribbons.centre.round(DECIMALS)
         hanging = hanging_crossings(parse_hanging(asked.hang), places)
     fastened |= hanging
-    bend_t = min(
-        min_bend_radius_mm(material) / material.thickness_mm for material in supplies.materials
-    )
     piece_set = build_pieces(
         woven.ribbons,
         woven.weave,
@@ -69,9 +60,7 @@ def joined_pieces(joined: JoinedObject, brief: Brief) -> PieceSet:
         slots=parse_joint(asked.joint).slots,
         cut=joined.cut,
         fastened=fastened,
-        loose=loose_shares(woven.ribbons, woven.weave.threads, bend_t)
-        if fastening.kind == "loose"
-        else None,
+        hold=hold,
         holed=np.ones_like(fastened) if brief.holes == "all" else None,
         alike=brief.holes == "alike",
         supply=supplies.of(woven.bunches),

@@ -1,6 +1,7 @@
 """Build pieces from runs: outlines, stations, cut-outs and joints."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -18,7 +19,6 @@ from fabweave.piece.congruence import (
 )
 from fabweave.piece.development import Runs
 from fabweave.piece.joint.ends import CutStrips, Stations, cut_strips, guide_lines
-from fabweave.piece.joint.fastening import spread_fasteners
 from fabweave.piece.joint.holes import Drilled, HoleRule, drill, middle_room, slot_path
 from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule
 from fabweave.piece.joint.planning import JointPlan, plan_joints
@@ -28,6 +28,8 @@ from fabweave.piece.rim_ring import RimRing
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave, strand_passes
 
+#: Says which crossings take a fastener, as :func:`build_pieces` has it.
+Hold: TypeAlias = Callable[[BoolArray, IntArray, BoolArray], BoolArray]
 #: Less of a panel than this is no cover, square millimetres.
 _LEAST_MM2 = 0.01
 _POLYGON = shapely.GeometryType.POLYGON
@@ -154,7 +156,7 @@ def build_pieces(
     slots: bool = False,
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
-    loose: FloatArray | None = None,
+    hold: Hold | None = None,
     holed: BoolArray | None = None,
     alike: bool = False,
     supply: IntArray | None = None,
@@ -184,9 +186,9 @@ def build_pieces(
     fastened, holed
         Which crossings are to take a fastener, and which are to have holes, as for
         :func:`fabweave.piece.joint.holes.drill`.
-    loose : (X,) float array, optional
-        Which share of the other crossings is to take a fastener, as
-        :func:`fabweave.piece.joint.fastening.spread_fasteners` spreads them.
+    hold : callable, optional
+        Returns which crossings are to take a fastener, and takes those that do in any case, numbers
+        of crossings, which alike ones share, and where there is room for the smallest hole.
     alike : bool
         Whether pieces that are the same but for their holes have holes at the same stations, too,
         so that they are of one kind; ``holed`` does not count then.
@@ -216,12 +218,10 @@ def build_pieces(
     same_mm = max(FIT_MM if fit else _ROUNDED_MM, SAME_MM)
     twins = compare_pieces(bare, of_piece, same_mm=same_mm)
     group = alike_crossings(bare, twins, weave.threads.n_crossings, same_mm=same_mm)
-    if loose is not None:
+    if hold is not None and rules:
         held = np.zeros(len(group), dtype=np.bool_) if fastened is None else fastened
-        # What has no room for the smallest hole is not asked for a fastener.
-        least_mm = min((rule.edge_mm for rule in rules), default=0.0)
-        roomy = middle_room(cut, len(group)) >= least_mm
-        fastened = spread_fasteners(np.where(roomy, loose, 0.0), group, weave, held)
+        least_mm = min(rule.edge_mm for rule in rules)
+        fastened = hold(held, group, middle_room(cut, len(group)) >= least_mm)
     drilled = drilled_at(holed)
     play = fit and all(kind.laps and kind.shape is None for kind in _joint_kinds(plan, drilled))
     fit_mm = FIT_MM if play else _ROUNDED_MM

@@ -21,6 +21,7 @@ class PieceSettings:
     holes: str | None
     fasten: str | None
     hang: str | None
+    load: str | None
     joint: str
     colours: Strategy
     force: bool

@@ -145,10 +145,7 @@ def supplies_of(settings: Settings) -> Supplies:
 
 def brief_of(settings: Settings, supplies: Supplies) -> Brief:
     """Return what the pieces of a job are made by."""
-    service = settings.machine.profile == "service"
-    return make_brief(
-        settings.ribbons, settings.pieces, supplies, settings.search.effort, service=service
-    )
+    return make_brief(settings.ribbons, settings.pieces, supplies, settings.search.effort)
 
 
 def settle_grain(

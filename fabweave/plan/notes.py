@@ -9,7 +9,6 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
-from fabweave.piece.joint.fastening import TIGHT_COVER
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
@@ -124,11 +123,10 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
         return []
     note = f"fasteners ({chosen}): at {int(np.count_nonzero(piece_set.fastened))} of "
     note += agree(len(piece_set.fastened), "{n} [crossing|crossings]")
-    if chosen == "loose":
+    if chosen.startswith("form"):
         note += (
-            f". Where ribbons cover {TIGHT_COVER:.0%} of the way between crossings or more, the "
-            "weave holds itself, and only joints and ends are fastened. The less they cover, the "
-            "more crossings are. --fasten joints and --fasten all decide otherwise"
+            ". Joints and ends take one, and as few others as keep the form. --fasten joints and "
+            "--fasten all decide otherwise"
         )
     return [note]
 

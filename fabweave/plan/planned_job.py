@@ -9,6 +9,7 @@ import numpy as np
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.parallel.executors import Executors, here
+from fabweave.form.hold import form_hold
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import spare_pieces, spared
@@ -156,7 +157,7 @@ def plan_job(
     joined = split_object(woven, brief, progress)
     woven = joined.woven
     progress("checks", 0, 1)
-    pieces = joined_pieces(joined, brief)
+    pieces = joined_pieces(joined, brief, form_hold(joined, brief, closely=depth == Depth.SEARCHED))
     spares = spared(pieces.kinds.number, settings.pieces.spares)
 
     def checked(depth: Depth) -> PlannedJob:

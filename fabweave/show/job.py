@@ -1,7 +1,7 @@
 """Hold a job with all that is written, and draw its sheets."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.settle import Form, Settled, elastic_threads, pin_stiffness, settle
+from fabweave.form.body import body_of, pin_stiffness
+from fabweave.form.settle import Form, Settled, settle
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -17,8 +18,9 @@ from fabweave.options.command import command_text, usual_settings
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.picture.loss_picture import likeness_png
 from fabweave.picture.object_picture import portrait_png
+from fabweave.piece.joint.fastening import parse_fastening
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import complete_settings
+from fabweave.plan.ask import brief_of, complete_settings
 from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.plan.grade import Grade, grade
 from fabweave.plan.notes import job_notes
@@ -163,19 +165,19 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             seed=settings.search.seed,
         ),
         likeness=start(likeness_png, source.loss, source.likeness),
-        form=start(settle, *_let_go(planned)),
+        form=start(_let_go, planned),
     )
 
 
-def _let_go(planned: PlannedJob) -> tuple[Any, ...]:
-    """Return what :func:`settle` takes of a job."""
-    woven, supplies, joints = planned.woven, planned.supplies, planned.piece_set.joints
-    thickness = supplies.thickness_mm(woven.bunches)
-    grain = supplies.rotations.startswith(("grain", "across"))
-    own = elastic_threads(supplies, woven.bunches, grain=grain)
-    riveted = [joint.crossing for joint in joints if len(joint.holes) > 1]
-    pins = pin_stiffness(planned.piece_set.fastened, riveted)
-    return woven.mesh, woven.ribbons, woven.weave, thickness, own, pins
+def _let_go(planned: PlannedJob) -> Settled | None:
+    """Let the object of a job go; None where that would take minutes."""
+    brief, pieces = brief_of(planned.settings, planned.supplies), planned.piece_set
+    body = body_of(planned.woven, brief)
+    if body is None:
+        return None
+    riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
+    bound_mm = parse_fastening(brief.fasten).bound_mm
+    return settle(body, pin_stiffness(pieces.fastened, riveted), bound_mm)
 
 
 def draw_job(

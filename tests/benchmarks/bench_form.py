@@ -11,9 +11,10 @@ import time
 
 import numpy as np
 
-from fabweave.form.settle import BARE, PINNED, RIVETED, elastic, settle
+from fabweave.form.body import BARE, PINNED, RIVETED, body_of
+from fabweave.form.settle import settle
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
 
 SHARED = "../shared/meshes/"
 OBJECTS = {
@@ -43,16 +44,16 @@ def main(names):
         )
         settings, supplies = complete_settings(asked)
         woven = lay_asked(load_asked(settings), settings, supplies)
-        own = [elastic(supplies.only, grain=False)] * woven.weave.threads.n_threads
-        thickness = supplies.thickness_mm(woven.bunches)
+        body = body_of(woven, brief_of(settings, supplies))
         for how, stiffness in (("bare", BARE), ("pinned", PINNED), ("glued", RIVETED)):
             pins = np.full(woven.weave.threads.n_crossings, stiffness)
             begun = time.perf_counter()
-            form = settle(woven.mesh, woven.ribbons, woven.weave, thickness, own, pins).form
+            form = settle(body, pins).form
             taken = time.perf_counter() - begun
             rest = "" if form.settled else "  not at rest"
             figures = f"{form.settles_mm:8.2f} {form.mean_mm:5.2f} {form.sags_mm:6.2f}"
-            line = f"{name:22} {len(pins):10}  {how:8} {figures} {form.loose:6} {taken:6.1f}"
+            more = f"{form.gives_mm_n:7.3f} mm/N {form.apart:4} {form.apart_n:6.3f} N {form.strain:6.3f}"
+            line = f"{name:22} {len(pins):10}  {how:8} {figures} {form.loose:6} {more} {taken:6.1f}"
             print(line + rest, flush=True)
 
 

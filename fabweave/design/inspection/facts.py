@@ -24,6 +24,7 @@ from fabweave.design.search import (
 from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows
+from fabweave.form.hold import form_hold
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import find_irregular, interior_valences
@@ -507,7 +508,8 @@ def inspect_mesh(
     costs, piece_set = None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
-        piece_set = joined_pieces(joined, brief_of(settings, supplies))
+        brief = brief_of(settings, supplies)
+        piece_set = joined_pieces(joined, brief, form_hold(joined, brief, closely=False))
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
     left_out = [] if joined is None or costs is not None else ["times and costs"]

@@ -1,8 +1,4 @@
-"""Say which crossings take a fastener: all, those with joints, the rim as well, every so many.
-
-A weave that is tight enough holds itself, as baskets do; then only laps want a fastener. The
-looser it is at some place, the more crossings want one there.
-"""
+"""Say which crossings take a fastener, and which carry something."""
 
 import re
 from dataclasses import dataclass
@@ -11,28 +7,32 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
+from fabweave.core.units import parse_length
 from fabweave.mesh.halfedge import Halfedges
-from fabweave.piece.joint.holes import other_passes
-from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
-#: Where ribbons cover so much of the way from crossing to crossing, a weave holds itself: strands
-#: bear on one another nearly all along. Where they cover so little, nothing does: in the middle,
-#: half of the crossings want a fastener. A maker's estimate.
-TIGHT_COVER, LOOSE_COVER = 0.6, 0.2
-#: It does if no material bends tighter than so many thicknesses: felt and leather do, and slip.
-STIFF_T = 15.0
-
-_TEXT = re.compile(r"(?P<kind>joints|loose|all|rim|none|every:(?P<count>\d{1,4}))", re.ASCII)
+_TEXT = re.compile(
+    r"(?P<kind>joints|form|all|rim|none)|form:(?P<bound>.{1,20})|every:(?P<count>\d{1,4})", re.ASCII
+)
 
 
 @dataclass(frozen=True)
 class Fastening:
-    """Which crossings take a fastener: ``kind``, and for ``every`` one of how many."""
+    """Which crossings take a fastener: ``kind``; of how many one; and how far an object may go.
+
+    Parameters
+    ----------
+    kind : "joints", "form", "all", "rim", "none" or "every"
+    every : int
+        For ``every``.
+    bound_mm : float or None
+        For ``form``; None for what is usual.
+    """
 
     kind: str
     every: int = 1
+    bound_mm: float | None = None
 
 
 def parse_fastening(text: str) -> Fastening:
@@ -53,10 +53,13 @@ def parse_fastening(text: str) -> Fastening:
     match = _TEXT.fullmatch(text.strip().lower())
     if match is None or (match["count"] and int(match["count"]) < 2):
         raise InputError(
-            f"{text[:40]!r} does not say which crossings take a fastener: write joints, loose, "
-            "all, rim, none, or every:2 for one crossing of two"
+            f"{text[:40]!r} does not say which crossings take a fastener: write joints, form, "
+            "form:3mm to go no farther than that, all, rim, none, or every:2 for one crossing of "
+            "two"
         )
-    return Fastening(match["kind"].partition(":")[0], int(match["count"] or 1))
+    if match["bound"]:
+        return Fastening("form", bound_mm=parse_length(match["bound"]))
+    return Fastening(match["kind"] or "every", int(match["count"] or 1))
 
 
 def fastened_crossings(
@@ -66,8 +69,8 @@ def fastened_crossings(
 
     Of every N crossings one is fastened: the first at which a thread passes over, and every N-th
     after it along that thread. The rim are the crossings of the edges that follow an edge of the
-    boundary around its face, or that it follows. Where the weave is loose, the ends of threads are
-    fastened whatever their :func:`loose_shares`, which come on top of these.
+    boundary around its face, or that it follows. To keep the form, the ends of threads are
+    fastened, and on top of these what :class:`fabweave.form.hold.Hold` says.
 
     Parameters
     ----------
@@ -90,7 +93,7 @@ def fastened_crossings(
         wanted[threads.crossing[over]] = nth % fastening.every == 0
     elif fastening.kind == "rim":
         wanted = beside_edges(threads, halfedges, halfedges.twin < 0)
-    elif fastening.kind == "loose":
+    elif fastening.kind == "form":
         own = ~threads.closed & threads.woven
         ends = np.concatenate((threads.offsets[:-1][own], threads.offsets[1:][own] - 1))
         wanted[threads.crossing[ends]] = True
@@ -117,92 +120,10 @@ def beside_edges(threads: Threads, halfedges: Halfedges, edges: BoolArray) -> Bo
     return np.asarray(beside[own] | beside[halfedges.twin[own]])
 
 
-def loose_shares(ribbons: Ribbons, threads: Threads, bend_t: float) -> FloatArray:
-    """Return which share of crossings like each wants a fastener because the weave is loose there.
-
-    What keeps a strand from moving along the one that it crosses are its neighbours. A crossing
-    counts as covered by the width of each strand as a share of the way along the other from
-    crossing to crossing, the lesser of both: none wants a fastener where that is ``TIGHT_COVER``
-    or more, all do at ``LOOSE_COVER`` and less, and in between as many as is proportional.
-
-    Parameters
-    ----------
-    ribbons : Ribbons
-    threads : Threads
-    bend_t : float
-        The tightest radius that any of the materials takes, in thicknesses; what is softer than
-        ``STIFF_T`` wants fasteners at all crossings.
-
-    Returns
-    -------
-    (X,) float array
-        From 0 to 1.
-    """
-    count = len(threads.crossing)
-    if bend_t < STIFF_T or not count:
-        return np.ones(threads.n_crossings)
-    entry, centre = ribbons.entry, ribbons.centre[threads.crossing]
-    width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
-    width = (width[entry] + width[entry + 1]) / 2.0
-    there = threads.woven
-    first, last = threads.offsets[:-1][there], threads.offsets[1:][there] - 1
-    following = np.arange(1, count + 1)
-    following[last] = first
-    ahead = np.linalg.norm(centre[following] - centre, axis=1)
-    behind = np.empty(count)
-    behind[following] = ahead
-    # An open thread has a neighbour on one side only at its ends.
-    loose = ~threads.closed[there]
-    ahead[last[loose]], behind[first[loose]] = behind[last[loose]], ahead[first[loose]]
-    cover = width[other_passes(threads)] * 2.0 / np.maximum(ahead + behind, 1e-9)
-    least = np.full(threads.n_crossings, np.inf)
-    np.minimum.at(least, threads.crossing, cover)
-    return np.asarray(np.clip((TIGHT_COVER - least) / (TIGHT_COVER - LOOSE_COVER), 0.0, 1.0))
-
-
-def spread_fasteners(
-    shares: FloatArray, alike: IntArray, weave: Weave, fastened: BoolArray
-) -> BoolArray:
-    """Fasten a share of the crossings, spread evenly along the threads, (X,).
-
-    Each crossing has a number between 0 and 1, far from those of its neighbours on the thread that
-    lies on top, and is fastened if its share is larger: what is fastened at some shares is so at
-    larger ones. Crossings that are alike are fastened together.
-
-    Parameters
-    ----------
-    shares : (X,) float array
-    alike : (X,) int array
-        Numbers of crossings, which alike ones share.
-    weave : Weave
-    fastened : (X,) bool array
-        What is fastened whatever its share.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.shapes.catalogue import parse_shape
-    >>> from fabweave.weave.pattern import plain_weave
-    >>> from fabweave.weave.threads import trace_threads
-    >>> weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:torus?m=8&n=4"))))
-    >>> none, each = np.zeros(64, dtype=bool), np.arange(64)
-    >>> [int(spread_fasteners(np.full(64, s), each, weave, none).sum()) for s in (0, 0.25, 0.5, 1)]
-    [0, 16, 32, 64]
-    """
-    own = alike[weave.threads.crossing[weave.over]]
-    groups, seen = np.unique(own, return_index=True)
-    # Bits in reverse order: any run of numbers is spread over the whole range.
-    bits = max(len(groups) - 1, 1).bit_length()
-    rank = np.argsort(np.argsort(seen))
-    turned = sum((rank >> bit & 1) << (bits - 1 - bit) for bit in range(bits))
-    level = np.zeros(int(alike.max(initial=0)) + 1)
-    level[groups] = (np.argsort(np.argsort(turned)) + 0.5) / max(len(groups), 1)
-    share = np.zeros(len(level))
-    np.maximum.at(share, alike[~fastened], shares[~fastened])
-    return np.asarray(fastened | (share > level)[alike])
-
-
 _HUNG = re.compile(r"(?P<side>top|bottom)(?::(?P<count>\d{1,2}))?|(?P<number>\d{1,9})", re.ASCII)
+_LOAD = re.compile(r"(?P<mass>\d{1,9}(?:\.\d{1,6})?)(?P<unit>kg|g|oz|lb)(?:@(?P<where>.+))?", re.A)
+#: Kilograms.
+_MASSES = {"g": 1e-3, "kg": 1.0, "oz": 0.028349523125, "lb": 0.45359237}
 #: Of several at one side, none is nearer to the middle than the farthest crossing by this factor.
 _SPREAD = 3.0
 #: Heights that differ by less are the same, millimetres; and directions, as shares of a turn.
@@ -244,6 +165,29 @@ def parse_hanging(text: str) -> Hanging:
         else:
             sides[match["side"]] = int(match["count"] or 1)
     return Hanging(tuple(sorted(numbers)), **sides)
+
+
+def parse_load(text: str) -> tuple[float, Hanging]:
+    """Read what is typed for a load: kilograms, and which crossings bear it, by default the top.
+
+    Raises
+    ------
+    InputError
+        If it reads otherwise, or is nothing.
+
+    Examples
+    --------
+    >>> parse_load("200 g @ top")
+    (0.2, Hanging(numbers=(), top=1, bottom=0))
+    """
+    match = _LOAD.fullmatch("".join(text.lower().split()))
+    if match is None or float(match["mass"]) == 0.0:
+        raise InputError(
+            f"{text[:40]!r} is no load: write a mass in g, kg, oz or lb, and where it hangs, such "
+            "as 200g@top or 1.5kg@bottom:3"
+        )
+    mass_kg = float(match["mass"]) * _MASSES[match["unit"]]
+    return mass_kg, parse_hanging(match["where"] or "top")
 
 
 def hanging_crossings(hanging: Hanging, centre: FloatArray) -> BoolArray:

@@ -12,6 +12,7 @@ from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Tally, stated_number
 
+_FORM = re.compile(r"form(:\d.*)?")
 _EVERY = re.compile(r"every:(\d+)")
 #: Vertices of a rim are on its circle to this, but for those that are told to be off it.
 _ON_RIM_MM = 2e-3
@@ -90,9 +91,7 @@ def _outermost(points: Floats, count: int, up: float) -> list[int]:
 def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
     """Return the crossings that may have holes: all, or those like fastened ones, or these."""
     options = job.options
-    by_kind = options.get("labels") == "kinds" or options.get("profile") == "service"
-    usual = "alike" if by_kind or options.get("kinds") == "fewest" else "fastened"
-    holes = options.get("holes", usual)
+    holes = options.get("holes", "alike")
     if holes == "all":
         return {one.id for one in plan.crossings}
     if holes != "alike":
@@ -125,8 +124,8 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
         for thread in plan.threads:
             walk = zip(thread.crossings, thread.over, strict=True)
             wanted |= set([crossing for crossing, over in walk if over][:: int(every[1])])
-    elif asked == "loose":
-        # How many more there are is the maker's estimate.
+    elif _FORM.fullmatch(asked):
+        # Which more there are is for the form to say.
         for thread in plan.threads:
             wanted |= set() if thread.closed else {*thread.crossings[:1], *thread.crossings[-1:]}
         wanted |= {one.id for one in plan.crossings if one.fastened}

@@ -1,0 +1,164 @@
+"""A woven object as an elastic body: what its strips resist, where it stands, what it carries."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.form.net import Net, State
+from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.symmetry import best_motions
+from fabweave.piece.brief import Brief
+from fabweave.piece.congruence import DECIMALS
+from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.project import following_rung
+from fabweave.stock.material import Material, min_bend_radius_mm
+from fabweave.stock.supplies import Supplies
+
+#: How a crossing resists turning, N mm per radian: strips that only lie on one another, one
+#: fastener, and two or more of them. Estimates: friction scatters by as much as these differ.
+BARE, PINNED, RIVETED = 1.0, 25.0, 10_000.0
+#: Young's modulus of what it is not known of, N/mm², that of card; and Poisson's ratio.
+YOUNG, POISSON = 3000.0, 0.3
+#: Objects of more crossings are not let go: it would take minutes.
+MOST_CROSSINGS = 20_000
+#: An object stands on what is no higher than this share of its size, three crossings at least; what
+#: it stands on or hangs from yields by so many millimetres to a newton.
+_FOOT, _YIELDS = 0.02, 1e-3
+
+
+@frozen_value
+class Body:
+    """A woven object as an elastic net, as it is wished for.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        That is woven; z points up.
+    net : Net
+        Of bare crossings, and with its own weight.
+    wished : State
+        In which it is what was wished for.
+    strain : (S,) float array
+        How far the material of each span is stretched where it bends as tightly as it may.
+    load : (X, 3) float array
+        What it carries, N.
+    hung : (X,) bool array
+        The crossings that it hangs from or stands on; all false where that is not asked for.
+    """
+
+    mesh: PolyMesh
+    net: Net
+    wished: State
+    strain: FloatArray
+    load: FloatArray
+    hung: BoolArray
+
+    @property
+    def size_mm(self) -> float:
+        """Its largest extent."""
+        return float(np.ptp(self.mesh.vertices, axis=0).max())
+
+    @property
+    def places(self) -> FloatArray:
+        """Where its crossings are wished to be, (X, 3)."""
+        return self.wished.bodies.origin
+
+    def held(self, places: FloatArray) -> FloatArray:
+        """Return how stiffly each crossing is held where it stands or hangs, (X, 3), N/mm.
+
+        It hangs from what is asked for, and else stands on what is lowest of some places.
+        """
+        at = self.hung
+        if not at.any():
+            height = places[:, 2] - places[:, 2].min()
+            low = int(np.count_nonzero(height <= _FOOT * self.size_mm))
+            at = np.zeros(len(places), dtype=np.bool_)
+            at[np.argsort(height, kind="stable")[: max(3, low)]] = True
+        return np.repeat(at[:, None] / _YIELDS, 3, axis=1)
+
+
+def body_of(woven: WovenObject, brief: Brief) -> Body | None:
+    """Return a woven object as an elastic body; None where it would take minutes to let it go.
+
+    Parameters
+    ----------
+    woven : WovenObject
+    brief : Brief
+        Complete: with what it is cut from, hangs from and carries.
+    """
+    count = woven.weave.threads.n_crossings
+    if not 3 <= count <= MOST_CROSSINGS:
+        return None
+    supplies, asked = brief.supplies, brief.pieces
+    materials = elastic_threads(supplies, woven.bunches)
+    thickness = supplies.thickness_mm(woven.bunches)
+    bare = np.full(count, BARE)
+    net, wished = woven_net(woven.ribbons, woven.weave, thickness, materials, bare)
+    radius = np.array([min_bend_radius_mm(one.material) for one in supplies.each])
+    threads = woven.weave.threads
+    spans = threads.thread_of_pass[following_rung(threads.offsets, threads.closed) >= 0]
+    strain = thickness / (2 * radius[supplies.of(woven.bunches)])
+    # As the map tells where they are: of two that are as high, all choose the same.
+    places = woven.ribbons.centre.round(DECIMALS)
+    hung, load = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
+    if asked.hang is not None:
+        hung = hanging_crossings(parse_hanging(asked.hang), places)
+    if asked.load is not None:
+        mass_kg, where = parse_load(asked.load)
+        at = hanging_crossings(where, places)
+        load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
+    return Body(woven.mesh, net, wished, strain[spans], load, hung)
+
+
+def elastic(material: Material, *, grain: bool) -> Elastic:
+    """Return what a material resists with: as card does, where that is not known of it.
+
+    Parameters
+    ----------
+    material : Material
+    grain : bool
+        Whether strips lie along its grain, or across where it is laid so; else every way.
+    """
+    along, across = material.young_mpa or (YOUNG, YOUNG)
+    own = across if material.laid_across else along
+    young = own if grain else float(np.sqrt(along * across))
+    poisson = POISSON if material.poisson is None else material.poisson
+    return Elastic(young, poisson, material.density_kg_m3)
+
+
+def elastic_threads(supplies: Supplies, bunches: IntArray) -> Sequence[Elastic]:
+    """Return what each thread resists with, as :func:`elastic` says it of its material."""
+    grain = supplies.rotations.startswith(("grain", "across"))
+    each = [elastic(supply.material, grain=grain) for supply in supplies.each]
+    return [each[at] for at in supplies.of(bunches).tolist()]
+
+
+def pin_stiffness(fastened: BoolArray, riveted: Sequence[int] | IntArray) -> FloatArray:
+    """Return how crossings resist turning, (X,): ``riveted`` are those of two fasteners or more."""
+    pins = np.where(fastened, PINNED, BARE)
+    pins[riveted] = RIVETED
+    return pins
+
+
+def rigid_motions(places: FloatArray) -> FloatArray:
+    """Return how places go if all of them move as one, a column each, (3 N, 6), orthonormal.
+
+    Examples
+    --------
+    >>> rigid_motions(np.eye(3)).shape
+    (9, 6)
+    """
+    motions = np.zeros((len(places), 3, 6))
+    motions[:, :, :3] = np.eye(3)
+    middle = places - places.mean(axis=0)
+    motions[:, :, 3:] = np.swapaxes(np.cross(np.eye(3)[None], middle[:, None]), 1, 2)
+    return np.linalg.qr(motions.reshape(-1, 6))[0]
+
+
+def fitted(places: FloatArray, to: FloatArray) -> FloatArray:
+    """Return places after the rigid motion that brings them nearest to others, (N, 3)."""
+    own, aim = places - places.mean(axis=0), to - to.mean(axis=0)
+    return np.asarray(own @ best_motions(own, aim, mirrors=False).T + to.mean(axis=0))

@@ -1,0 +1,259 @@
+"""Choose the crossings whose fasteners keep a woven object's form, as few as do."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from threadpoolctl import threadpool_limits
+
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.form.body import Body, body_of, pin_stiffness, rigid_motions
+from fabweave.form.relax import Solver, factor
+from fabweave.form.settle import BOUND, let_go
+from fabweave.piece.brief import Brief
+from fabweave.piece.joined_strands import JoinedObject
+from fabweave.piece.joint.fastening import parse_fastening
+
+#: The largest distance is taken for a mean of such powers, which tells whose turning adds to it.
+_POWER = 8
+#: So many crossings are fastened at first, as a share of all; each time as many again.
+_FIRST = 1 / 64
+#: What fasteners cannot bring within the bound, they are to bring so near to what all of them do,
+#: as a share of what all gain; a gain of less than such a share of the bound is none.
+_MOST_OF_IT, _A_GAIN = 0.75, 0.1
+#: What keeps within this share of the bound to first order does so in the end; else it is let go,
+#: and the bound to first order is corrected, so often, and to a little less than what is missed.
+_SURELY, _TRIES, _NEARER = 0.4, 4, 0.97
+#: Objects of more crossings are not let go only to find their fasteners.
+_MOST_CLOSELY = 3000
+#: Damping, as a share of a strip's own bending: rigid motions are free.
+_DAMPING = 1e-7
+
+
+class Foretold(NamedTuple):
+    """How far an object goes if it is let go, to first order.
+
+    Parameters
+    ----------
+    settles_mm, sags_mm : float
+        By what its strips want, and by what weighs on it.
+    gains : (X,) float array
+        How the largest distance, as a share of the bound, falls with each crossing's resistance to
+        turning, by N mm per radian.
+    """
+
+    settles_mm: float
+    sags_mm: float
+    gains: FloatArray
+
+    @property
+    def most_mm(self) -> float:
+        """The larger of both."""
+        return max(self.settles_mm, self.sags_mm)
+
+
+class Foresight:
+    """What becomes of an object for any pins, to first order about the form that is wished for.
+
+    Strips are thin: as far as they go is small to how they are bent, and a first step of Newton's
+    is near to all of them, at a hundredth of their time.
+    """
+
+    def __init__(self, body: Body) -> None:
+        """Find forces and stiffness, but for those of pins."""
+        free = replace(body.net, weight=0 * body.net.weight, pins=0 * body.net.pins)
+        self._solver = Solver(free, body.wished)
+        self._bodies = free.n_bodies
+        self._axes = body.wished.bodies.axes
+        self._force, self._matrix, _ = self._solver.system(body.wished, _DAMPING)
+        stood = replace(free, held=body.held(body.places), place=body.places)
+        _, self._stood, _ = Solver(stood, body.wished).system(body.wished, _DAMPING)
+        self._pull = np.zeros_like(self._force)
+        self._pull[: 6 * self._bodies] = self._own(body.net.weight + body.load)
+        self._rigid = rigid_motions(body.places)
+
+    def _own(self, push: FloatArray) -> FloatArray:
+        """Return pushes in space, (B, 3), on the freedoms of bodies, (6 B,)."""
+        own = np.zeros((self._bodies, 6))
+        own[:, :3] = np.einsum("nji,nj->ni", self._axes, push)
+        return own.ravel()
+
+    def _moves(self, step: FloatArray) -> FloatArray:
+        """Return the motion of bodies in space, (B, 3)."""
+        own = step[: 6 * self._bodies].reshape(-1, 6)[:, :3]
+        return np.asarray(np.einsum("nij,nj->ni", self._axes, own))
+
+    def _without_rigid(self, moves: FloatArray) -> FloatArray:
+        flat = moves.ravel()
+        return np.asarray(flat - self._rigid @ (self._rigid.T @ flat)).reshape(moves.shape)
+
+    def __call__(self, pins: FloatArray, bound_mm: float) -> Foretold:
+        """Return what becomes of it.
+
+        Parameters
+        ----------
+        pins : (X,) float array
+            How each crossing resists turning, N mm per radian.
+        bound_mm : float
+            Gains are of the largest distances as a share of that.
+        """
+        freedoms = np.zeros(len(self._force))
+        freedoms[6 * self._bodies :] = pins
+        more = sp.diags_array(freedoms[self._solver.order], format="csc")
+        cases = []
+        for matrix, load in ((self._matrix, -self._force), (self._stood, self._pull)):
+            factors = factor((matrix + more).tocsc())
+            step = self._solver.solve(factors, load)
+            cases.append((factors, step, self._moves(step)))
+        (_, _, settling), (_, _, sagging) = cases
+        settling = self._without_rigid(settling)
+        away = [np.linalg.norm(moves, axis=1) for moves in (settling, sagging)]
+        share = np.stack(away) / bound_mm
+        whole = float((share**_POWER).sum()) ** (1 / _POWER)
+        gains = np.zeros(len(pins))
+        for (factors, step, _), moves, own in zip(cases, (settling, sagging), share, strict=True):
+            steep = (own / max(whole, 1e-300)) ** (_POWER - 1) / np.maximum(own, 1e-300)
+            push = steep[:, None] * moves / bound_mm**2
+            if moves is settling:
+                push = self._without_rigid(push)
+            asked = np.zeros_like(self._force)
+            asked[: 6 * self._bodies] = self._own(push)
+            answer = self._solver.solve(factors, asked)
+            gains += (answer * step)[6 * self._bodies :]
+        return Foretold(float(away[0].max()), float(away[1].max()), gains)
+
+
+def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "Hold | None":
+    """Return what fastens an object as :class:`Hold` does; None where that is not asked for.
+
+    Parameters
+    ----------
+    joined : JoinedObject
+    brief : Brief
+    closely : bool
+        Whether to let it go, if it has not too many crossings, and not only to foretell.
+    """
+    fastening = parse_fastening(brief.fasten)
+    body = body_of(joined.woven, brief) if fastening.kind == "form" and brief.rules else None
+    if body is None:
+        return None
+    joints = joined.joints
+    riveted = joints.crossing if joints.rule.fasteners > 1 else joints.crossing[:0]
+    bound_mm = fastening.bound_mm or BOUND * body.size_mm
+    return Hold(body, riveted, bound_mm, closely and len(body.places) <= _MOST_CLOSELY)
+
+
+@frozen_value
+class Hold:
+    """Fasten as few crossings as keep the form of an object: see :meth:`__call__`.
+
+    Parameters
+    ----------
+    body : Body
+    riveted : (R,) int array
+        The crossings of two fasteners or more.
+    bound_mm : float
+        The object is to go no farther.
+    closely : bool
+        Whether to let it go, and not only to foretell what it does.
+    """
+
+    body: Body
+    riveted: IntArray
+    bound_mm: float
+    closely: bool = True
+
+    def __call__(self, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> BoolArray:
+        """Return which crossings to fasten, (X,).
+
+        Those are fastened first whose turning adds most to how far the object goes, and which are
+        worth least are let off again; alike ones together. Where all of them are not enough, most
+        of what they gain is.
+
+        Parameters
+        ----------
+        fastened : (X,) bool array
+            What is fastened in any case.
+        alike : (X,) int array
+            Numbers of crossings, which alike ones share.
+        roomy : (X,) bool array
+            Where there is room for a fastener.
+        """
+        with threadpool_limits(limits=1, user_api="blas"):
+            return self._chosen(fastened, alike, roomy | fastened)
+
+    def _chosen(self, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> BoolArray:
+        foresee, bound = Foresight(self.body), self.bound_mm
+
+        def foretold(some: BoolArray) -> Foretold:
+            return foresee(pin_stiffness(some, self.riveted), bound)
+
+        def becomes(some: BoolArray, foretold_mm: float) -> float:
+            if not self.closely or foretold_mm <= _SURELY * bound:
+                return foretold_mm
+            return let_go(self.body, pin_stiffness(some, self.riveted)).most_mm
+
+        most = foretold(fastened).most_mm
+        really = becomes(fastened, most)
+        if really <= bound:
+            return fastened
+        least = foretold(roomy).most_mm
+        if least > bound:
+            bound = max(bound, least + (1 - _MOST_OF_IT) * (most - least))
+            if most - bound < _A_GAIN * self.bound_mm:
+                return fastened
+        aim = bound * min(1.0, most / really)
+        for _ in range(_TRIES):
+            found = _fewest(foretold, fastened, alike, roomy, aim)
+            really = becomes(found, foretold(found).most_mm)
+            if really <= bound or found.sum() == roomy.sum():
+                break
+            aim *= _NEARER * bound / really
+        return found
+
+
+def _fewest(
+    foretold: Callable[[BoolArray], Foretold],
+    fastened: BoolArray,
+    alike: IntArray,
+    roomy: BoolArray,
+    aim_mm: float,
+) -> BoolArray:
+    """Return few crossings whose fasteners bring an object within a distance, as foretold.
+
+    As many as at first are fastened at once, and then as many again, until that is enough. Of what
+    is fastened, what is worth least is let off, fewer and fewer at once, if the rest is enough.
+    """
+    count = int(alike.max(initial=-1)) + 1
+    free = np.bincount(alike[roomy & ~fastened], minlength=count)
+    chosen = np.zeros(count, dtype=np.bool_)
+
+    def with_(groups: BoolArray) -> BoolArray:
+        return np.asarray(fastened | (groups[alike] & roomy))
+
+    def worth(groups: BoolArray) -> tuple[float, FloatArray]:
+        found = foretold(with_(groups))
+        gains = np.bincount(alike, np.where(roomy & ~fastened, found.gains, 0.0), minlength=count)
+        return found.most_mm, gains / np.maximum(free, 1)
+
+    away, gains = worth(chosen)
+    step = least = max(1, round(_FIRST * free.sum()))
+    while away > aim_mm and not np.all(chosen | (free == 0)):
+        left = np.flatnonzero(~chosen & (free > 0))
+        order = left[np.argsort(-gains[left], kind="stable")]
+        chosen[order[np.cumsum(free[order]) - free[order] < step]] = True
+        away, gains = worth(chosen)
+        step *= 2
+    while step >= least and away <= aim_mm and chosen.any():
+        kept = np.flatnonzero(chosen)
+        order = kept[np.argsort(gains[kept], kind="stable")]
+        fewer = chosen.copy()
+        fewer[order[np.cumsum(free[order]) - free[order] < step]] = False
+        found, instead = worth(fewer)
+        if found <= aim_mm:
+            chosen, gains = fewer, instead
+        else:
+            step //= 2
+    return with_(chosen)
