@@ -826,7 +826,7 @@ class Ribbons(_Solid):
         --------
         >>> import fabweave as fw
         >>> ribbons = fw.weave(fw.shape("sphere?n=3", size="300mm")).ribbons()
-        >>> form, wished, rested = ribbons.relax()
+        >>> form, wished, rested, _ = ribbons.relax()
         >>> form.keeps, wished.shape, bool(abs(wished - rested).max() < form.bound_mm)
         (True, (108, 3), True)
         """

@@ -143,7 +143,7 @@ def main_notes(notes: Sequence[str]) -> list[str]:
     "--goal",
     default="",
     metavar="WISHES",
-    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm.",
+    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm,form=2mm.",
 )
 @json_option
 @quiet_option

@@ -28,6 +28,7 @@ from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.letting_go import foretold_mm
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
@@ -91,10 +92,11 @@ class Figures:
     ``kinds`` counts the different pieces, and ``broken`` the conditions of its pattern that the
     weave breaks; ``sheets`` are foretold, and ``use`` is the share of them that becomes pieces,
     without their holes.
-    ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most and
-    in the mean, where it was remeshed, and ``lost`` names features that went. ``hours`` are those
-    of the assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each
-    a range, None where it is not known.
+    ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
+    and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
+    foretells how far it goes from its form when it is let go. ``hours`` are those of the
+    assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
+    range, None where it is not known.
     """
 
     faces: int
@@ -113,6 +115,7 @@ class Figures:
     likeness_mm: float | None
     likeness_mean_mm: float | None
     lost: tuple[str, ...]
+    form_mm: float | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -258,7 +261,7 @@ def _figures(planned: PlannedJob) -> Figures:
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
     costs = planned_costs(planned)
-    machine = costs.machine_s
+    machine, form_mm = costs.machine_s, foretold_mm(planned)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -276,6 +279,7 @@ def _figures(planned: PlannedJob) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
+        form_mm=None if form_mm is None else round(form_mm, 2),
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),
@@ -299,6 +303,8 @@ def words(figures: Figures) -> str:
         text += f", {hours_text(figures.hours)} of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
+    if figures.form_mm is not None:
+        text += f", {figures.form_mm:.0f} mm out of form when it is let go"
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"
     return text

@@ -68,6 +68,8 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
             nearest = away
             trials.better(f"best so far: {told_design(candidate)}")
 
+    if wishes.form_mm is not None and trials.asked.pieces.fasten is None:
+        trials = replace(trials, asked=trials.asked.but(fasten=f"form:{wishes.form_mm:g}mm"))
     planned = plan_designs(trials, _TRIES)
     telling = replace(trials, told=tell, partly=True)
     found = search_designs(telling, planned, _TRIES, first=_FIRST, wishes=wishes)

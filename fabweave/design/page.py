@@ -136,6 +136,7 @@ _COLUMNS = (
     ("median_mm", "ribbons, mm", 1),
     ("longest_mm", "longest piece, mm", 0),
     ("likeness_mm", "off the model, mm", 1),
+    ("form_mm", "out of form, mm", 1),
     ("broken", "broken conditions", 0),
     ("hours", "assembly, h", 1),
     ("cutting_h", "machine, h", 1),

@@ -32,6 +32,8 @@ class Wishes:
         No more money for hardware and whole sheets, at worst.
     likeness_mm : float or None
         The surface is nowhere farther from the model.
+    form_mm : float or None
+        No crossing goes farther from its place when the object is let go.
     """
 
     pieces: int | None = None
@@ -40,6 +42,7 @@ class Wishes:
     sheets: int | None = None
     budget: float | None = None
     likeness_mm: float | None = None
+    form_mm: float | None = None
 
     def __bool__(self) -> bool:
         """Return whether anything is wished."""
@@ -93,6 +96,7 @@ _KINDS = {
     "sheets": (True, "{:.0f} sheets"),
     "budget": (True, "a price of up to {:.2f}"),
     "likeness_mm": (True, "{:.1f} mm from the model"),
+    "form_mm": (True, "{:.1f} mm out of form when it is let go"),
 }
 #: What is a limit weighs so much more than what is aimed at.
 _LIMIT = 4.0
@@ -107,6 +111,7 @@ def come_to(figures: Figures) -> dict[str, float | None]:
         "sheets": float(figures.sheets),
         "budget": None if figures.price is None else max(figures.price),
         "likeness_mm": figures.likeness_mm or 0.0,
+        "form_mm": figures.form_mm,
     }
 
 

@@ -136,7 +136,7 @@ def elastic_threads(supplies: Supplies, bunches: IntArray) -> Sequence[Elastic]:
     return [each[at] for at in supplies.of(bunches).tolist()]
 
 
-def pin_stiffness(fastened: BoolArray, riveted: Sequence[int] | IntArray) -> FloatArray:
+def pin_stiffness(fastened: BoolArray, riveted: IntArray) -> FloatArray:
     """Return how crossings resist turning, (X,): ``riveted`` are those of two fasteners or more."""
     pins = np.where(fastened, PINNED, BARE)
     pins[riveted] = RIVETED

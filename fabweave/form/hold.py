@@ -39,13 +39,15 @@ class Foretold(NamedTuple):
     ----------
     settles_mm, sags_mm : float
         By what its strips want, and by what weighs on it.
+    whole : float
+        A mean of high powers of all distances, as shares of the bound: about the largest.
     gains : (X,) float array
-        How the largest distance, as a share of the bound, falls with each crossing's resistance to
-        turning, by N mm per radian.
+        How that falls with each crossing's resistance to turning, by N mm per radian.
     """
 
     settles_mm: float
     sags_mm: float
+    whole: float
     gains: FloatArray
 
     @property
@@ -122,7 +124,7 @@ class Foresight:
             asked[: 6 * self._bodies] = self._own(push)
             answer = self._solver.solve(factors, asked)
             gains += (answer * step)[6 * self._bodies :]
-        return Foretold(float(away[0].max()), float(away[1].max()), gains)
+        return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
 
 
 def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "Hold | None":

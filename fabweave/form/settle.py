@@ -19,7 +19,7 @@ from fabweave.mesh.likeness import name_place
 BOUND, STANDS = 0.01, 0.1
 #: When steps gain no more than this share of the energy, what is left is less than a maker sees.
 _GAIN = 2e-5
-#: A mode is loose if its own weight is enough to move an object by such a share of its size.
+#: A mode is loose if its own weight is enough to push an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
 #: At so many crossings, evenly chosen, it is tried how far a thumb moves them.
 _THUMBS, _THUMB_DAMPING = 32, 1e-7
@@ -46,7 +46,9 @@ class Form:
     loaded_mm : float or None
         And under the load that was asked for, too.
     loose : int
-        In how many ways its own weight pushes it about.
+        In how many ways its own weight is enough to push it by a hundredth of its size.
+    pushed_mm : float
+        How far that pushes it at most, the way in which it gives most easily.
     gives_mm_n : float
         By how many millimetres the softest of a few crossings gives way to a push of one newton.
     soft : str
@@ -67,6 +69,7 @@ class Form:
     sags_mm: float
     loaded_mm: float | None = optional()
     loose: int
+    pushed_mm: float
     gives_mm_n: float
     soft: str
     apart: int
@@ -87,7 +90,16 @@ class Form:
     @property
     def stands(self) -> bool:
         """Whether it stands: else it is a mechanism, or goes by more than a tenth of its size."""
-        return self.settled and not self.loose and self.most_mm <= STANDS * self.size_mm
+        return self.settled and max(self.most_mm, self.pushed_mm) <= STANDS * self.size_mm
+
+    @property
+    def fails(self) -> str:
+        """Why it does not stand, in words."""
+        if not self.settled:
+            return "it does not come to rest when it is let go"
+        if self.most_mm > STANDS * self.size_mm:
+            return f"it goes {_length(self.most_mm)} from its form when it is let go"
+        return f"its own weight is enough to push it {_length(self.pushed_mm)} out of its form"
 
     @property
     def text(self) -> str:
@@ -192,8 +204,9 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         pulls = np.where(pins <= BARE, _pulls(standing, stood.state), 0.0)
         strain = float((_strain(standing, stood.state) / body.strain[:, None]).max())
     weight = float(-standing.weight[:, 2].sum())
-    # All bodies move by a share of the size: half of the stiffness times their squares, or less.
-    enough = 2.0 * weight / (standing.n_bodies * _LOOSE * body.size_mm)
+    # Where all bodies move as far, work done is half of the stiffness times their squares.
+    least = np.maximum(stiffness[6:], 2.0 * weight / (standing.n_bodies * body.size_mm))
+    pushed = 2.0 * weight / (standing.n_bodies * least)
     mode = motion[min(6, count - 1)]
     away, farthest = rests.away_mm, int(rests.away_mm.argmax())
     runs = [free, stood] if loaded is None else [free, stood, loaded]
@@ -205,7 +218,8 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         size_mm=round(body.size_mm, 2),
         sags_mm=round(rests.sags_mm, 2),
         loaded_mm=None if loaded is None else round(_sag(body, loaded, places), 2),
-        loose=max(int(np.count_nonzero(stiffness < enough)) - 6, 0),
+        loose=int(np.count_nonzero(pushed > _LOOSE * body.size_mm)),
+        pushed_mm=round(float(pushed.max(initial=0.0)), 2),
         gives_mm_n=round(gives, 3),
         soft=name_place(body.places[softest], body.mesh),
         apart=int(np.count_nonzero(pulls > _APART_N)),

@@ -10,6 +10,7 @@ from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.form.hold import form_hold
+from fabweave.form.settle import Form
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import spare_pieces, spared
@@ -108,14 +109,17 @@ class PlannedJob:
         """Whether it can be built."""
         return self._judged((), 0)
 
-    def _judged(self, holes: Sequence[BrokenRule], unnamed: int) -> Verdict:
-        """Return the verdict with what is known of holes and labels."""
+    def _judged(
+        self, holes: Sequence[BrokenRule], unnamed: int, form: Form | None = None
+    ) -> Verdict:
+        """Return the verdict with what is known of holes, labels and form."""
         return judge(
             (*self.check.findings, *holes),
             narrowest_mm=float(self.check.measured["width"].value.min(initial=np.inf)),
             bodies=count_bodies(self.weave.threads),
             left_out=self.woven.source.left_out,
             unnamed=unnamed,
+            form=form,
             forced=self.settings.pieces.force,
         )
 

@@ -10,6 +10,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
 from fabweave.core.records import record
+from fabweave.form.settle import Form
 from fabweave.ribbon.rules.broken_rule import BrokenRule, statement
 
 #: Up to this share of its places a rule may be broken: there the material is coaxed, damped,
@@ -91,6 +92,7 @@ def judge(
     bodies: int = 1,
     left_out: float = 0.0,
     unnamed: int = 0,
+    form: Form | None = None,
     forced: bool = False,
 ) -> Verdict:
     """Return the verdict on a woven object.
@@ -111,6 +113,8 @@ def judge(
         The share of the given surface whose bodies were left out.
     unnamed : int
         How many pieces have no room for their id.
+    form : Form or None
+        What becomes of its form when it is let go; None where that is not known.
     forced : bool
         Whether it is made whatever the verdict is.
 
@@ -155,6 +159,13 @@ def judge(
             agree(unnamed, "{n} [piece has|pieces have] no room for an id"),
             "write the id on as you peel the piece, from the picture of its sheet; a "
             "larger --size, wider ribbons (--width) or --fastener none make room for it",
+        )
+    if form is not None and not form.stands:
+        care(
+            "form",
+            form.fails,
+            "fasten all crossings (--fasten all), lay it on a former, or take "
+            "stiffer material, wider ribbons or triangles, which brace themselves",
         )
     reasons.sort(key=lambda reason: reason.level != "not makeable")
     level: Level = reasons[0].level if reasons else "makeable"

@@ -9,8 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.body import body_of, pin_stiffness
-from fabweave.form.settle import Form, Settled, settle
+from fabweave.form.settle import Form, Settled
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -18,11 +17,11 @@ from fabweave.options.command import command_text, usual_settings
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.picture.loss_picture import likeness_png
 from fabweave.picture.object_picture import portrait_png
-from fabweave.piece.joint.fastening import parse_fastening
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import brief_of, complete_settings
+from fabweave.plan.ask import complete_settings
 from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.plan.grade import Grade, grade
+from fabweave.plan.letting_go import let_job_go
 from fabweave.plan.notes import job_notes
 from fabweave.plan.order import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
@@ -131,7 +130,7 @@ class Job(PlannedJob):
         unnamed = sum(
             any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
         )
-        return self._judged(self.holes, unnamed)
+        return self._judged(self.holes, unnamed, self.form)
 
     @property
     def grade(self) -> Grade:
@@ -165,19 +164,8 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             seed=settings.search.seed,
         ),
         likeness=start(likeness_png, source.loss, source.likeness),
-        form=start(_let_go, planned),
+        form=start(let_job_go, planned),
     )
-
-
-def _let_go(planned: PlannedJob) -> Settled | None:
-    """Let the object of a job go; None where that would take minutes."""
-    brief, pieces = brief_of(planned.settings, planned.supplies), planned.piece_set
-    body = body_of(planned.woven, brief)
-    if body is None:
-        return None
-    riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
-    bound_mm = parse_fastening(brief.fasten).bound_mm
-    return settle(body, pin_stiffness(pieces.fastened, riveted), bound_mm)
 
 
 def draw_job(

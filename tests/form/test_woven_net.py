@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from jobs import laid
 
+from fabweave.form.body import fitted
 from fabweave.form.net import energy, strains
 from fabweave.form.relax import relax, soft_modes
-from fabweave.form.settle import fitted
 from fabweave.form.woven_net import Elastic, woven_net
 
 CARD = Elastic(3000.0, 0.3, 750.0)

@@ -122,7 +122,7 @@ SPOILT = {
     "spares": ("some", "", "0", "0%", "101%", "2.5", "-1", "200", 0, 1.5),
     "hole_mm": (*NO_NUMBERS, "none"),
     "holes": ("some", "", 3),
-    "fasten": ("some", "every:1", 3),
+    "fasten": ("some", "every:1", "form:0mm", 3),
     "fastener": ("nail", "m99", "screw-m3,9mm", "2m", 3),
     "joint": ("weld", "rivet:9", "glue:2", 2, None),
     "lap_mm": (*NO_NUMBERS, 0, "auto"),
@@ -147,6 +147,7 @@ SPOILT = {
     "force": ("yes", 0, None),
     "labels": ("some", None),
     "hang": ("", "top:0", "left", "bottom:3:4", "-1", 3),
+    "load": ("", "200", "0g", "200g@left", "1kg@top:0", 3),
     "rim": ("round", None),
     "label_side": ("both", None),
     "paper": ("a3", None),
@@ -249,6 +250,7 @@ TYPED = {
     "refine": st.sampled_from(["catmull-clark:2", "simplest:1,loop:1", "loop"]),
     "fair": st.integers(0, 1000).map(str),
     "hang": st.sampled_from(["top", "Bottom: 3", "12, top:2"]),
+    "load": st.sampled_from(["200g", "1.5 kg @ Top", "8oz@12,top:2"]),
     "leave_out": st.sampled_from(["top:8cm", "Bottom: 80mm, top:1in", "13, 12", "FOLDER/list.txt"]),
     "pattern": st.sampled_from(
         ["plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2", "serge", "denim"]
@@ -264,7 +266,7 @@ TYPED = {
     "clearance": _units(0.01, 3.9) | st.just("0"),
     "max_length": LENGTHS | st.just("auto"),
     "spares": st.sampled_from(["5%", "12.5 %", "2", "100%"]),
-    "fasten": st.sampled_from(["joints", "Loose", "ALL", "rim", "every:2", "none"]),
+    "fasten": st.sampled_from(["joints", "Form", "form:3mm", "ALL", "rim", "every:2", "none"]),
     "fastener": st.sampled_from(
         ["screw-m3", "Thread ", "BRAD", "M3", "3.3 mm", "mini-brad, 2mm", "none"]
     ),

@@ -509,7 +509,9 @@ def inspect_mesh(
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         brief = brief_of(settings, supplies)
-        piece_set = joined_pieces(joined, brief, form_hold(joined, brief, closely=False))
+        piece_set = joined_pieces(
+            joined, brief, form_hold(joined, brief, closely=depth == Depth.SEARCHED)
+        )
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
     left_out = [] if joined is None or costs is not None else ["times and costs"]
