@@ -826,7 +826,8 @@ class Ribbons(_Solid):
         --------
         >>> import fabweave as fw
         >>> ribbons = fw.weave(fw.shape("sphere?n=3", size="300mm")).ribbons()
-        >>> form, wished, rested, _ = ribbons.relax()
+        >>> settled = ribbons.relax()
+        >>> form, wished, rested = settled.form, settled.wished, settled.rested
         >>> form.keeps, wished.shape, bool(abs(wished - rested).max() < form.bound_mm)
         (True, (108, 3), True)
         """

@@ -71,7 +71,7 @@ def make_job(
         layout = nest_job(planned, progress, executors)
     else:
         layout = recorded_layout(planned, recorded)
-    return draw_job(planned, layout, side, progress, mesh)
+    return draw_job(planned, layout, side, progress, mesh, start=start)
 
 
 def write_and_prove(

@@ -1,11 +1,13 @@
 """A woven object as an elastic body: what its strips resist, where it stands, what it carries."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.form.net import Net, State
+from fabweave.form.screw import Frames
 from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry import best_motions
@@ -24,9 +26,10 @@ BARE, PINNED, RIVETED = 1.0, 25.0, 10_000.0
 YOUNG, POISSON = 3000.0, 0.3
 #: Objects of more crossings are not let go: it would take minutes.
 MOST_CROSSINGS = 20_000
-#: An object stands on what is no higher than this share of its size, three crossings at least; what
-#: it stands on or hangs from yields by so many millimetres to a newton.
-_FOOT, _YIELDS = 0.02, 1e-3
+#: An object stands on what is no higher than this share of its size, three crossings at least.
+_FOOT = 0.02
+#: How stiff is what an object stands on or hangs from, N/mm at each crossing.
+HELD_N_MM = 1000.0
 
 
 @frozen_value
@@ -37,6 +40,9 @@ class Body:
     ----------
     mesh : PolyMesh
         That is woven; z points up.
+    materials : sequence of Elastic
+        Of each thread.
+    thickness_mm : (T,) float array
     net : Net
         Of bare crossings, and with its own weight.
     wished : State
@@ -50,6 +56,8 @@ class Body:
     """
 
     mesh: PolyMesh
+    materials: Sequence[Elastic]
+    thickness_mm: FloatArray
     net: Net
     wished: State
     strain: FloatArray
@@ -66,18 +74,15 @@ class Body:
         """Where its crossings are wished to be, (X, 3)."""
         return self.wished.bodies.origin
 
-    def held(self, places: FloatArray) -> FloatArray:
-        """Return how stiffly each crossing is held where it stands or hangs, (X, 3), N/mm.
-
-        It hangs from what is asked for, and else stands on what is lowest of some places.
-        """
+    def held(self, places: FloatArray) -> BoolArray:
+        """Return at which crossings it is held, (X,): those it is to hang from, or the lowest."""
         at = self.hung
         if not at.any():
             height = places[:, 2] - places[:, 2].min()
             low = int(np.count_nonzero(height <= _FOOT * self.size_mm))
             at = np.zeros(len(places), dtype=np.bool_)
             at[np.argsort(height, kind="stable")[: max(3, low)]] = True
-        return np.repeat(at[:, None] / _YIELDS, 3, axis=1)
+        return at
 
 
 def body_of(woven: WovenObject, brief: Brief) -> Body | None:
@@ -110,7 +115,7 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
         mass_kg, where = parse_load(asked.load)
         at = hanging_crossings(where, places)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
-    return Body(woven.mesh, net, wished, strain[spans], load, hung)
+    return Body(woven.mesh, materials, thickness, net, wished, strain[spans], load, hung)
 
 
 def elastic(material: Material, *, grain: bool) -> Elastic:
@@ -158,7 +163,17 @@ def rigid_motions(places: FloatArray) -> FloatArray:
     return np.linalg.qr(motions.reshape(-1, 6))[0]
 
 
-def fitted(places: FloatArray, to: FloatArray) -> FloatArray:
-    """Return places after the rigid motion that brings them nearest to others, (N, 3)."""
-    own, aim = places - places.mean(axis=0), to - to.mean(axis=0)
-    return np.asarray(own @ best_motions(own, aim, mirrors=False).T + to.mean(axis=0))
+def fitted(state: State, to: FloatArray) -> State:
+    """Return a state after the rigid motion that brings its bodies nearest to places, (B, 3)."""
+    middle, there = state.bodies.origin.mean(axis=0), to.mean(axis=0)
+    turn = best_motions(state.bodies.origin - middle, to - there, mirrors=False)
+
+    def moved(frames: Frames) -> Frames:
+        return Frames((frames.origin - middle) @ turn.T + there, turn @ frames.axes)
+
+    return State(moved(state.bodies), state.angles, moved(state.inner))
+
+
+def standing(net: Net, held: BoolArray, places: FloatArray) -> Net:
+    """Return a net that is held at some of its bodies, (B,), where they are, (B, 3)."""
+    return replace(net, held=np.repeat(held[:, None] * HELD_N_MM, 3, axis=1), place=places)

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import Body, body_of, pin_stiffness, rigid_motions
+from fabweave.form.body import Body, body_of, pin_stiffness, rigid_motions, standing
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
@@ -70,7 +70,7 @@ class Foresight:
         self._bodies = free.n_bodies
         self._axes = body.wished.bodies.axes
         self._force, self._matrix, _ = self._solver.system(body.wished, _DAMPING)
-        stood = replace(free, held=body.held(body.places), place=body.places)
+        stood = standing(free, body.held(body.places), body.places)
         _, self._stood, _ = Solver(stood, body.wished).system(body.wished, _DAMPING)
         self._pull = np.zeros_like(self._force)
         self._pull[: 6 * self._bodies] = self._own(body.net.weight + body.load)

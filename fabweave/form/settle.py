@@ -1,15 +1,16 @@
 """Say whether a woven object keeps its form when the maker lets go."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fabweave.core.arrays import FloatArray, frozen
+from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
-from fabweave.form.body import BARE, Body, fitted
+from fabweave.form.body import BARE, Body, fitted, standing
 from fabweave.form.net import Net, State, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.mesh.likeness import name_place
@@ -124,30 +125,54 @@ def _length(length_mm: float) -> str:
     return f"{length_mm:.0f} mm" if length_mm >= 10.0 else f"{max(length_mm, 0.1):.1f} mm"
 
 
-class Settled(NamedTuple):
+@frozen_value
+class Settled:
     """An object that was let go: what became of its form, and of its crossings.
 
-    ``wished`` and ``rested`` are (X, 3), millimetres: where its crossings are wished to be, and
-    where they come to rest, after the rigid motion that brings them nearest to that. ``mode`` is
-    how they go in the way in which they move most easily, (X, 3), by a millimetre at most.
+    Parameters
+    ----------
+    form : Form
+    body : Body
+    pins : (X,) float array
+        How crossings resisted turning, N mm per radian.
+    held : (X,) bool array
+        What it stood on or hung from.
+    states : dict
+        Where it comes to rest: ``let go`` by itself, after the rigid motion that brings it nearest
+        to what was wished; ``standing`` under its own weight; ``loaded`` as well, if that was asked
+        for.
+    mode : (X, 3) float array
+        How crossings go in the way in which they move most easily, by a millimetre at most.
     """
 
     form: Form
-    wished: FloatArray
-    rested: FloatArray
+    body: Body
+    pins: FloatArray
+    held: BoolArray
+    states: Mapping[str, Relaxed]
     mode: FloatArray
+
+    @property
+    def wished(self) -> FloatArray:
+        """Where crossings are wished to be, (X, 3), millimetres."""
+        return self.body.places
+
+    @property
+    def rested(self) -> FloatArray:
+        """Where they come to rest when they are let go, (X, 3)."""
+        return self.states["let go"].state.bodies.origin
 
 
 class Rests(NamedTuple):
     """Where an object comes to rest when it is let go, and when it stands under its own weight.
 
-    ``rested`` is as in :class:`Settled`; the net is that which stands.
+    ``free`` is as in :class:`Settled`; the net is that which stands, on what is ``held``.
     """
 
     free: Relaxed
+    held: BoolArray
     standing: Net
     stood: Relaxed
-    rested: FloatArray
     away_mm: FloatArray
     sags_mm: float
 
@@ -168,12 +193,13 @@ def let_go(body: Body, pins: FloatArray) -> Rests:
     """
     net = replace(body.net, pins=pins)
     free = relax(replace(net, weight=0 * net.weight), body.wished, gain=_GAIN)
+    free = replace(free, state=fitted(free.state, body.places))
     places = free.state.bodies.origin
-    rested = fitted(places, body.places)
-    standing = replace(net, held=body.held(places), place=places)
-    stood = relax(standing, free.state, gain=_GAIN)
-    away = np.linalg.norm(rested - body.places, axis=1)
-    return Rests(free, standing, stood, rested, away, _sag(body, stood, places))
+    held = body.held(places)
+    stands = standing(net, held, places)
+    stood = relax(stands, free.state, gain=_GAIN)
+    away = np.linalg.norm(places - body.places, axis=1)
+    return Rests(free, held, stands, stood, away, _sag(body, stood, free))
 
 
 def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settled:
@@ -192,24 +218,23 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
     """
     with threadpool_limits(limits=1, user_api="blas"):
         rests = let_go(body, pins)
-        free, stood, standing = rests.free, rests.stood, rests.standing
-        places, loaded = free.state.bodies.origin, None
+        free, stood, net = rests.free, rests.stood, rests.standing
+        states = {"let go": free, "standing": stood}
         if body.load.any():
-            more = replace(standing, weight=standing.weight + body.load)
-            loaded = relax(more, stood.state, gain=_GAIN)
-        unmoved = replace(standing, weight=0 * standing.weight, held=0 * standing.held)
-        count = min(_MODES, 6 * standing.n_bodies - 1)
+            more = replace(net, weight=net.weight + body.load)
+            states["loaded"] = relax(more, stood.state, gain=_GAIN)
+        unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
+        count = min(_MODES, 6 * net.n_bodies - 1)
         stiffness, motion = soft_modes(unmoved, free.state, count)
-        gives, softest = _thumb(standing, stood.state)
-        pulls = np.where(pins <= BARE, _pulls(standing, stood.state), 0.0)
-        strain = float((_strain(standing, stood.state) / body.strain[:, None]).max())
-    weight = float(-standing.weight[:, 2].sum())
+        gives, softest = _thumb(net, stood.state)
+        pulls = np.where(pins <= BARE, _pulls(net, stood.state), 0.0)
+        strain = float((_strain(net, stood.state) / body.strain[:, None]).max())
+    weight = float(-net.weight[:, 2].sum())
     # Where all bodies move as far, work done is half of the stiffness times their squares.
-    least = np.maximum(stiffness[6:], 2.0 * weight / (standing.n_bodies * body.size_mm))
-    pushed = 2.0 * weight / (standing.n_bodies * least)
+    least = np.maximum(stiffness[6:], 2.0 * weight / (net.n_bodies * body.size_mm))
+    pushed = 2.0 * weight / (net.n_bodies * least)
     mode = motion[min(6, count - 1)]
     away, farthest = rests.away_mm, int(rests.away_mm.argmax())
-    runs = [free, stood] if loaded is None else [free, stood, loaded]
     form = Form(
         settles_mm=round(float(away[farthest]), 2),
         mean_mm=round(float(np.sqrt((away**2).mean())), 2),
@@ -217,7 +242,7 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         bound_mm=round(BOUND * body.size_mm if bound_mm is None else bound_mm, 2),
         size_mm=round(body.size_mm, 2),
         sags_mm=round(rests.sags_mm, 2),
-        loaded_mm=None if loaded is None else round(_sag(body, loaded, places), 2),
+        loaded_mm=round(_sag(body, states["loaded"], free), 2) if "loaded" in states else None,
         loose=int(np.count_nonzero(pushed > _LOOSE * body.size_mm)),
         pushed_mm=round(float(pushed.max(initial=0.0)), 2),
         gives_mm_n=round(gives, 3),
@@ -225,17 +250,17 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         apart=int(np.count_nonzero(pulls > _APART_N)),
         apart_n=round(max(float(pulls.max()), 0.0), 3),
         strain=round(strain, 3),
-        settled=all(run.settled for run in runs),
+        settled=all(rest.settled for rest in states.values()),
     )
-    farther = np.linalg.norm(mode, axis=1).max()
-    return Settled(form, frozen(body.places), frozen(rests.rested), frozen(mode / farther))
+    mode = mode / np.linalg.norm(mode, axis=1).max()
+    return Settled(form, body, pins, rests.held, states, frozen(mode))
 
 
-def _sag(body: Body, stood: Relaxed, places: FloatArray) -> float:
+def _sag(body: Body, stood: Relaxed, free: Relaxed) -> float:
     """Return how far an object gives where it stands; what hangs may turn about that freely."""
-    there = stood.state.bodies.origin
-    there = fitted(there, places) if body.hung.any() else there
-    return float(np.linalg.norm(there - places, axis=1).max())
+    places, state = free.state.bodies.origin, stood.state
+    state = fitted(state, places) if body.hung.any() else state
+    return float(np.linalg.norm(state.bodies.origin - places, axis=1).max())
 
 
 def _thumb(net: Net, state: State) -> tuple[float, int]:

@@ -9,6 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
+from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import Form, Settled
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
@@ -28,6 +29,7 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import hole_findings
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
+from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.kerf import kerfed_sheets
@@ -45,7 +47,6 @@ class SideWork(NamedTuple):
     """
 
     marks: Callable[[], tuple[Marks, ...]]
-    portrait: Callable[[], bytes]
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
     form: Callable[[], Settled | None]
@@ -98,8 +99,8 @@ class Job(PlannedJob):
         The same with kerf and micro-joints; none where the others are to be cut as they are.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
-    form : Form or None
-        What becomes of its form when it is let go; None where that is not known.
+    settled : Settled or None
+        What becomes of it when it is let go; None where that would take minutes.
     """
 
     layout: Layout
@@ -122,7 +123,17 @@ class Job(PlannedJob):
     rim_drawings: tuple[SheetDrawing, ...] = ()
     rim_kerfed: tuple[SheetDrawing, ...] = ()
     given_mesh: PolyMesh | None = None
-    form: Form | None = None
+    settled: Settled | None = None
+
+    @property
+    def form(self) -> Form | None:
+        """What becomes of its form when it is let go; None where that is not known."""
+        return None if self.settled is None else self.settled.form
+
+    @property
+    def relaxed(self) -> Ribbons | None:
+        """Its ribbons when it was let go; None where that is not known."""
+        return relaxed_of(self, self.settled)
 
     @property
     def verdict(self) -> Verdict:
@@ -139,7 +150,7 @@ class Job(PlannedJob):
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
-    """Start the letters of pieces, the order of assembly and the picture of the object."""
+    """Start the letters of pieces, the order of assembly, and let the object go."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
     source = woven.source
@@ -153,7 +164,6 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             settings.pieces.label_side,
             kinds,
         ),
-        portrait=start(portrait_png, woven.ribbons, planned.colours),
         order=start(
             plan_order,
             pieces,
@@ -168,14 +178,26 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     )
 
 
+def relaxed_of(planned: PlannedJob, settled: Settled | None) -> Ribbons | None:
+    """Return the ribbons of a job as they are when it was let go, if it was."""
+    if settled is None:
+        return None
+    state = settled.states["let go"].state
+    return relaxed_ribbons(planned.woven.ribbons, planned.weave, settled.body.wished, state)
+
+
 def draw_job(
     planned: PlannedJob,
     layout: Layout,
     side: SideWork,
     progress: Progress = no_progress,
     given_mesh: PolyMesh | None = None,
+    *,
+    start: Start = at_once,
 ) -> Job:
     """Draw the sheets of a job, and say what a maker should know about it.
+
+    The picture of the object shows it as it is when it was let go, where that can be seen.
 
     Raises
     ------
@@ -229,6 +251,9 @@ def draw_job(
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
     settled = side.form()
+    thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
+    far = settled is not None and settled.form.settles_mm > thinnest_mm
+    shown = relaxed_of(planned, settled if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -239,9 +264,9 @@ def draw_job(
         spare_marks=spare_marks,
         engrave_seen_mm=seen,
         order=order,
-        portrait=side.portrait,
+        portrait=start(portrait_png, shown, planned.colours),
         likeness=side.likeness,
-        form=None if settled is None else settled.form,
+        settled=settled,
         drawings=drawings,
         code=code,
         kerfed=kerfed,

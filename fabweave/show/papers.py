@@ -200,7 +200,14 @@ def job_viewer(
     layer = thickness if job.supplies.several else thickness[0]
     return viewer_page(
         crossing_map,
-        space_record(ribbons, job.weave, job.piece_set.pieces, layer_mm=layer),
+        space_record(
+            ribbons,
+            job.weave,
+            job.piece_set.pieces,
+            layer_mm=layer,
+            relaxed=job.relaxed,
+            mode=None if job.settled is None else job.settled.mode,
+        ),
         title=job.woven.title,
         colours=rung_colours(ribbons, job.colours)[rungs],
         view_deg=(view.azimuth_deg, view.elevation_deg),

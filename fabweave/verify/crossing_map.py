@@ -380,6 +380,29 @@ class RibbonReport(TypedDict):
     findings: list[dict[str, Any]]
 
 
+class StateRecord(TypedDict):
+    """Where an object is said to be when it was let go, or stands, or bears a load."""
+
+    name: str
+    energy_nmm: float
+    residual_n: float
+    bodies: list[list[float]]
+    angles: list[float]
+    middles: list[list[float]]
+
+
+class FormRecord(TypedDict):
+    """What these states were found with."""
+
+    schema: Literal["fabweave.form/1"]
+    threads: list[dict[str, float]]
+    pins_nmm: list[float]
+    held: list[int]
+    held_n_mm: float
+    load_n: list[tuple[int, float]]
+    states: list[StateRecord]
+
+
 class RimRecord(TypedDict):
     """What is said of the rings around openings."""
 

@@ -17,6 +17,7 @@ from fabweave.verify.check.drawings import (
     check_svg,
 )
 from fabweave.verify.check.fastening import check_fastening
+from fabweave.verify.check.form import check_form
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.kerf import check_ready
 from fabweave.verify.check.pieces import (
@@ -87,6 +88,7 @@ _TASKS = (
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),
+    _Task("form", ("map", "mesh", "model"), check_form),
     _Task("simple", ("map",), check_simple),
     _Task("materials", ("map",), check_materials),
     _Task("steps", ("map",), check_steps),

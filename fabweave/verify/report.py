@@ -50,6 +50,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "stock": "sheets, angles and prices are those of the stock in the settings",
         "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
         "rim": "rings around openings lie hole on hole on the crossings beside them, all round",
+        "form": "let go, standing and loaded, it is where its forces balance, as far as is said",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "materials": "every piece is on a sheet of its thread's material",
         "steps": "done in order, the steps make the whole weave once",

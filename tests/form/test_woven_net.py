@@ -54,7 +54,7 @@ def test_a_flat_weave_is_at_rest():
                            clearance_mm=0.001)  # fmt: skip
     found = relax(net, state)
     assert found.settled
-    moved = fitted(found.state.bodies.origin, state.bodies.origin) - state.bodies.origin
+    moved = fitted(found.state, state.bodies.origin).bodies.origin - state.bodies.origin
     assert np.linalg.norm(moved, axis=1).max() < 0.04
 
 
@@ -62,7 +62,7 @@ def test_what_is_symmetric_relaxes_symmetrically():
     woven, net, state = net_of("shape:torus?m=12&n=6", 300.0, 5.0)
     found = relax(net, state)
     assert found.settled
-    places = fitted(found.state.bodies.origin, state.bodies.origin)
+    places = fitted(found.state, state.bodies.origin).bodies.origin
     middle = places.mean(axis=0)
     turn = 2 * np.pi / 12
     matrix = [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
@@ -77,7 +77,7 @@ def test_stiffer_is_as_much_more_energy_and_the_same_shape():
     _, stiff, same = net_of("shape:torus?m=12&n=6", 300.0, 0.0, Elastic(9000.0, 0.3, 750.0))
     one, other = relax(net, state), relax(stiff, same)
     assert other.energy_nmm == pytest.approx(3 * one.energy_nmm, rel=1e-6)
-    places = fitted(other.state.bodies.origin, one.state.bodies.origin)
+    places = fitted(other.state, one.state.bodies.origin).bodies.origin
     assert np.abs(places - one.state.bodies.origin).max() < 1e-2
 
 

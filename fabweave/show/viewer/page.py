@@ -15,8 +15,9 @@ import numpy as np
 import trimesh
 from trimesh.viewer import scene_to_html
 
+from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours
-from fabweave.core.records import record, to_json
+from fabweave.core.records import optional, record, to_json
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
@@ -25,7 +26,23 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
 #: Coordinates are whole numbers of steps from the lower corner, up to this.
-_STEPS = 65535
+_STEPS, _MOST = 65535, 32767
+
+
+@record
+class Motion:
+    """How the ends of all rungs move, as the viewer reads it.
+
+    Parameters
+    ----------
+    step_mm : float
+    steps : str
+        x, y, z of the right and the left end of every rung, as signed 16-bit little-endian
+        numbers of steps in base64.
+    """
+
+    step_mm: float
+    steps: str
 
 
 @record
@@ -51,6 +68,9 @@ class SpaceRecord:
     from_right : str
         A byte for each rung, in base64: whether the diagonal of the quad that follows starts at
         the right rail.
+    let_go, sway : Motion, optional
+        How the ends of rungs go when the object is let go, and in the way in which it moves most
+        easily.
     """
 
     layer_mm: float | tuple[float, ...]
@@ -60,6 +80,8 @@ class SpaceRecord:
     panels: tuple[tuple[int, ...], ...]
     rungs: str
     from_right: str
+    let_go: Motion | None = optional()
+    sway: Motion | None = optional()
 
 
 def space_record(
@@ -68,8 +90,21 @@ def space_record(
     pieces: Sequence[Piece],
     *,
     layer_mm: float | tuple[float, ...],
+    relaxed: Ribbons | None = None,
+    mode: FloatArray | None = None,
 ) -> SpaceRecord:
-    """Return every piece's stretch of ribbon in space; see ``SpaceRecord`` for ``layer_mm``."""
+    """Return every piece's stretch of ribbon in space.
+
+    Parameters
+    ----------
+    ribbons, weave, pieces
+    layer_mm : float or tuple of float
+        See ``SpaceRecord``.
+    relaxed : Ribbons, optional
+        The same when the object was let go.
+    mode : (X, 3) float array, optional
+        How crossings go in the way in which it moves most easily.
+    """
     stretches = piece_stretches(ribbons, weave, pieces)
     rung = stretches.rung
     corners = np.stack((ribbons.right[rung], ribbons.left[rung]), axis=1)
@@ -85,7 +120,27 @@ def space_record(
         panels=tuple(tuple(panel.tolist()) for panel in panels),
         rungs=_text(np.round((corners - low) / step).astype("<u2")),
         from_right=_text(ribbons.from_right[rung].astype(np.uint8)),
+        let_go=None
+        if relaxed is None
+        else _motion(np.stack((relaxed.right[rung], relaxed.left[rung]), axis=1) - corners),
+        sway=None if mode is None else _motion(_swayed(ribbons, weave, mode)[rung]),
     )
+
+
+def _swayed(ribbons: Ribbons, weave: Weave, mode: FloatArray) -> FloatArray:
+    """Return how both ends of rungs go with their crossings, evenly from one to the next."""
+    at = np.arange(ribbons.n_rungs)
+    own = weave.threads.crossing
+    panel = np.repeat(ribbons.entry, 2) + np.tile([0, 1], len(ribbons.entry))
+    there = mode[np.repeat(own, 2)]
+    each = np.stack([np.interp(at, panel, axis) for axis in there.T], axis=1)
+    return np.repeat(each[:, None], 2, axis=1)
+
+
+def _motion(steps: FloatArray) -> Motion:
+    """Return how ends of rungs move, (N, 2, 3), packed."""
+    step_mm = max(float(np.abs(steps).max()) / _MOST, 1e-9)
+    return Motion(step_mm=step_mm, steps=_text(np.round(steps / step_mm).astype("<i2")))
 
 
 def _text(array: np.ndarray[Any, np.dtype[Any]]) -> str:

@@ -39,7 +39,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
         around = {one.id for one in plan.crossings if tuple(sorted(one.edge)) in edges}
         wanted = (wanted or set()) | around
     hung = {crossing.id for crossing in plan.crossings if crossing.hang}
-    due_to_carry = _hanging(str(job.options.get("hang", "")), plan)
+    due_to_carry = hanging(str(job.options.get("hang", "")), plan)
     tally.at("crossings that carry").same("something", hung, due_to_carry)
     wanted = (wanted or set()) | hung
     drilled = {
@@ -61,8 +61,8 @@ def check_fastening(job: Job, tally: Tally) -> None:
         )
 
 
-def _hanging(asked: str, plan: CrossingMap) -> set[int]:
-    """Return the crossings that settings ask to carry something: by number, or at a side."""
+def hanging(asked: str, plan: CrossingMap) -> set[int]:
+    """Return the crossings that settings name: by number, or at a side."""
     due = set()
     for part in filter(None, asked.split(",")):
         side, _, count = part.partition(":")

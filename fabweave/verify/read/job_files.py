@@ -13,6 +13,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import (
     CrossingMap,
+    FormRecord,
     RibbonReport,
     RimRecord,
     Sheet,
@@ -35,6 +36,8 @@ Read: TypeAlias = Callable[[str, Callable[[Path], Any]], Any]
 READY = "cut"
 #: Where rings lie, and the record that tells of them.
 RIM, RIM_RECORD = "rim", "rim/rim.json"
+#: Where it is told how the object is when it was let go, and its model then.
+FORM, RELAXED = "form.json", "model_relaxed.glb"
 #: Where offcuts lie.
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
@@ -236,6 +239,10 @@ class Job:
     offcuts: dict[str, Drawing] = field(default_factory=dict)
     #: The rings around openings, if there is such a folder.
     rim: Rim | None = None
+    #: How it is when it was let go, the model of that, and what is said of it; none of large ones.
+    form: FormRecord | None = None
+    relaxed: dict[str, Strip] | None = None
+    verdict: dict[str, Any] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -394,6 +401,11 @@ def load_job(directory: Path, tally: Tally) -> Job:
         else None,
         offcuts=read_offcuts(directory, read),
         rim=read_rim(directory, read),
+        form=read(FORM, lambda path: read_json(path, FormRecord))
+        if (directory / FORM).is_file()
+        else None,
+        relaxed=read(RELAXED, read_model) if (directory / RELAXED).is_file() else None,
+        verdict=read("verdict.json", lambda path: read_json(path, dict)),
     )
 
 

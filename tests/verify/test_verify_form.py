@@ -1,0 +1,211 @@
+"""A form that is told is proved by physics of the verifier's own; whatever is spoiled is found."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from sealing import told
+from spoiling import edit_json
+
+from fabweave.verify.measure.elastic import (
+    Attitude,
+    Spans,
+    Stand,
+    _biarcs,
+    moves,
+    nearest,
+    pull_of,
+    resistance,
+    twists,
+    weights,
+)
+
+FLAT = np.zeros(3)
+CARD = (np.array([3000.0]), np.array([0.3]), np.array([0.4]))
+
+
+def strip(length, width=10.0, turn=0.0):
+    """Return a span from a crossing to another, cut as an arc that turns by so much."""
+    rest = np.zeros((1, 2, 6))
+    rest[..., 0], rest[..., 5] = length / 2, turn / 2
+    zero = np.zeros((1, 2), dtype=np.int64)
+    return Spans(
+        zero[:, 0], np.array([[0, 1]]), zero == 0, np.zeros((1, 2, 3)), rest, np.full((1, 2), width)
+    )
+
+
+def stand(*frames):
+    """Return how two crossings and the middle stand: each a place and a rotation vector."""
+    place, turn = (np.array([frame[at] for frame in frames], dtype=float) for at in (0, 1))
+    both = Attitude(place, Rotation.from_rotvec(turn).as_matrix())
+    return Stand(both.at(np.array([0, 2])), np.zeros(2), both.at(np.array([1])))
+
+
+def arc(radius, share, axis):
+    """Return the place and the turn after a share of a quarter circle, bent about y or z."""
+    angle = share * np.pi / 2
+    rise = radius * (1 - np.cos(angle))
+    way = (0.0, 0.0, -rise) if axis == "y" else (0.0, rise, 0.0)
+    return np.add(way, (radius * np.sin(angle), 0, 0)), angle * np.eye(3)["xyz".index(axis)]
+
+
+@pytest.mark.parametrize(("axis", "inertia"), [("y", 10 * 0.4**3 / 12), ("z", 0.4 * 10**3 / 12)])
+def test_a_strip_that_is_bent_to_an_arc_has_its_known_energy(axis, inertia):
+    radius = 30.0
+    length = radius * np.pi / 2
+    spans = strip(length)
+    bent = stand(*(arc(radius, share, axis) for share in (0.0, 0.5, 1.0)))
+    stiffness = resistance(spans, *CARD)
+    found = pull_of(spans, bent, stiffness, 2)
+    assert found.energy_nmm == pytest.approx(3000 * inertia * length / radius**2 / 2, rel=1e-6)
+    # A pure moment: no force, and E I over the radius at either end.
+    moment = found.force[:, 3 + "xyz".index(axis)]
+    assert np.abs(moment) == pytest.approx(3000 * inertia / radius, rel=1e-5)
+    assert np.abs(found.force[:, :3]).max() < 1e-4 * abs(moment[0]) / radius
+
+
+def test_as_it_was_cut_it_stores_nothing():
+    spans = strip(30.0 * np.pi / 2, turn=np.pi / 2)
+    bent = stand(*(arc(30.0, share, "z") for share in (0.0, 0.5, 1.0)))
+    assert twists(spans, bent) == pytest.approx(spans.rest, abs=1e-12)
+    found = pull_of(spans, bent, resistance(spans, *CARD), 2)
+    assert found.energy_nmm < 1e-12
+    assert np.abs(found.force).max() < 1e-6
+
+
+def test_a_middle_that_is_off_follows():
+    """Its neighbours are held to what they want of one another, not of where it was left."""
+    spans = strip(40.0)
+    there = [((0, 0, 0), FLAT), ((20, 0, 0), FLAT), ((40, 0, 0), FLAT)]
+    off = [there[0], ((20, 0.01, 0.02), (1e-3, 2e-3, -1e-3)), there[2]]
+    stiffness = resistance(spans, *CARD)
+    assert pull_of(spans, stand(*off), stiffness, 2).energy_nmm < 1e-5
+    assert np.abs(pull_of(spans, stand(*off), stiffness, 2).force).max() < 0.02
+
+
+def test_a_pulled_strip_wants_back_as_far_as_it_was_pulled():
+    spans = strip(40.0)
+    pulled = stand(((0, 0, 0), FLAT), ((20.25, 0, 0), FLAT), ((40.5, 0, 0), FLAT))
+    found = pull_of(spans, pulled, resistance(spans, *CARD), 2)
+    assert found.force[:, 0] == pytest.approx([-150.0, 150.0], rel=1e-6)
+    assert moves(found.force, found.stiff) == pytest.approx([0.5, 0.5], rel=1e-3)
+
+
+def test_a_strip_weighs_what_it_weighs():
+    spans = strip(50.0, width=20.0)
+    weight = weights(spans, np.array([750.0]), np.array([0.4]), 2)
+    assert weight.sum() == pytest.approx(50 * 20 * 0.4 * 1e-9 * 750 * 9.81)
+    assert weight[0] == weight[1]
+
+
+def test_two_arcs_join_places_smoothly():
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        way = np.exp(1j * random.uniform(-0.7, 0.7, size=2))
+        place = np.array([0.0, 10.0 + 3j * random.normal()])
+        ((first, second),) = _biarcs(place, way)
+        at, heading = place[0], way[0]
+        for piece in (first, second):
+            turn, length = piece[5], piece[0]
+            at += heading * length * np.sinc(turn / (2 * np.pi)) * np.exp(0.5j * turn)
+            heading *= np.exp(1j * turn)
+        assert at == pytest.approx(place[1], abs=1e-9)
+        assert heading == pytest.approx(way[1], abs=1e-9)
+    assert _biarcs(np.array([0j, 8 + 0j]), np.ones(2, dtype=complex))[0, :, 0].sum() == 8.0
+
+
+def test_the_nearest_is_found_in_space():
+    random = np.random.default_rng(4)
+    places = random.normal(size=(7, 3))
+    turned = Rotation.from_rotvec([0.3, -1.0, 2.0]).apply(places) + np.array([4.0, 5.0, 6.0])
+    assert nearest(turned, places) == pytest.approx(places, abs=1e-9)
+
+
+LOADED = ("shape:tube?m=8&n=4", "--size", "200mm", "--load", "20g@top", "--effort", "quick")
+
+
+@pytest.fixture
+def loaded(finished, tmp_path):
+    return finished.copy(tmp_path / "job", *LOADED)
+
+
+def state(document, name):
+    return next(one for one in document["states"] if one["name"] == name)
+
+
+@pytest.mark.slow
+def test_what_is_made_is_in_balance(loaded):
+    assert told(loaded) == {}
+    check = next(one for one in json.loads((loaded / "verify.json").read_text("utf-8"))["checks"]
+                 if one["name"] == "form")  # fmt: skip
+    assert {"energy", "balance_mm", "borne", "apart_mm"} <= set(check["measured"])
+    assert check["measured"]["energy"]["value"] < 0.005
+    assert check["measured"]["balance_mm"]["value"] < 0.02
+
+
+def shift(name, millimetres, axis=2):
+    def change(document):
+        state(document, name)["bodies"][5][axis] += millimetres
+
+    return change
+
+
+def without_load(document):
+    document["load_n"] = []
+
+
+def as_it_stood(document):
+    state(document, "loaded").update(bodies=state(document, "standing")["bodies"])
+
+
+def scale(key, factor):
+    def change(document):
+        for thread in document["threads"]:
+            thread[key] *= factor
+
+    return change
+
+
+SPOILT = [
+    (shift("let go", 1.0), "from where forces balance"),
+    (shift("let go", -0.4, 0), "from where forces balance"),
+    (shift("standing", 0.5), "from where forces balance"),
+    (scale("young_mpa", 1.2), "of itself off what is said"),
+    (scale("density_kg_m3", 1.5), "of its weight otherwise"),
+    (scale("thickness_mm", 2.0), "its thickness"),
+    (without_load, "not what was asked for"),
+    (as_it_stood, "of its weight otherwise"),
+    (lambda d: d["pins_nmm"].__setitem__(0, 500.0), "resist turning"),
+    (lambda d: d["states"].pop(), "the states"),
+    (lambda d: d["held"].pop(), "of its weight otherwise"),
+    (lambda d: state(d, "let go").update(energy_nmm=1.0), "of itself off what is said"),
+    (lambda d: state(d, "let go")["bodies"].pop(), "one row for each"),
+    (lambda d: state(d, "let go").update(angles=[0.1] * len(state(d, "let go")["angles"])),
+     "of itself off what is said"),
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("change", "words"), SPOILT)
+def test_another_state_is_found(loaded, change, words):
+    edit_json(loaded / "form.json", change)
+    assert words in str(told(loaded)["form"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["settles_mm", "mean_mm", "sags_mm", "loaded_mm"])
+def test_another_distance_is_found(loaded, key):
+    edit_json(loaded / "verdict.json", lambda d: d["form"].update({key: d["form"][key] + 0.05}))
+    assert key in str(told(loaded)["form"])
+
+
+@pytest.mark.slow
+def test_another_model_is_found_and_a_form_that_is_missing(loaded):
+    shutil.copy(loaded / "model.glb", loaded / "model_relaxed.glb")
+    assert "from its crossing" in str(told(loaded)["form"])
+    (loaded / "model_relaxed.glb").unlink()
+    assert "missing" in str(told(loaded)["form"])
+    (loaded / "form.json").unlink()
+    assert "whether it was let go" in str(told(loaded)["form"])
