@@ -45,7 +45,7 @@ from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
 from fabweave.estimate.costs import Costs, planned_costs
-from fabweave.form.body import BARE, body_of
+from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
 from fabweave.job import write_and_prove
 from fabweave.mesh.load import LoadedMesh
@@ -808,12 +808,12 @@ class Ribbons(_Solid):
         stations = self.stations.also(options)
         return Pieces(stations, stations.planned)
 
-    def relax(self, *, pins: float | FloatArray = BARE) -> Settled | None:
+    def relax(self, *, pins: float | FloatArray | None = None) -> Settled | None:
         """Let the ribbons go, pinned where they cross, and tell where they come to rest.
 
         Parameters
         ----------
-        pins : float or (X,) float array
+        pins : float or (X,) float array, optional
             How each crossing resists turning, N mm per radian: by default as strips that only lie
             on one another.
 
@@ -834,6 +834,7 @@ class Ribbons(_Solid):
         body = body_of(self.woven, brief_of(*self.stations.completed))
         if body is None:
             return None
+        pins = body.turning_nmm[0] if pins is None else pins
         return settle(body, np.broadcast_to(pins, (len(body.places),)))
 
     def _surface(self) -> tuple[FloatArray, IntArray]:

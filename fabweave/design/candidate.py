@@ -27,7 +27,7 @@ from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.loss_picture import loss_legend, loss_tiles
 from fabweave.picture.object_picture import png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.letting_go import foretold_mm
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
@@ -261,7 +261,8 @@ def _figures(planned: PlannedJob) -> Figures:
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
     costs = planned_costs(planned)
-    machine, form_mm = costs.machine_s, foretold_mm(planned)
+    machine, brief = costs.machine_s, brief_of(planned.settings, planned.supplies)
+    form_mm = foretold_mm(planned.woven, brief, planned.piece_set)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,

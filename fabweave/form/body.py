@@ -49,6 +49,8 @@ class Body:
         In which it is what was wished for.
     strain : (S,) float array
         How far the material of each span is stretched where it bends as tightly as it may.
+    turning_nmm : (float, float)
+        How a crossing resists turning, bare and with one fastener, N mm per radian.
     load : (X, 3) float array
         What it carries, N.
     hung : (X,) bool array
@@ -61,6 +63,7 @@ class Body:
     net: Net
     wished: State
     strain: FloatArray
+    turning_nmm: tuple[float, float]
     load: FloatArray
     hung: BoolArray
 
@@ -73,6 +76,13 @@ class Body:
     def places(self) -> FloatArray:
         """Where its crossings are wished to be, (X, 3)."""
         return self.wished.bodies.origin
+
+    def pins(self, fastened: BoolArray, riveted: IntArray) -> FloatArray:
+        """Return how crossings resist turning, (X,): ``riveted`` have two fasteners or more."""
+        bare, one = self.turning_nmm
+        pins = np.where(fastened, one, bare)
+        pins[riveted] = RIVETED
+        return pins
 
     def held(self, places: FloatArray) -> BoolArray:
         """Return at which crossings it is held, (X,): those it is to hang from, or the lowest."""
@@ -106,6 +116,9 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
     threads = woven.weave.threads
     spans = threads.thread_of_pass[following_rung(threads.offsets, threads.closed) >= 0]
     strain = thickness / (2 * radius[supplies.of(woven.bunches)])
+    # The more slippery of two counts.
+    each = [one.material.turning_nmm or (BARE, PINNED) for one in supplies.each]
+    turning = min(bare for bare, _ in each), min(one for _, one in each)
     # As the map tells where they are: of two that are as high, all choose the same.
     places = woven.ribbons.centre.round(DECIMALS)
     hung, load = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
@@ -115,7 +128,7 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
         mass_kg, where = parse_load(asked.load)
         at = hanging_crossings(where, places)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
-    return Body(woven.mesh, materials, thickness, net, wished, strain[spans], load, hung)
+    return Body(woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung)
 
 
 def elastic(material: Material, *, grain: bool) -> Elastic:
@@ -139,13 +152,6 @@ def elastic_threads(supplies: Supplies, bunches: IntArray) -> Sequence[Elastic]:
     grain = supplies.rotations.startswith(("grain", "across"))
     each = [elastic(supply.material, grain=grain) for supply in supplies.each]
     return [each[at] for at in supplies.of(bunches).tolist()]
-
-
-def pin_stiffness(fastened: BoolArray, riveted: IntArray) -> FloatArray:
-    """Return how crossings resist turning, (X,): ``riveted`` are those of two fasteners or more."""
-    pins = np.where(fastened, PINNED, BARE)
-    pins[riveted] = RIVETED
-    return pins
 
 
 def rigid_motions(places: FloatArray) -> FloatArray:

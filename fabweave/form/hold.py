@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import Body, body_of, pin_stiffness, rigid_motions, standing
+from fabweave.form.body import Body, body_of, rigid_motions, standing
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
@@ -190,12 +190,12 @@ class Hold:
         foresee, bound = Foresight(self.body), self.bound_mm
 
         def foretold(some: BoolArray) -> Foretold:
-            return foresee(pin_stiffness(some, self.riveted), bound)
+            return foresee(self.body.pins(some, self.riveted), bound)
 
         def becomes(some: BoolArray, foretold_mm: float) -> float:
             if not self.closely or foretold_mm <= _SURELY * bound:
                 return foretold_mm
-            return let_go(self.body, pin_stiffness(some, self.riveted)).most_mm
+            return let_go(self.body, self.body.pins(some, self.riveted)).most_mm
 
         most = foretold(fastened).most_mm
         really = becomes(fastened, most)

@@ -134,16 +134,23 @@ def end_frames(net: Net, bodies: Frames, angles: FloatArray) -> tuple[Frames, Fr
     return own, bodies[net.ends.T.ravel()].then(own)
 
 
-def even_inner(net: Net, bodies: Frames, angles: FloatArray) -> State:
-    """Return a state whose spans are screws from end to end."""
+def cut_inner(net: Net, bodies: Frames, angles: FloatArray) -> State:
+    """Return a state whose spans run as they were cut, and make up evenly for what is missing."""
     _, frames = end_frames(net, bodies, angles)
     spans, pieces = net.rest.shape[:2]
-    start, end = frames[:spans], frames[spans:]
-    twist = logarithm(end.seen_from(start))
-    shares = np.arange(1, pieces) / pieces
-    each = np.repeat(np.arange(spans), pieces - 1)
-    inner = start[each].moved((twist[:, None] * shares[:, None]).reshape(-1, 6))
-    return State(bodies, angles, inner)
+    ahead, back = [frames[:spans]], [frames[spans:]]
+    for piece in range(pieces - 1):
+        ahead.append(ahead[-1].moved(net.rest[:, piece]))
+        back.append(back[-1].moved(-net.rest[:, pieces - 1 - piece]))
+    inner = [
+        one.moved(number / pieces * logarithm(other.seen_from(one)))
+        for number, (one, other) in enumerate(zip(ahead[1:], back[:0:-1], strict=True), start=1)
+    ]
+    origin, axes = (
+        np.stack([getattr(one, name) for one in inner], axis=1) if inner else empty
+        for name, empty in (("origin", np.zeros((0, 3))), ("axes", np.zeros((0, 3, 3))))
+    )
+    return State(bodies, angles, Frames(origin.reshape(-1, 3), axes.reshape(-1, 3, 3)))
 
 
 def strains(net: Net, state: State) -> tuple[FloatArray, Frames]:

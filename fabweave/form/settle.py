@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
-from fabweave.form.body import BARE, Body, fitted, standing
+from fabweave.form.body import Body, fitted, standing
 from fabweave.form.net import Net, State, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.mesh.likeness import name_place
@@ -227,7 +227,7 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         count = min(_MODES, 6 * net.n_bodies - 1)
         stiffness, motion = soft_modes(unmoved, free.state, count)
         gives, softest = _thumb(net, stood.state)
-        pulls = np.where(pins <= BARE, _pulls(net, stood.state), 0.0)
+        pulls = np.where(pins <= body.turning_nmm[0], _pulls(net, stood.state), 0.0)
         strain = float((_strain(net, stood.state) / body.strain[:, None]).max())
     weight = float(-net.weight[:, 2].sum())
     # Where all bodies move as far, work done is half of the stiffness times their squares.

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, frozen_value, unit
-from fabweave.form.net import Net, State, even_inner, section_stiffness, turned
+from fabweave.core.arrays import ComplexArray, FloatArray, IntArray, frozen_value, unit
+from fabweave.form.net import Net, State, cut_inner, section_stiffness, turned
 from fabweave.form.screw import Frames, logarithm
 from fabweave.piece.development import run_rungs, unfold
 from fabweave.ribbon.measures import panel_widths
@@ -40,7 +40,7 @@ def woven_net(
     materials: Sequence[Elastic],
     pins: FloatArray,
     *,
-    pieces: int = 2,
+    pieces: int = 4,
 ) -> tuple[Net, State]:
     """Return the net of ribbons, and the state in which it is the object that was wished for.
 
@@ -70,14 +70,7 @@ def woven_net(
     last = local_entry(ribbons, of, position + 1) + 1
     offsets, rung = run_rungs(ribbons, of, start, last)
     flat = unfold(ribbons, offsets, rung)
-    middle = (flat.right + flat.left) @ np.array([0.5, 0.5j])
-    begin, end = offsets[:-1], offsets[1:] - 1
-    places = np.stack([middle[begin] + middle[begin + 1], middle[end - 1] + middle[end]]) / 2
-    ways = np.stack([middle[begin + 1] - middle[begin], middle[end] - middle[end - 1]])
-    steps = np.append(np.abs(np.diff(middle)), 0.0)
-    steps[end] = 0.0
-    length = np.add.reduceat(steps, begin) - np.abs(ways).sum(axis=0) / 2
-    rest = _flat_twists(places, ways / np.abs(ways), length, pieces)
+    rest = _flat_twists((flat.right + flat.left) @ np.array([0.5, 0.5j]), offsets, pieces)
 
     width = panel_widths(ribbons).mean(axis=1)
     share = (np.arange(pieces) + 0.5) / pieces
@@ -124,30 +117,29 @@ def woven_net(
         place=ribbons.centre,
         fixed=np.zeros(len(weight), dtype=np.bool_),
     )
-    return net, even_inner(net, bodies, angles)
+    return net, cut_inner(net, bodies, angles)
 
 
-def _flat_twists(
-    places: FloatArray, ways: FloatArray, length: FloatArray, pieces: int
-) -> FloatArray:
-    """Return the twists along smooth curves in the plane, (S, M, 6).
+def _flat_twists(line: ComplexArray, offsets: IntArray, pieces: int) -> FloatArray:
+    """Return the twists along strips in the plane, (S, M, 6), as they were cut.
 
-    ``places`` and ``ways`` are (2, S) complex: where curves begin and end, and their directions.
+    Parameters
+    ----------
+    line : (N,) complex array
+        The middles of rungs, a span's after another's: two of a panel, maybe some, two of a panel.
+    offsets : (S + 1,) int array
+    pieces : int
+        Of equal length, from the middle of a panel to that of the next.
     """
-    share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
-    (p, q), (u, v) = places, ways * length
-    at = (
-        p * (1 + 2 * share) * (1 - share) ** 2
-        + u * share * (1 - share) ** 2
-        + q * (3 - 2 * share) * share**2
-        - v * share**2 * (1 - share)
-    )
-    slope = (
-        6 * (q - p) * share * (1 - share)
-        + u * (1 - share) * (1 - 3 * share)
-        + v * share * (3 * share - 2)
-    )
-    axes = turned(np.angle(slope).ravel()).axes.reshape(pieces + 1, -1, 3, 3)
+    begin, end = offsets[:-1], offsets[1:] - 1
+    steps = np.append(np.diff(line), 0.0)
+    run = np.concatenate([[0.0], np.cumsum(np.abs(steps))])
+    first, last = (run[begin] + run[begin + 1]) / 2, (run[end - 1] + run[end]) / 2
+    along = first + np.linspace(0.0, 1.0, pieces + 1)[:, None] * (last - first)
+    rung = np.searchsorted(run, along, side="right") - 1
+    rung[[0, -1]] = begin, end - 1
+    at = line[rung] + steps[rung] * (along - run[rung]) / np.abs(steps[rung])
+    axes = turned(np.angle(steps[rung]).ravel()).axes.reshape(pieces + 1, -1, 3, 3)
     origin = np.stack([at.real, at.imag, np.zeros_like(at.real)], axis=-1)
     from_, to = (
         Frames(origin[some].reshape(-1, 3), axes[some].reshape(-1, 3, 3))

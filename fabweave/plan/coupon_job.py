@@ -13,6 +13,8 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
+from fabweave.form.body import YOUNG
+from fabweave.form.woven_net import GRAVITY
 from fabweave.options.settings import settings_from_job
 from fabweave.plan.ask import supplies_of
 from fabweave.plan.crossing_map import read_crossing_map
@@ -124,15 +126,17 @@ def plan_coupon(
 
 
 def draw_coupon(coupon: Coupon) -> SheetDrawing:
-    """Draw a coupon: hole ladder, kerf comb, lap, lettering and bend sample.
+    """Draw a coupon: hole ladder, kerf comb, lap, lettering, bend sample, and a cross to weigh.
 
     Returns
     -------
     SheetDrawing
-        Pieces ``KERF1`` to ``KERF10``, ``HOLES``, ``LAP-A``, ``LAP-B``, ``TEXT`` and ``BEND`` on
-        a sheet as small as they allow.
+        Pieces ``KERF1`` to ``KERF10``, ``HOLES``, ``LAP-A``, ``LAP-B``, ``TEXT``, ``BEND``,
+        ``CROSS-A`` and ``CROSS-B`` on a sheet as small as they allow.
     """
-    parts = [*_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon)]
+    parts = [
+        *_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon), *_crosses(coupon),
+    ]  # fmt: skip
     gap = max(coupon.material.gap_mm, _LEAST_GAP_MM)
     comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
     wide = max(*(part.size[0] for part in parts), comb, _LEAST_WIDTH_MM)
@@ -192,7 +196,60 @@ BEND     Bend the strip between its ticks around something {2 * coupon.bend_mm:.
          along and across the grain. It must not crack. The rule for this material is a radius
          of {min_bend_radius_mm(material):.1f} mm{_across(material)}. If it cracks, use a thinner
          sheet or a larger --size.
+CROSS    How it keeps its form. Press CROSS-A on a table up to its first tick, so that the rest of
+         it, {_FREE_MM:g} mm, stands out over the edge. Measure how far its end hangs down, turn it
+         over, measure again: S mm in the mean. Its Young's modulus is {_droop(material):.0f} / S
+         N/mm2{_stiff(material)}.
+         Then cross both strips, hole on hole: first with a needle, then with your fastener. Hold
+         CROSS-B upright and CROSS-A level. Hang paper clips at its last tick until that has gone
+         down by 10 mm: M grams. The crossing resists turning with {_turning():.3g} x M N mm.
+         Set both for your own material (fabweave guide materials): young_mpa = [along, across],
+         turning_nmm = [with the needle, with the fastener].
 """
+
+
+#: How far a strip of the cross stands out over an edge, and how wide it is; where its last tick is.
+_FREE_MM, _CROSS_MM = 130.0, 15.0
+_ARM_MM = _FREE_MM / 2.0
+
+
+def _droop(material: Material) -> float:
+    """Return by what Young's modulus is divided to tell how far a strip hangs, N/mm.
+
+    Its own weight q bends a cantilever by q L^4 / 8 E I, and I is a twelfth of the cubed thickness.
+    """
+    own = GRAVITY * 1e-9 * material.density_kg_m3
+    return 1.5 * own * _FREE_MM**4 / material.thickness_mm**2
+
+
+def _stiff(material: Material) -> str:
+    """Say so where a strip hangs too little to be measured."""
+    young = (material.young_mpa or (YOUNG, YOUNG))[1]
+    return "" if _droop(material) / young >= 1.0 else " (too stiff to tell: leave what is known)"
+
+
+def _turning() -> float:
+    """Return what a gram at the last tick stands for, as it goes down by ten millimetres."""
+    return GRAVITY * 1e-3 * _ARM_MM**2 / 10.0
+
+
+def _crosses(coupon: Coupon) -> list[_Part]:
+    """Return two strips with a hole in the middle, and ticks: where one is held, and loaded."""
+    box = text_box("CROSS-A", _LETTER_MM)
+    wide = max(_CROSS_MM, 2 * hole_edge_mm(coupon.material, coupon.hole_mm))
+    grip = max(_GRIP_MM, box.width + 2 * _AIR_MM)
+    middle = grip + _FREE_MM - _ARM_MM - 5.0
+    ticks = _ticks((grip, middle + _ARM_MM), wide, 2.0)
+    return [
+        _Part(
+            name,
+            (grip + _FREE_MM, wide),
+            [(middle, wide / 2, coupon.hole_mm)],
+            [(name, _LETTER_MM, grip / 2, wide / 2)],
+            ticks,
+        )
+        for name in ("CROSS-A", "CROSS-B")
+    ]
 
 
 def _across(material: Material) -> str:

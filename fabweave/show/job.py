@@ -131,6 +131,15 @@ class Job(PlannedJob):
         return None if self.settled is None else self.settled.form
 
     @property
+    def form_text(self) -> str:
+        """What becomes of its form in words, and what fasteners would do; empty if not known."""
+        form = self.form
+        if form is None:
+            return ""
+        loose = self.fasten not in ("form", "all") and not form.keeps
+        return form.text + ("; --fasten form fastens what keeps it nearer" if loose else "")
+
+    @property
     def relaxed(self) -> Ribbons | None:
         """Its ribbons when it was let go; None where that is not known."""
         return relaxed_of(self, self.settled)

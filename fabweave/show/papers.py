@@ -103,6 +103,7 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
     return Facts(
         title=job.woven.title,
         buildable=verdict_words(job.verdict),
+        form=job.form_text,
         size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
         material=job.supplies.description,
         bill=bill,

@@ -107,6 +107,9 @@ class Material:
         Poisson's ratio, where known.
     young_source : str
         Where these are from.
+    turning_nmm : (float, float) or None
+        How a crossing resists turning, N mm per radian: of strips that only lie on one another, and
+        with one fastener; where it was measured.
     laid_across : bool
         Whether pieces lie across its grain, so that the tables for that hold.
     """
@@ -149,6 +152,7 @@ class Material:
     young_mpa: Annotated[Span | None, pair_key("[4500.0, 2200.0]", 0.01, 1e6)] = None
     poisson: Annotated[float | None, number_key(0.0, 0.49)] = None
     young_source: Annotated[str, line_key(300)] = ""
+    turning_nmm: Annotated[Span | None, pair_key("[1.0, 25.0]", 1e-3, 1e6)] = None
     notes: Annotated[str, line_key(500)] = ""
     colour: Annotated[
         str | None,

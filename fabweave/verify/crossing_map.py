@@ -388,7 +388,7 @@ class StateRecord(TypedDict):
     residual_n: float
     bodies: list[list[float]]
     angles: list[float]
-    middles: list[list[float]]
+    turning: list[tuple[int, list[list[float]]]]
 
 
 class FormRecord(TypedDict):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from jobs import laid
 
-from fabweave.form.body import BARE, PINNED, RIVETED, body_of, pin_stiffness
+from fabweave.form.body import BARE, PINNED, RIVETED, body_of
 from fabweave.form.hold import Foresight, Hold
 from fabweave.form.settle import let_go
 from fabweave.plan.ask import brief_of
@@ -67,17 +67,17 @@ def test_few_fasteners_keep_a_shade_and_none_of_them_is_idle(shade):
     bound_mm = 0.01 * shade.size_mm
     found = chosen(shade, bound_mm)
     assert 0 < found.sum() < 0.25 * len(found)
-    kept = let_go(shade, pin_stiffness(found, NO_RIVETS)).most_mm
+    kept = let_go(shade, shade.pins(found, NO_RIVETS)).most_mm
     assert kept <= bound_mm
     # A third of them, those at the start, does not do.
     fewer = found.copy()
     fewer[np.flatnonzero(found)[: 2 * found.sum() // 3]] = False
-    assert let_go(shade, pin_stiffness(fewer, NO_RIVETS)).most_mm > bound_mm
+    assert let_go(shade, shade.pins(fewer, NO_RIVETS)).most_mm > bound_mm
     # As many anywhere do no better.
     random = np.random.default_rng(1)
     others = none_of(shade)
     others[random.choice(len(others), found.sum(), replace=False)] = True
-    assert let_go(shade, pin_stiffness(others, NO_RIVETS)).most_mm > kept
+    assert let_go(shade, shade.pins(others, NO_RIVETS)).most_mm > kept
 
 
 def test_what_holds_itself_gets_none():
@@ -89,7 +89,7 @@ def test_a_tighter_bound_takes_no_fewer_and_each_one_is_kept(shade):
     counts = []
     for bound_mm in (5.0, 2.5, 1.5):
         found = chosen(shade, bound_mm)
-        assert let_go(shade, pin_stiffness(found, NO_RIVETS)).most_mm <= bound_mm
+        assert let_go(shade, shade.pins(found, NO_RIVETS)).most_mm <= bound_mm
         counts.append(int(found.sum()))
     assert counts == sorted(counts)
 
@@ -126,7 +126,7 @@ def test_what_is_fastened_stays_so_and_counts(shade):
 def test_where_all_of_them_do_not_reach_the_bound_few_do_most_of_it(shade):
     found = chosen(shade, 0.1)
     most, least = (let_go(shade, np.full(len(shade.places), pin)).most_mm for pin in (BARE, PINNED))
-    reached = let_go(shade, pin_stiffness(found, NO_RIVETS)).most_mm
+    reached = let_go(shade, shade.pins(found, NO_RIVETS)).most_mm
     assert found.sum() < 0.5 * len(found)
     assert most - reached > 0.6 * (most - least)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
-from strips_net import POISSON, YOUNG, chain, fixing, net_of, screw_state
+from strips_net import POISSON, YOUNG, chain, even_inner, fixing, net_of, screw_state
 
-from fabweave.form.net import energy, even_inner, section_stiffness, strains, turned
+from fabweave.form.net import energy, section_stiffness, strains, turned
 from fabweave.form.relax import Solver, dissection, relax, soft_modes
 from fabweave.form.screw import Frames, exponential
 

@@ -18,7 +18,6 @@ from fabweave.form.body import (
     body_of,
     elastic,
     fitted,
-    pin_stiffness,
     rigid_motions,
 )
 from fabweave.form.net import State
@@ -106,9 +105,13 @@ def test_what_would_take_minutes_is_not_let_go(monkeypatch):
     assert body_of(woven, brief_of(settings, supplies)) is None
 
 
-def test_crossings_resist_as_they_are_fastened():
-    fastened = np.array([False, True, True, False])
-    assert pin_stiffness(fastened, np.array([2])).tolist() == [BARE, PINNED, RIVETED, BARE]
+def test_crossings_resist_as_they_are_fastened_and_as_was_measured():
+    some = body("shape:octahedron", 200.0)
+    fastened = np.zeros(12, dtype=bool)
+    fastened[1:3] = True
+    assert some.pins(fastened, np.array([2])).tolist()[:4] == [BARE, PINNED, RIVETED, BARE]
+    own = replace(some, turning_nmm=(0.5, 60.0)).pins(fastened, np.array([2]))
+    assert own.tolist()[:4] == [0.5, 60.0, RIVETED, 0.5]
 
 
 def test_rigid_motions_strain_nothing():

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.form.net import Net, even_inner, section_stiffness
-from fabweave.form.screw import Frames, exponential
+from fabweave.form.net import Net, State, end_frames, section_stiffness
+from fabweave.form.screw import Frames, exponential, logarithm
 
 YOUNG, POISSON = 3000.0, 0.3
 
@@ -43,6 +43,18 @@ def chain(length, spans, *, width=10.0, thickness=0.4, pieces=1, turn=0.0, young
     bodies = np.arange(spans + (not ring))
     ends = np.stack([np.arange(spans), (np.arange(spans) + 1) % len(bodies)], axis=1)
     return net_of(ends, rest, stiffness, len(bodies))
+
+
+def even_inner(net, bodies, angles):
+    """Return a state whose spans are screws from end to end."""
+    _, frames = end_frames(net, bodies, angles)
+    spans, pieces = net.rest.shape[:2]
+    start, end = frames[:spans], frames[spans:]
+    twist = logarithm(end.seen_from(start))
+    shares = np.arange(1, pieces) / pieces
+    each = np.repeat(np.arange(spans), pieces - 1)
+    inner = start[each].moved((twist[:, None] * shares[:, None]).reshape(-1, 6))
+    return State(bodies, angles, inner)
 
 
 def screw_state(net, twist):

@@ -10,10 +10,12 @@ from sealing import told
 from spoiling import edit_json
 
 from fabweave.verify.measure.elastic import (
+    PIECES,
     Attitude,
     Spans,
     Stand,
-    _biarcs,
+    _pieces,
+    middles_of,
     moves,
     nearest,
     pull_of,
@@ -28,19 +30,20 @@ CARD = (np.array([3000.0]), np.array([0.3]), np.array([0.4]))
 
 def strip(length, width=10.0, turn=0.0):
     """Return a span from a crossing to another, cut as an arc that turns by so much."""
-    rest = np.zeros((1, 2, 6))
-    rest[..., 0], rest[..., 5] = length / 2, turn / 2
-    zero = np.zeros((1, 2), dtype=np.int64)
+    rest = np.zeros((1, PIECES, 6))
+    rest[..., 0], rest[..., 5] = length / PIECES, turn / PIECES
+    one = np.ones((1, PIECES))
     return Spans(
-        zero[:, 0], np.array([[0, 1]]), zero == 0, np.zeros((1, 2, 3)), rest, np.full((1, 2), width)
-    )
+        np.zeros(1, dtype=np.int64), np.array([[0, 1]]), np.ones((1, 2), dtype=bool),
+        np.zeros((1, 2, 3)), rest, length / PIECES * one, width * one,
+    )  # fmt: skip
 
 
 def stand(*frames):
-    """Return how two crossings and the middle stand: each a place and a rotation vector."""
+    """Return how two crossings stand: each a place and a rotation vector."""
     place, turn = (np.array([frame[at] for frame in frames], dtype=float) for at in (0, 1))
     both = Attitude(place, Rotation.from_rotvec(turn).as_matrix())
-    return Stand(both.at(np.array([0, 2])), np.zeros(2), both.at(np.array([1])))
+    return Stand(both, np.zeros(2), np.zeros(0, dtype=np.int64))
 
 
 def arc(radius, share, axis):
@@ -56,7 +59,7 @@ def test_a_strip_that_is_bent_to_an_arc_has_its_known_energy(axis, inertia):
     radius = 30.0
     length = radius * np.pi / 2
     spans = strip(length)
-    bent = stand(*(arc(radius, share, axis) for share in (0.0, 0.5, 1.0)))
+    bent = stand(*(arc(radius, share, axis) for share in (0.0, 1.0)))
     stiffness = resistance(spans, *CARD)
     found = pull_of(spans, bent, stiffness, 2)
     assert found.energy_nmm == pytest.approx(3000 * inertia * length / radius**2 / 2, rel=1e-6)
@@ -68,26 +71,16 @@ def test_a_strip_that_is_bent_to_an_arc_has_its_known_energy(axis, inertia):
 
 def test_as_it_was_cut_it_stores_nothing():
     spans = strip(30.0 * np.pi / 2, turn=np.pi / 2)
-    bent = stand(*(arc(30.0, share, "z") for share in (0.0, 0.5, 1.0)))
-    assert twists(spans, bent) == pytest.approx(spans.rest, abs=1e-12)
-    found = pull_of(spans, bent, resistance(spans, *CARD), 2)
-    assert found.energy_nmm < 1e-12
-    assert np.abs(found.force).max() < 1e-6
-
-
-def test_a_middle_that_is_off_follows():
-    """Its neighbours are held to what they want of one another, not of where it was left."""
-    spans = strip(40.0)
-    there = [((0, 0, 0), FLAT), ((20, 0, 0), FLAT), ((40, 0, 0), FLAT)]
-    off = [there[0], ((20, 0.01, 0.02), (1e-3, 2e-3, -1e-3)), there[2]]
+    bent = stand(*(arc(30.0, share, "z") for share in (0.0, 1.0)))
     stiffness = resistance(spans, *CARD)
-    assert pull_of(spans, stand(*off), stiffness, 2).energy_nmm < 1e-5
-    assert np.abs(pull_of(spans, stand(*off), stiffness, 2).force).max() < 0.02
+    middles = middles_of(spans, bent, stiffness)
+    assert twists(spans, bent, middles) == pytest.approx(spans.rest, abs=1e-9)
+    assert pull_of(spans, bent, stiffness, 2).energy_nmm < 1e-12
 
 
 def test_a_pulled_strip_wants_back_as_far_as_it_was_pulled():
     spans = strip(40.0)
-    pulled = stand(((0, 0, 0), FLAT), ((20.25, 0, 0), FLAT), ((40.5, 0, 0), FLAT))
+    pulled = stand(((0, 0, 0), FLAT), ((40.5, 0, 0), FLAT))
     found = pull_of(spans, pulled, resistance(spans, *CARD), 2)
     assert found.force[:, 0] == pytest.approx([-150.0, 150.0], rel=1e-6)
     assert moves(found.force, found.stiff) == pytest.approx([0.5, 0.5], rel=1e-3)
@@ -100,20 +93,21 @@ def test_a_strip_weighs_what_it_weighs():
     assert weight[0] == weight[1]
 
 
-def test_two_arcs_join_places_smoothly():
-    random = np.random.default_rng(2)
-    for _ in range(20):
-        way = np.exp(1j * random.uniform(-0.7, 0.7, size=2))
-        place = np.array([0.0, 10.0 + 3j * random.normal()])
-        ((first, second),) = _biarcs(place, way)
-        at, heading = place[0], way[0]
-        for piece in (first, second):
-            turn, length = piece[5], piece[0]
-            at += heading * length * np.sinc(turn / (2 * np.pi)) * np.exp(0.5j * turn)
-            heading *= np.exp(1j * turn)
-        assert at == pytest.approx(place[1], abs=1e-9)
-        assert heading == pytest.approx(way[1], abs=1e-9)
-    assert _biarcs(np.array([0j, 8 + 0j]), np.ones(2, dtype=complex))[0, :, 0].sum() == 8.0
+def test_pieces_lead_from_panel_to_panel():
+    """Put together, they lead to where the next panel is; each is as long as the others."""
+    angle = np.linspace(0.0, 2.5, 60)
+    line = 40.0 * np.exp(1j * angle) + 3.0 * angle
+    enter, leave = np.array([0, 57]), np.array([2, 59])
+    rest, length = _pieces(line, enter, leave)
+    at = (line[0] + line[2]) / 2
+    heading = (line[2] - line[0]) / abs(line[2] - line[0])
+    for dx, dy, *_, turn in rest[0]:
+        at += heading * (dx + 1j * dy) * np.sinc(turn / (2 * np.pi)) * np.exp(0.5j * turn)
+        heading *= np.exp(1j * turn)
+    assert at == pytest.approx((line[57] + line[59]) / 2, abs=1e-9)
+    assert heading == pytest.approx((line[59] - line[57]) / abs(line[59] - line[57]), abs=1e-9)
+    assert np.ptp(length) < 1e-9
+    assert length.sum() == pytest.approx(np.abs(np.diff(line))[1:58].sum(), rel=0.01)
 
 
 def test_the_nearest_is_found_in_space():

@@ -51,6 +51,7 @@ from fabweave.plan.ask import (
     settle_grain,
     try_refinement,
 )
+from fabweave.plan.letting_go import foretold_mm
 from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.plan.verdict import judge, refused
 from fabweave.ribbon.lay import (
@@ -430,8 +431,8 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
-        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``checks``, ``verdict``,
-        ``advice`` (what would help, with the command that does it),
+        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``form_mm``, ``checks``,
+        ``verdict``, ``advice`` (what would help, with the command that does it),
         ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
         ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
         mesh was remeshed, ``openings`` where faces were left out.
@@ -505,7 +506,7 @@ def inspect_mesh(
         most = 0
         depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    costs, piece_set = None, None
+    costs, piece_set, form_mm = None, None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         brief = brief_of(settings, supplies)
@@ -514,6 +515,7 @@ def inspect_mesh(
         )
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
+        form_mm = foretold_mm(joined.woven, brief, piece_set)
     left_out = [] if joined is None or costs is not None else ["times and costs"]
     if "left_out" in pieces:
         left_out.append("the pieces")
@@ -559,6 +561,7 @@ def inspect_mesh(
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
+        "form_mm": None if form_mm is None else round(form_mm, 2),
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [

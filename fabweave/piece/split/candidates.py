@@ -8,7 +8,6 @@ come from running extremes in a fan of directions.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +15,7 @@ import shapely
 
 from fabweave.core.arrays import (
     BoolArray,
+    ComplexArray,
     FloatArray,
     IntArray,
     frozen_value,
@@ -123,8 +123,6 @@ def list_sites(weave: Weave) -> Sites:
         lengths=lengths,
     )
 
-
-ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 
 #: Directions in which hulls are sampled; every vertex of a hull that is extreme in one is found.
 _DIRECTIONS = 48

@@ -4,9 +4,9 @@ from math import gcd
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, frozen_value
 from fabweave.piece.development import Runs
-from fabweave.piece.split.candidates import ComplexArray, Course, Sites, Windows, station_of_site
+from fabweave.piece.split.candidates import Course, Sites, Windows, station_of_site
 from fabweave.weave.symmetry import WeaveSymmetry
 
 

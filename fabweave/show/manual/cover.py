@@ -36,6 +36,8 @@ class Facts:
         Name of the object.
     buildable : str
         Whether it can be built, and what wants care.
+    form : str
+        What becomes of its form when it is let go; empty if that is not known.
     size_mm : tuple of float
         Its extents along x, y, z.
     material : str
@@ -55,6 +57,7 @@ class Facts:
 
     title: str
     buildable: str
+    form: str
     size_mm: tuple[float, ...]
     material: str
     bill: BillOfMaterials
@@ -133,6 +136,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     spares = len(crossing_map.spares or ())
     return [
         ("Buildable?", facts.buildable),
+        *([("Let go, it", facts.form)] if facts.form else []),
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
         (

@@ -1,11 +1,13 @@
 """What strips resist as they stand: energies and forces, by methods of the verifier's own.
 
-A strip leads from crossing to crossing in two pieces. At rest these are two arcs that join as one
-smooth curve (a biarc) in its development. As it stands, what a piece is strained by is read in the
-frame half way between its two ends.
+A strip leads from crossing to crossing in a few pieces, as it is developed. Where these meet, as it
+stands, only the two crossings decide. What a piece is strained by is read in the frame half way
+between its two ends.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,8 +20,13 @@ from fabweave.verify.read.glb import Strip
 
 Complex: TypeAlias = npt.NDArray[np.complexfloating]
 
+#: In so many pieces; where they meet, as shares of the way.
+PIECES = 4
+_SHARES = np.arange(1, PIECES) / PIECES
 #: Steps of differences: millimetres, and radians.
 _STEP_MM, _STEP = 1e-4, 1e-6
+#: How often what lies between crossings goes where it wants to.
+_ROUNDS = 4
 #: What pulls at a kilogram, N; what shear takes of a rectangular section.
 GRAVITY, _SHEAR = 9.81, 5 / 6
 
@@ -54,9 +61,11 @@ class Spans:
         Whether it lies above there.
     offset : (S, 2, 3) float array
         From the crossing to the middle of its panel, in the crossing's axes.
-    rest : (S, 2, 6) float array
-        Each piece as it was cut: its length along x, and its turn about z.
-    width : (S, 2) float array
+    rest : (S, M, 6) float array
+        How each piece leads from end to end as it was cut, in the plane.
+    length : (S, M) float array
+        Of each piece.
+    width : (S, M) float array
         Of each piece.
     """
 
@@ -65,6 +74,7 @@ class Spans:
     over: Flags
     offset: Floats
     rest: Floats
+    length: Floats
     width: Floats
 
 
@@ -108,8 +118,6 @@ def spans_of(
         begin, end = panel_bounds(strip, 0, size + closed)
         flat = unfold(strip, lay_steps(strip), int(begin[0]), int(end[-1])).mean(axis=1)
         line: Complex = flat @ np.array([1.0, 1.0j])
-        enter, leave = line[begin - begin[0]], line[end - begin[0]]
-        way = (leave - enter) / np.abs(leave - enter)
         rungs = strip.rungs[np.stack([strip.entry, strip.exit], axis=1)]
         across = (rungs[:, :, 1] - rungs[:, :, 0]).mean(axis=1)
         along = rungs[:, 1].mean(axis=1) - rungs[:, 0].mean(axis=1)
@@ -120,56 +128,151 @@ def spans_of(
         own = crossings[thread][both]
         apart = middles[thread][both] - where.place[own]
         offset = np.einsum("sekj,sek->sej", where.axes[own], apart)
-        rest = _biarcs((enter + leave) / 2, way)
-        width = wide[both] @ np.array([[0.75, 0.25], [0.25, 0.75]])
-        found.append((np.full(len(first), thread), own, over[thread][both], offset, rest, width))
+        rest, length = _pieces(line, begin - begin[0], end - begin[0])
+        share = (np.arange(PIECES) + 0.5) / PIECES
+        width = wide[both] @ np.stack([1.0 - share, share])
+        of = np.full(len(first), thread)
+        found.append((of, own, over[thread][both], offset, rest, length, width))
     return Spans(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
-def _biarcs(place: Complex, way: Complex) -> Floats:
-    """Return the two arcs from each place to the next, (N - 1, 2, 6): lengths and turns."""
-    p, q, t, u = place[:-1], place[1:], way[:-1], way[1:]
-    chord, both = q - p, t + u
-    dot = (chord * both.conj()).real
-    bent = 2 * (1 - (t * u.conj()).real)
-    root = np.sqrt(dot**2 + bent * np.abs(chord) ** 2)
-    # The arm of both arcs' tangents; written so that it holds for straight ones, too.
-    arm = np.abs(chord) ** 2 / (dot + root)
-    middle, join = (p + q + arm * (t - u)) / 2, chord - arm * both
-    rest = np.zeros((len(p), 2, 6))
-    for side, (there, first, last) in enumerate(((middle - p, t, join), (q - middle, join, u))):
-        turn = np.angle(last * first.conj())
-        rest[:, side, 0] = np.abs(there) / np.sinc(turn / (2 * np.pi))
-        rest[:, side, 5] = turn
+def _pieces(line: Complex, enter: Ints, leave: Ints) -> tuple[Floats, Floats]:
+    """Return how lines lead from panel to panel in pieces, (N - 1, M, 6), and their lengths.
+
+    ``line`` is the middle of a strip in the plane, and panels are between two of its points.
+    """
+    place = (line[enter] + line[leave]) / 2
+    way = (line[leave] - line[enter]) / np.abs(line[leave] - line[enter])
+    run = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(line)))])
+    middle = (run[enter] + run[leave]) / 2
+    long = middle[1:] - middle[:-1]
+    at, ways = [place[:-1]], [way[:-1]]
+    for share in _SHARES.tolist():
+        there = middle[:-1] + share * long
+        step = np.clip(np.searchsorted(run, there, side="right") - 1, 0, len(line) - 2)
+        along = line[step + 1] - line[step]
+        part = (there - run[step]) / np.maximum(run[step + 1] - run[step], 1e-300)
+        at.append(line[step] + part * along)
+        ways.append(along / np.abs(along))
+    at.append(place[1:])
+    ways.append(way[1:])
+    rest = [_plane_twist(at[k], ways[k], at[k + 1], ways[k + 1]) for k in range(PIECES)]
+    return np.stack(rest, axis=1), np.repeat(long[:, None] / PIECES, PIECES, axis=1)
+
+
+def _plane_twist(start: Complex, way: Complex, end: Complex, other: Complex) -> Floats:
+    """Return the motion and turn along an arc from places and ways to others, (N, 6)."""
+    turn = np.angle(other / way)
+    # Seen half way, the chord of an arc is shorter than the arc.
+    chord = (end - start) / (way * np.exp(0.5j * turn)) / np.sinc(turn / (2 * np.pi))
+    rest = np.zeros((len(start), 6))
+    rest[:, 0], rest[:, 1], rest[:, 5] = chord.real, chord.imag, turn
     return rest
 
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """How all stands: crossings, the angle of the strand below, and the middles of spans."""
+    """How all stands.
+
+    Parameters
+    ----------
+    bodies : Attitude
+        Crossings.
+    angles : (X,) float array
+        From the strand above to the one below.
+    turning : (R,) int array
+        The spans that turn back, which may rest in more than one way,
+    inner : sequence of Attitude
+        and where their pieces meet.
+    """
 
     bodies: Attitude
     angles: Floats
-    middles: Attitude
+    turning: Ints
+    inner: Sequence[Attitude] = ()
 
 
-def twists(spans: Spans, stand: Stand, moved: Floats | None = None) -> Floats:
-    """Return how each piece leads from end to end, (S, 2, 6); ``moved``, (S, 20), shifts the ends.
+def _ends(spans: Spans, stand: Stand, moved: Floats) -> list[Attitude]:
+    """Return the frames at the start and at the end of all spans; ``moved``, (S, 14), shifts them.
 
-    Six numbers each are of the crossing at the start, of that at the end, and of the middle, and
-    one each of the angles.
+    Six numbers each are of the crossing at the start and at the end, and one each of the angles.
     """
-    moved = np.zeros((len(spans.thread), 20)) if moved is None else moved
     ends = []
-    for side, own in ((0, slice(0, 6)), (1, slice(7, 13))):
-        crossing = spans.crossing[:, side]
-        body = stand.bodies.at(crossing).then(moved[:, own][:, :3], moved[:, own][:, 3:])
+    for side in (0, 1):
+        own, crossing = moved[:, 7 * side : 7 * side + 7], spans.crossing[:, side]
         turn = np.zeros((len(crossing), 3))
-        angle = stand.angles[crossing] + moved[:, own.stop]
-        turn[:, 2] = np.where(spans.over[:, side], 0.0, angle)
+        turn[:, 2] = np.where(spans.over[:, side], 0.0, stand.angles[crossing] + own[:, 6])
+        body = stand.bodies.at(crossing).then(own[:, :3], own[:, 3:6])
         ends.append(body.then(spans.offset[:, side], turn))
-    middle = stand.middles.then(moved[:, 14:17], moved[:, 17:])
-    return np.stack([_twist(ends[0], middle), _twist(middle, ends[1])], axis=1)
+    return ends
+
+
+def middles_of(spans: Spans, stand: Stand, stiffness: Floats) -> list[Attitude]:
+    """Return where pieces want to meet."""
+    start, end = _ends(spans, stand, np.zeros((len(spans.thread), 14)))
+    ahead, back = [start], [end]
+    for piece in range(PIECES - 1):
+        ahead.append(_along(ahead[-1], spans.rest[:, piece]))
+        # Back from the end: with the motion against its own way, and the turn the other way round.
+        back.append(_along(back[-1], -spans.rest[:, PIECES - 1 - piece]))
+    middles = []
+    for share, one, other in zip(_SHARES.tolist(), ahead[1:], back[:0:-1], strict=True):
+        turn = Rotation.from_matrix(np.swapaxes(one.axes, 1, 2) @ other.axes).as_rotvec()
+        axes = one.axes @ Rotation.from_rotvec(share * turn).as_matrix()
+        middles.append(Attitude(one.place + share * (other.place - one.place), axes))
+    for one, told in zip(middles, stand.inner, strict=len(stand.turning) > 0):
+        one.place[stand.turning], one.axes[stand.turning] = told.place, told.axes
+    for _ in range(_ROUNDS):
+        force, matrix = _wants(spans, stand, stiffness, middles, 14)[1:]
+        step = -np.linalg.solve(matrix, force[:, :, None])[:, :, 0].astype(np.float64)
+        own = np.split(step, PIECES - 1, axis=1)
+        middles = [one.then(by[:, :3], by[:, 3:]) for one, by in zip(middles, own, strict=True)]
+    return middles
+
+
+def _wants(
+    spans: Spans, stand: Stand, stiffness: Floats, middles: list[Attitude], first: int
+) -> tuple[float, Floats, Floats]:
+    """Return what is in store, and its changes by the numbers of spans from one on.
+
+    Of a span, six numbers and one are of the crossing at its start and of the angle there, and so
+    at its end; six are of each place where pieces meet.
+    """
+    whole = 14 + 6 * (PIECES - 1)
+    rows = (len(spans.thread), 6 * PIECES)
+    off = (twists(spans, stand, middles) - spans.rest).reshape(rows)
+    change = np.zeros((*rows, whole - first))
+    for number in range(first, whole):
+        length = (number % 7 if number < 14 else (number - 14) % 6) < 3
+        moved = np.zeros((len(off), whole))
+        moved[:, number] = step = _STEP_MM if length else _STEP
+        both = [twists(spans, stand, middles, sign * moved).reshape(rows) for sign in (1, -1)]
+        change[:, :, number - first] = (both[0] - both[1]) / (2 * step)
+    resists = stiffness.reshape(rows)
+    force = np.einsum("sji,sj->si", change, resists * off)
+    matrix = np.swapaxes(change, 1, 2) @ (resists[:, :, None] * change)
+    return 0.5 * float((resists * off**2).sum()), force, matrix
+
+
+def _along(start: Attitude, twist: Floats) -> Attitude:
+    """Return where motions and turns in the plane lead from frames."""
+    turn = twist[:, 5]
+    chord = (twist[:, 0] + 1j * twist[:, 1]) * np.sinc(turn / (2 * np.pi)) * np.exp(0.5j * turn)
+    place = np.stack([chord.real, chord.imag, np.zeros(len(turn))], axis=1)
+    return start.then(place, twist[:, 3:])
+
+
+def twists(
+    spans: Spans, stand: Stand, middles: list[Attitude], moved: Floats | None = None
+) -> Floats:
+    """Return how each piece leads from end to end, (S, M, 6); ``moved`` shifts all numbers."""
+    whole = 14 + 6 * (PIECES - 1)
+    moved = np.zeros((len(spans.thread), whole)) if moved is None else moved
+    start, end = _ends(spans, stand, moved[:, :14])
+    own = np.split(moved[:, 14:], PIECES - 1, axis=1)
+    between = (one.then(by[:, :3], by[:, 3:]) for one, by in zip(middles, own, strict=True))
+    chain = [start, *between, end]
+    return np.stack([_twist(*pair) for pair in pairwise(chain)], axis=1)
 
 
 def _twist(one: Attitude, other: Attitude) -> Floats:
@@ -186,7 +289,7 @@ def _twist(one: Attitude, other: Attitude) -> Floats:
 def resistance(spans: Spans, young: Floats, poisson: Floats, thickness: Floats) -> Floats:
     """Return what resists each piece's six strains, (S, 2, 6), given those of threads."""
     e, nu, t = (values[spans.thread][:, None] for values in (young, poisson, thickness))
-    w, length = spans.width, spans.rest[..., 0]
+    w, length = spans.width, spans.length
     g, area = e / (2 + 2 * nu), w * t
     whole = [e * area, _SHEAR * g * area, _SHEAR * g * area, g * w * t**3 / 3,
              e * w * t**3 / 12, e * t * w**3 / 12]  # fmt: skip
@@ -195,7 +298,7 @@ def resistance(spans: Spans, young: Floats, poisson: Floats, thickness: Floats) 
 
 def weights(spans: Spans, density: Floats, thickness: Floats, count: int) -> Floats:
     """Return the weight that each crossing bears, N: half of each span that leads to it."""
-    area = (spans.width * spans.rest[..., 0]).sum(axis=1)
+    area = (spans.width * spans.length).sum(axis=1)
     half = GRAVITY * 1e-9 * (density * thickness)[spans.thread] * area / 2
     both = np.bincount(spans.crossing.ravel(), np.repeat(half, 2), minlength=count)
     return both.astype(np.float64)
@@ -222,30 +325,19 @@ class Pull:
 
 def pull_of(spans: Spans, stand: Stand, stiffness: Floats, count: int) -> Pull:
     """Return what strips want of each crossing."""
-    off = (twists(spans, stand) - spans.rest).reshape(-1, 12)
-    change = np.zeros((len(off), 12, 20))
-    lengths = [0, 1, 2, 7, 8, 9, 14, 15, 16]
-    for number in range(20):
-        step = _STEP_MM if number in lengths else _STEP
-        moved = np.zeros((len(off), 20))
-        moved[:, number] = step
-        both = [twists(spans, stand, sign * moved).reshape(-1, 12) for sign in (1, -1)]
-        change[:, :, number] = (both[0] - both[1]) / (2 * step)
-    resists = stiffness.reshape(-1, 12)
-    force = np.einsum("sji,sj->si", change, resists * off)
-    matrix = np.einsum("ski,sk,skj->sij", change, resists, change, optimize=True)
-    # Middles follow: what they gain is no longer in store.
+    middles = middles_of(spans, stand, stiffness)
+    energy, force, matrix = _wants(spans, stand, stiffness, middles, 0)
+    # Middles follow.
     follow = np.linalg.solve(
         matrix[:, 14:, 14:], np.concatenate([matrix[:, 14:, :14], force[:, 14:, None]], axis=2)
     )
-    energy = 0.5 * ((resists * off**2).sum() - (force[:, 14:] * follow[:, :, 14]).sum())
     ends = force[:, :14] - np.einsum("sij,sj->si", matrix[:, :14, 14:], follow[:, :, 14])
     matrix = matrix[:, :14, :14] - matrix[:, :14, 14:] @ follow[:, :, :14]
     total, stiff = np.zeros((count, 7)), np.zeros((count, 7, 7))
     for side, own in ((0, slice(0, 7)), (1, slice(7, 14))):
         np.add.at(total, spans.crossing[:, side], ends[:, own])
         np.add.at(stiff, spans.crossing[:, side], matrix[:, own, own])
-    return Pull(float(energy), total, stiff)
+    return Pull(energy, total, stiff)
 
 
 def moves(force: Floats, stiff: Floats) -> Floats:

@@ -37,7 +37,7 @@ READY = "cut"
 #: Where rings lie, and the record that tells of them.
 RIM, RIM_RECORD = "rim", "rim/rim.json"
 #: Where it is told how the object is when it was let go, and its model then.
-FORM, RELAXED = "form.json", "model_relaxed.glb"
+FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
 #: Where offcuts lie.
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
@@ -405,7 +405,9 @@ def load_job(directory: Path, tally: Tally) -> Job:
         if (directory / FORM).is_file()
         else None,
         relaxed=read(RELAXED, read_model) if (directory / RELAXED).is_file() else None,
-        verdict=read("verdict.json", lambda path: read_json(path, dict)),
+        verdict=read(VERDICT, lambda path: read_json(path, dict))
+        if (directory / VERDICT).is_file()
+        else None,
     )
 
 

@@ -40,19 +40,22 @@ function colourSchemes(plan) {
     step: (piece, index) => plan.stepOf[index] + 1,
     material: (piece) => sheetOf(piece).material,
     kind: (piece) => `kind ${piece.kind}`,
+    ...(plan.data.space.let_go ? { form: () => "" } : {}),
   };
 }
 
 /** Colour all pieces by a scheme.
  *
  * Returns for each piece its colours along it, each with the number of rungs that have it, the one
- * that it has flat, and the groups: name, colour and members; null where a ramp says it all. */
+ * that it has flat, and the groups: name, colour and members; null where a ramp says it all, between
+ * its two ends. */
 function colourBy(plan, scheme) {
   const groupOf = colourSchemes(plan)[scheme], counts = plan.data.space.counts;
   if (!groupOf) return jobColours(plan);
+  if (scheme === "form") return formColours(plan);
   if (scheme === "step") {
     const flat = plan.pieces.map((_, index) => rampColour(plan.stepOf[index] / Math.max(plan.steps.length - 1, 1)));
-    return { runs: flat.map((colour, index) => [[colour, counts[index]]]), flat, groups: null };
+    return { runs: flat.map((colour, index) => [[colour, counts[index]]]), flat, groups: null, ends: ["step 1", `step ${plan.steps.length}`] };
   }
   const members = groupedBy(plan.pieces.map((_, index) => index), (index) => groupOf(plan.pieces[index], index));
   // Threads stand in the order of their labels already: AA comes after Z.
@@ -82,10 +85,25 @@ function jobColours(plan) {
   return { runs, flat, groups: !told || groups.size > 6 ? [] : [...groups.values()] };
 }
 
+/** How far each place goes when the object is let go: to the farthest of all. */
+function formColours(plan) {
+  const { let_go: going, counts } = plan.data.space, rungs = counts.reduce((sum, count) => sum + count, 0);
+  const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
+  const away = goneMm(motionOf(going, bytes, rungs)), most = Math.max(...away, 1e-9), runs = [], flat = [];
+  let first = 0;
+  for (const count of counts) {
+    const own = Array.from(away.subarray(first, first + count));
+    runs.push(own.map((mm) => [rampColour(mm / most), 1]));
+    flat.push(rampColour(own.reduce((sum, mm) => sum + mm, 0) / count / most));
+    first += count;
+  }
+  return { runs, flat, groups: null, ends: ["0 mm", `${most < 10 ? most.toFixed(1) : Math.round(most)} mm`] };
+}
+
 /** What a legend shows: a swatch and a name for each group, which shows it alone. */
-function legendOf(plan, { groups }) {
+function legendOf(plan, { groups, ends }) {
   if (!groups)
-    return `<li>step 1</li><li class="ramp" style="background:linear-gradient(to right, ${RAMP.join(", ")})"></li><li>step ${plan.steps.length}</li>`;
+    return `<li>${ends[0]}</li><li class="ramp" style="background:linear-gradient(to right, ${RAMP.join(", ")})"></li><li>${ends[1]}</li>`;
   const rows = groups.slice(0, MOST_NAMED).map(({ name, colour }, k) => `<li><button type="button" data-group="${k}" title="Show alone">
     <span class="swatch" style="background:${colour}"></span>${escaped(name)}</button></li>`);
   if (groups.length > MOST_NAMED) rows.push(`<li>and ${groups.length - MOST_NAMED} more</li>`);

@@ -291,9 +291,19 @@ const PLAY_MS = 2600;
       update();
     };
     for (const id of ["there", "later"]) by(id).addEventListener("input", ghost);
+    const known = Boolean(plan.data.space.let_go), letGo = () => {
+      by("let-go").querySelector("output").textContent = `\u00d7${by("gone").value}`;
+      space.letGo(Number(by("gone").value));
+    };
+    for (const id of ["let-go", "swaying"]) by(id).hidden = !known;
+    by("gone").addEventListener("input", letGo);
+    by("sway").addEventListener("change", () => space.sway(by("sway").checked));
     by("parallel").addEventListener("change", () => space.straighten(by("parallel").checked));
     by("home").addEventListener("click", () => {
-      for (const id of ["explode", "cut", "there", "later"]) by(id).value = by(id).defaultValue;
+      for (const id of ["explode", "cut", "there", "later", "gone"]) by(id).value = by(id).defaultValue;
+      by("sway").checked = false;
+      space.sway(false);
+      letGo();
       ghost();
       space.spread(0);
       space.cut(0);
@@ -330,6 +340,7 @@ const PLAY_MS = 2600;
   window.addEventListener("afterprint", () => by("picture").removeAttribute("src"));
   window.addEventListener("hashchange", readAddress);
   by("slider").max = last;
+  for (const option of by("colours").options) option.hidden = !schemes.includes(option.value);
   by("facts").textContent = `${plan.pieces.length} pieces, ${plan.spares.length ? `${plan.spares.length} spare${plan.spares.length === 1 ? "" : "s"}, ` : ""}${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
   if (space) {
     const dark = matchMedia("(prefers-color-scheme: dark)"), paper = () => space.paper(getComputedStyle(by("space")).getPropertyValue("--paper").trim());

@@ -5,10 +5,10 @@ const THERE = 0.5;
 
 const STRIP_VERTEX = `
 attribute float piece, across, along, dip;
-attribute vec3 tint, away;
+attribute vec3 tint, away, going, sway;
 uniform sampler2D states;
 uniform vec2 size;
-uniform float spread;
+uniform float spread, gone, swing;
 varying vec4 vState;
 varying vec3 vNormal, vTint, vPlace;
 varying float vAcross, vAlong, vDip, vPiece;
@@ -17,7 +17,7 @@ void main() {
   vNormal = normalMatrix * normal;
   vTint = tint;
   vAcross = across; vAlong = along; vDip = dip; vPiece = piece;
-  vPlace = position + spread * away;
+  vPlace = position + spread * away + gone * going + swing * sway;
   gl_Position = projectionMatrix * modelViewMatrix * vec4(vPlace, 1.0);
   if (vState.a < 0.1) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;

@@ -8,6 +8,8 @@ const UNCUT = 1e9;
 const SEEN = 0.45;
 /** Views are compared in pictures of this size, for no longer than this. */
 const GLIMPSE = [150, 110], GLIMPSES_MS = 500;
+/** How far an object sways, as a share of its radius, and milliseconds for a radian. */
+const SWING = 0.08, SWING_MS = 700;
 /** When nothing has changed for so long, labels are placed and edges are smoothed. */
 const REST_MS = 160;
 
@@ -45,7 +47,7 @@ function makeSpace(canvas, over, plan, tell) {
   const states = new THREE.DataTexture(table, 256, table.length / 1024, THREE.RGBAFormat, THREE.UnsignedByteType);
   const uniforms = {
     states: { value: states }, size: { value: new THREE.Vector2(256, table.length / 1024) },
-    paper: { value: new THREE.Color(0xffffff) }, there: { value: THERE }, later: { value: 0 }, spread: { value: 0 }, cut: { value: new THREE.Vector4(0, 0, 1, UNCUT) },
+    paper: { value: new THREE.Color(0xffffff) }, there: { value: THERE }, later: { value: 0 }, spread: { value: 0 }, gone: { value: 0 }, swing: { value: 0 }, cut: { value: new THREE.Vector4(0, 0, 1, UNCUT) },
     // Chevrons are about as long as a strip is wide.
     pitch: { value: 0.8 * usualWidth(made.position) },
   };
@@ -61,7 +63,7 @@ function makeSpace(canvas, over, plan, tell) {
   const every = Math.ceil(spots.length / 400);
   const outer = spots.filter((_, k) => k % every === 0).flatMap((places) => places.map(({ point }) => point));
 
-  let drawn = 0, rest = 0, anchors = [], wanted = [], mark = null, landing = null;
+  let drawn = 0, rest = 0, swaying = 0, anchors = [], wanted = [], mark = null, landing = null;
   // The piece that is to be seen, and how much of it is enough.
   let sought = -1, enough = SEEN;
   // How pieces were shown last, and the triangles that must be drawn over what is seen; null: all.
@@ -322,6 +324,22 @@ function makeSpace(canvas, over, plan, tell) {
       const reach = ball.radius * (1 + uniforms.spread.value), normal = new THREE.Vector3(value.x, value.y, value.z);
       value.w = share ? ball.center.dot(normal) + reach * (1 - 2 * share) : UNCUT;
       drawAll();
+    },
+    /** Show the object let go: so many times as far as it goes. */
+    letGo(times) {
+      uniforms.gone.value = times;
+      drawAll();
+    },
+    /** Let it move as it does most easily, slowly, or stand still. */
+    sway(on) {
+      cancelAnimationFrame(swaying);
+      const begun = performance.now();
+      const swing = (now) => {
+        uniforms.swing.value = on ? SWING * ball.radius * Math.sin((now - begun) / SWING_MS) : 0;
+        drawAll();
+        if (on) swaying = requestAnimationFrame(swing);
+      };
+      swing(begun);
     },
     /** Let the pieces of a step fly to their places, unless motion is not wanted. */
     fly(step, pieces) {

@@ -9,6 +9,7 @@ function readStrips(space, plan) {
     position: corners, normal: new Float32Array(rungs * 6), piece: new Float32Array(rungs * 2),
     across: new Float32Array(rungs * 2), along: new Float32Array(rungs * 2), dip: new Float32Array(rungs * 2),
     tint: new Float32Array(rungs * 6), away: new Float32Array(rungs * 6),
+    going: motionOf(space.let_go, bytes, rungs), sway: motionOf(space.sway, bytes, rungs),
   };
   const ball = ballOf(corners), quads = [], spots = [], firsts = [], centres = [];
   const right = new THREE.Vector3(), left = new THREE.Vector3(), way = new THREE.Vector3();
@@ -62,6 +63,21 @@ function readStrips(space, plan) {
     first += count;
   });
   return { made, ball, spots, firsts, centres, counts: space.counts, placed: corners.slice(), ...inOrder(plan, quads) };
+}
+
+/** How the ends of all rungs move, millimetres; nowhere, where that is not known. */
+function motionOf(motion, bytes, rungs) {
+  const steps = new Float32Array(rungs * 6);
+  if (!motion) return steps;
+  const raw = new DataView(bytes(motion.steps).buffer);
+  return steps.map((_, k) => motion.step_mm * raw.getInt16(2 * k, true));
+}
+
+/** How far each rung goes when the object is let go, millimetres. */
+function goneMm(going) {
+  const right = new THREE.Vector3(), left = new THREE.Vector3();
+  return Float32Array.from({ length: going.length / 6 }, (_, k) =>
+    right.fromArray(going, 6 * k).add(left.fromArray(going, 6 * k + 3)).length() / 2);
 }
 
 /** The ball around all corners, about the middle of their box. */
