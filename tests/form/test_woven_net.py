@@ -39,7 +39,7 @@ def test_a_net_has_the_weight_and_the_length_of_its_ribbons():
         spans = np.flatnonzero(
             np.isin(np.arange(len(net.ends)), np.arange(*threads.offsets[thread : thread + 2]))
         )
-        assert net.rest[spans, :, 0].sum() == pytest.approx(length, rel=0.02)
+        assert net.rest[spans, :, 0].sum() == pytest.approx(length, rel=0.03)
     # Nothing but bending and twisting, a little stretch, and no turn at pins.
     twist, _ = strains(net, state)
     assert np.abs(twist - net.rest)[..., 0].max() < 0.05 * net.rest[..., 0].max()
