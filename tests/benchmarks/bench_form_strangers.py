@@ -8,9 +8,9 @@ and there, and the ratios.
 
 There, strips are straight beams (Euler and Bernoulli's) from rung to rung of the ribbons in space.
 Nothing of the form room is used: what a strip was bent, turned and stretched by from the flat is
-read at each rung, where one facet meets the next, and its moments and forces are let go as loads. It
-is linear: displacements are small to how strips are bent, and our first step of Newton's is beside
-it, too.
+read at each rung, where one facet meets the next, and its moments and forces are let go as loads.
+It is linear: displacements are small to how strips are bent, and our first step of Newton's is
+beside it, too.
 """
 
 import tempfile
@@ -93,7 +93,23 @@ def model_of(woven):
     return read_model(path)
 
 
-def moves_there(woven, body: Body, pins):
+def balance(ops, loads):
+    """Let forces and moments at nodes go, and find where all comes to rest."""
+    ops.timeSeries("Linear", 1)
+    ops.pattern("Plain", 1, 1)
+    for at, moment in loads.items():
+        ops.load(at, *np.asarray(moment).tolist())
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("UmfPack")
+    ops.algorithm("Linear")
+    ops.integrator("LoadControl", 1.0)
+    ops.analysis("Static")
+    if ops.analyze(1) != 0:
+        raise RuntimeError("OpenSees found no balance")
+
+
+def moves_there(woven, body: Body, pins):  # noqa: PLR0915 - a model is a list of statements
     """Return how crossings move in OpenSees, (X, 3)."""
     import openseespy.opensees as ops  # noqa: PLC0415 - it may not be there
 
@@ -186,18 +202,7 @@ def moves_there(woven, body: Body, pins):
         ops.fix(node, *[1] * 6)
         ops.element("zeroLength", tag, at + 1, node, "-mat", 2, 2, 2, "-dir", 1, 2, 3)
         node, tag = node + 1, tag + 1
-    ops.timeSeries("Linear", 1)
-    ops.pattern("Plain", 1, 1)
-    for at, moment in loads.items():
-        ops.load(at, *np.asarray(moment).tolist())
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    ops.system("UmfPack")
-    ops.algorithm("Linear")
-    ops.integrator("LoadControl", 1.0)
-    ops.analysis("Static")
-    if ops.analyze(1) != 0:
-        raise RuntimeError("OpenSees found no balance")
+    balance(ops, loads)
     return np.array([ops.nodeDisp(at + 1)[:3] for at in range(count)])
 
 
