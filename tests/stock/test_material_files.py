@@ -99,6 +99,7 @@ SPOILT = {
     "metal": ["no"],
     "colour": ["red"],
     "young_mpa": [[4500.0], [0.0, 1.0], 3000.0],
+    "turning_nmm": [[1.0], [0.0, 25.0], 25.0],
     "poisson": [0.5, -0.1],
     "young_source": [7],
     "min_bend_radius_t": [None],

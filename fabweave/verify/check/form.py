@@ -37,8 +37,9 @@ BARE, ONE, MORE = 1.0, 25.0, 10_000.0
 #: Energies agree to this share; and no crossing wants to move farther by itself than this share of
 #: the size, or by this.
 ENERGY, MOVE, MOVE_MM = 0.05, 2e-3, 0.2
-#: Or than this share of how far it went in all.
-FAR = 0.1
+#: Or than this share of how far it went in all; the farther that is, the more ways a strip may rest
+#: in between two crossings: energies may differ by so many times the share of the size.
+FAR, SLACK = 0.1, 2.0
 #: What stands bears all weights, to this share.
 BORNE = 0.05
 #: Distances are told to hundredths of a millimetre.
@@ -143,7 +144,7 @@ class _Proof:
         self.load = _load(job, required(job.map))
         self.held = np.isin(np.arange(self.count), form["held"]) * float(form["held_n_mm"])
         self.hung = "hang" in job.options
-        self.limit = max(MOVE * float(np.ptp(required(job.mesh).vertices, axis=0).max()), MOVE_MM)
+        self.size = float(np.ptp(required(job.mesh).vertices, axis=0).max())
         #: What strips want of crossings where they were let go, and where these are then.
         self.still, self.first = np.zeros((self.count, 7)), weave.wished
 
@@ -181,14 +182,11 @@ class _Proof:
             force[:, :3] += np.einsum("nji,nj->ni", stand.bodies.axes, push)
             stiff[:, :3, :3] += self.held[:, None, None] * np.eye(3)
         off = abs(stored + outer - state["energy_nmm"]) / max(stored, 1e-9)
-        place.at_most("energy", off, ENERGY, "its energy is {} of itself off what is said")
+        most = ENERGY + SLACK * went / self.size
+        place.at_most("energy", off, most, "its energy is {} of itself off what is said")
         wants = float(moves(force, stiff).max())
-        place.at_most(
-            "balance_mm",
-            wants,
-            max(self.limit, FAR * went),
-            "a crossing is {} from where forces balance",
-        )
+        limit = max(MOVE * self.size, MOVE_MM, FAR * went)
+        place.at_most("balance_mm", wants, limit, "a crossing is {} from where forces balance")
         self._check_distances(state["name"], places, told, place)
 
     def _check_distances(
