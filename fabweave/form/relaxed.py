@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from fabweave.core.arrays import FloatArray, frozen
 from fabweave.core.records import record
 from fabweave.form.body import HELD_N_MM
-from fabweave.form.net import Net, State, turned
+from fabweave.form.net import State, turned
 from fabweave.form.screw import Frames
 from fabweave.form.settle import Settled
 from fabweave.ribbon.project import Ribbons
@@ -68,9 +68,11 @@ class StateRecord:
         Of each crossing its place and its rotation vector: x along the strand above, z outward.
     angles : tuple of float
         Of each crossing, from the strand above to the one below, about the normal.
-    turning : tuple of (int, tuple of six floats each)
-        Of strips that turn back between two crossings, which may rest in several ways: their number
-        among all from crossing to crossing, and the frames at each quarter of the way.
+    inner : tuple of six floats each
+        The frames of strips at each quarter of the way from crossing to crossing, thread after
+        thread: between two crossings, a strip may rest in more than one way.
+    settled : bool
+        Whether it came to rest.
     """
 
     name: str
@@ -78,7 +80,8 @@ class StateRecord:
     residual_n: float
     bodies: tuple[tuple[float, ...], ...]
     angles: tuple[float, ...]
-    turning: tuple[tuple[int, tuple[tuple[float, ...], ...]], ...]
+    inner: tuple[tuple[float, ...], ...]
+    settled: bool
 
 
 @record
@@ -146,19 +149,12 @@ def form_record(settled: Settled) -> FormRecord:
                 residual_n=round(rest.residual, 6),
                 bodies=_rows(rest.state.bodies),
                 angles=tuple(rest.state.angles.round(_RADIANS).tolist()),
-                turning=_turning(body.net, rest.state),
+                inner=_rows(rest.state.inner),
+                settled=rest.settled,
             )
             for name, rest in settled.states.items()
         ),
     )
-
-
-def _turning(net: Net, state: State) -> Any:
-    """Return the inner frames of spans that turn by more than a quarter as they were cut."""
-    inner = net.rest.shape[1] - 1
-    rows = _rows(state.inner)
-    turns = np.abs(net.rest[..., 5].sum(axis=1)) > np.pi / 2
-    return tuple((at, rows[inner * at : inner * (at + 1)]) for at in np.flatnonzero(turns).tolist())
 
 
 def _rows(frames: Frames) -> Any:

@@ -20,6 +20,8 @@ from fabweave.mesh.likeness import name_place
 BOUND, STANDS = 0.01, 0.1
 #: When steps gain no more than this share of the energy, what is left is less than a maker sees.
 _GAIN = 2e-5
+#: Weight does little to what strips have in store, and is to be borne.
+_SAG_GAIN = 1e-9
 #: A mode is loose if its own weight is enough to push an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
 #: At so many crossings, evenly chosen, it is tried how far a thumb moves them.
@@ -197,7 +199,7 @@ def let_go(body: Body, pins: FloatArray) -> Rests:
     places = free.state.bodies.origin
     held = body.held(places)
     stands = standing(net, held, places)
-    stood = relax(stands, free.state, gain=_GAIN)
+    stood = relax(stands, free.state, gain=_SAG_GAIN)
     away = np.linalg.norm(places - body.places, axis=1)
     return Rests(free, held, stands, stood, away, _sag(body, stood, free))
 
@@ -222,7 +224,7 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         states = {"let go": free, "standing": stood}
         if body.load.any():
             more = replace(net, weight=net.weight + body.load)
-            states["loaded"] = relax(more, stood.state, gain=_GAIN)
+            states["loaded"] = relax(more, stood.state, gain=_SAG_GAIN)
         unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
         count = min(_MODES, 6 * net.n_bodies - 1)
         stiffness, motion = soft_modes(unmoved, free.state, count)

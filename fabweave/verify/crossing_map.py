@@ -388,7 +388,8 @@ class StateRecord(TypedDict):
     residual_n: float
     bodies: list[list[float]]
     angles: list[float]
-    turning: list[tuple[int, list[list[float]]]]
+    inner: list[list[float]]
+    settled: bool
 
 
 class FormRecord(TypedDict):

@@ -40,10 +40,11 @@ def strip(length, width=10.0, turn=0.0):
 
 
 def stand(*frames):
-    """Return how two crossings stand: each a place and a rotation vector."""
+    """Return how two crossings stand, and pieces between them: places and rotation vectors."""
     place, turn = (np.array([frame[at] for frame in frames], dtype=float) for at in (0, 1))
-    both = Attitude(place, Rotation.from_rotvec(turn).as_matrix())
-    return Stand(both, np.zeros(2), np.zeros(0, dtype=np.int64))
+    all_ = Attitude(place, Rotation.from_rotvec(turn).as_matrix())
+    inner = [all_.at(np.array([at])) for at in range(1, PIECES)]
+    return Stand(all_.at(np.array([0, PIECES])), np.zeros(2), inner)
 
 
 def arc(radius, share, axis):
@@ -59,7 +60,7 @@ def test_a_strip_that_is_bent_to_an_arc_has_its_known_energy(axis, inertia):
     radius = 30.0
     length = radius * np.pi / 2
     spans = strip(length)
-    bent = stand(*(arc(radius, share, axis) for share in (0.0, 1.0)))
+    bent = stand(*(arc(radius, share, axis) for share in np.linspace(0, 1, PIECES + 1)))
     stiffness = resistance(spans, *CARD)
     found = pull_of(spans, bent, stiffness, 2)
     assert found.energy_nmm == pytest.approx(3000 * inertia * length / radius**2 / 2, rel=1e-6)
@@ -71,7 +72,7 @@ def test_a_strip_that_is_bent_to_an_arc_has_its_known_energy(axis, inertia):
 
 def test_as_it_was_cut_it_stores_nothing():
     spans = strip(30.0 * np.pi / 2, turn=np.pi / 2)
-    bent = stand(*(arc(30.0, share, "z") for share in (0.0, 1.0)))
+    bent = stand(*(arc(30.0, share, "z") for share in np.linspace(0, 1, PIECES + 1)))
     stiffness = resistance(spans, *CARD)
     middles = middles_of(spans, bent, stiffness)
     assert twists(spans, bent, middles) == pytest.approx(spans.rest, abs=1e-9)
@@ -80,7 +81,7 @@ def test_as_it_was_cut_it_stores_nothing():
 
 def test_a_pulled_strip_wants_back_as_far_as_it_was_pulled():
     spans = strip(40.0)
-    pulled = stand(((0, 0, 0), FLAT), ((40.5, 0, 0), FLAT))
+    pulled = stand(*(((40.5 * at / PIECES, 0, 0), FLAT) for at in range(PIECES + 1)))
     found = pull_of(spans, pulled, resistance(spans, *CARD), 2)
     assert found.force[:, 0] == pytest.approx([-150.0, 150.0], rel=1e-6)
     assert moves(found.force, found.stiff) == pytest.approx([0.5, 0.5], rel=1e-3)
@@ -178,6 +179,7 @@ SPOILT = [
     (lambda d: state(d, "let go")["bodies"].pop(), "one row for each"),
     (lambda d: state(d, "let go").update(angles=[0.1] * len(state(d, "let go")["angles"])),
      "of itself off what is said"),
+    (lambda d: state(d, "let go").update(settled=False), "came to rest"),
 ]  # fmt: skip
 
 

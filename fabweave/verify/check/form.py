@@ -150,12 +150,10 @@ class _Proof:
 
     def check(self, state: StateRecord, told: dict[str, Any], place: Place) -> None:
         """Check one state: its energy, whether forces are in balance, and how far crossings are."""
-        turning = np.array([span for span, _ in state["turning"]], dtype=np.int64)
-        inner = np.array([rows for _, rows in state["turning"]]).reshape(-1, PIECES - 1, 6)
+        inner = np.array(state["inner"]).reshape(len(self.weave.spans.thread), PIECES - 1, 6)
         stand = Stand(
             _attitude(state["bodies"]),
             np.array(state["angles"]),
-            turning,
             [_attitude(rows) for rows in np.swapaxes(inner, 0, 1)],
         )
         free, places = state["name"] == "let go", stand.bodies.place
@@ -166,7 +164,7 @@ class _Proof:
         force, stiff = found.force, found.stiff
         force[:, 6] += self.pins * turned
         stiff[:, 6, 6] += self.pins
-        outer = 0.0
+        outer = missing = 0.0
         if free:
             self.still, self.first = force, places
         else:
@@ -175,19 +173,23 @@ class _Proof:
             outer = float(bears @ places[:, 2] + 0.5 * (self.held[:, None] * sunk**2).sum())
             push = self.held[:, None] * sunk
             missing = abs(push[:, 2].sum() + bears.sum()) / bears.sum()
-            place.at_most("borne", missing, BORNE, "what holds it bears {} of its weight otherwise")
             push[:, 2] += bears
             # Of what strips want, only what changed counts, and rounding goes.
             force = force - self.still
             force[:, :3] += np.einsum("nji,nj->ni", stand.bodies.axes, push)
             stiff[:, :3, :3] += self.held[:, None, None] * np.eye(3)
+        self._check_distances(state["name"], places, told, place)
+        if not state["settled"]:
+            place.equal("whether it came to rest", told.get("settled"), False)
+            return
+        if not free:
+            place.at_most("borne", missing, BORNE, "what holds it bears {} of its weight otherwise")
         off = abs(stored + outer - state["energy_nmm"]) / max(stored, 1e-9)
         most = ENERGY + SLACK * went / self.size
         place.at_most("energy", off, most, "its energy is {} of itself off what is said")
         wants = float(moves(force, stiff).max())
         limit = max(MOVE * self.size, MOVE_MM, FAR * went)
         place.at_most("balance_mm", wants, limit, "a crossing is {} from where forces balance")
-        self._check_distances(state["name"], places, told, place)
 
     def _check_distances(
         self, name: str, places: Floats, told: dict[str, Any], place: Place

@@ -180,16 +180,13 @@ class Stand:
         Crossings.
     angles : (X,) float array
         From the strand above to the one below.
-    turning : (R,) int array
-        The spans that turn back, which may rest in more than one way,
     inner : sequence of Attitude
-        and where their pieces meet.
+        Where the pieces of spans meet, about.
     """
 
     bodies: Attitude
     angles: Floats
-    turning: Ints
-    inner: Sequence[Attitude] = ()
+    inner: Sequence[Attitude]
 
 
 def _ends(spans: Spans, stand: Stand, moved: Floats) -> list[Attitude]:
@@ -209,19 +206,7 @@ def _ends(spans: Spans, stand: Stand, moved: Floats) -> list[Attitude]:
 
 def middles_of(spans: Spans, stand: Stand, stiffness: Floats) -> list[Attitude]:
     """Return where pieces want to meet."""
-    start, end = _ends(spans, stand, np.zeros((len(spans.thread), 14)))
-    ahead, back = [start], [end]
-    for piece in range(PIECES - 1):
-        ahead.append(_along(ahead[-1], spans.rest[:, piece]))
-        # Back from the end: with the motion against its own way, and the turn the other way round.
-        back.append(_along(back[-1], -spans.rest[:, PIECES - 1 - piece]))
-    middles = []
-    for share, one, other in zip(_SHARES.tolist(), ahead[1:], back[:0:-1], strict=True):
-        turn = Rotation.from_matrix(np.swapaxes(one.axes, 1, 2) @ other.axes).as_rotvec()
-        axes = one.axes @ Rotation.from_rotvec(share * turn).as_matrix()
-        middles.append(Attitude(one.place + share * (other.place - one.place), axes))
-    for one, told in zip(middles, stand.inner, strict=len(stand.turning) > 0):
-        one.place[stand.turning], one.axes[stand.turning] = told.place, told.axes
+    middles = list(stand.inner)
     for _ in range(_ROUNDS):
         force, matrix = _wants(spans, stand, stiffness, middles, 14)[1:]
         step = -np.linalg.solve(matrix, force[:, :, None])[:, :, 0].astype(np.float64)
@@ -252,14 +237,6 @@ def _wants(
     force = np.einsum("sji,sj->si", change, resists * off)
     matrix = np.swapaxes(change, 1, 2) @ (resists[:, :, None] * change)
     return 0.5 * float((resists * off**2).sum()), force, matrix
-
-
-def _along(start: Attitude, twist: Floats) -> Attitude:
-    """Return where motions and turns in the plane lead from frames."""
-    turn = twist[:, 5]
-    chord = (twist[:, 0] + 1j * twist[:, 1]) * np.sinc(turn / (2 * np.pi)) * np.exp(0.5j * turn)
-    place = np.stack([chord.real, chord.imag, np.zeros(len(turn))], axis=1)
-    return start.then(place, twist[:, 3:])
 
 
 def twists(
