@@ -20,12 +20,17 @@ from fabweave.piece.joint.fastening import parse_fastening
 _POWER = 8
 #: So many crossings are fastened at first, as a share of all; each time as many again.
 _FIRST = 1 / 64
+#: Where all of them cannot bring it within the bound, none are worth it if it goes as far as this
+#: share of what it does without them.
+_WORTH = 0.75
 #: What fasteners cannot bring within the bound, they are to bring so near to what all of them do,
 #: as a share of what all gain; a gain of less than such a share of the bound is none.
 _MOST_OF_IT, _A_GAIN = 0.75, 0.1
 #: What keeps within this share of the bound to first order does so in the end; else it is let go,
 #: and the bound to first order is corrected, so often, and to a little less than what is missed.
 _SURELY, _TRIES, _NEARER = 0.4, 4, 0.97
+#: Shares of all crossings that are tried where a first step tells little.
+_SHARES = (1 / 8, 1 / 4, 0.45)
 #: Objects of more crossings are not let go only to find their fasteners.
 _MOST_CLOSELY = 3000
 #: Damping, as a share of a strip's own bending: rigid motions are free.
@@ -203,17 +208,43 @@ class Hold:
             return fastened
         least = foretold(roomy).most_mm
         if least > bound:
+            if least > _WORTH * most:
+                return fastened
             bound = max(bound, least + (1 - _MOST_OF_IT) * (most - least))
             if most - bound < _A_GAIN * self.bound_mm:
                 return fastened
-        aim = bound * min(1.0, most / really)
+        aim, began, tried = bound * min(1.0, most / really), really, []
         for _ in range(_TRIES):
             found = _fewest(foretold, fastened, alike, roomy, aim)
             really = becomes(found, foretold(found).most_mm)
+            tried.append((int(found.sum()), really, found))
             if really <= bound or found.sum() == roomy.sum():
                 break
             aim *= _NEARER * bound / really
-        return found
+        enough = began - _MOST_OF_IT * (began - really)
+        # Where a first step tells little, some shares of all are tried.
+        for share in _SHARES if found.sum() == roomy.sum() and self.closely else ():
+            some = _best(foretold(fastened).gains, fastened, alike, roomy, share)
+            reached = let_go(self.body, self.body.pins(some, self.riveted)).most_mm
+            tried.insert(0, (int(some.sum()), reached, some))
+            if reached <= enough:
+                break
+        # What does most of it with less than half of the fasteners is worth more than the last bit.
+        count = tried[-1][0]
+        fewer = [one for one in tried if one[1] <= enough and 2 * one[0] < count]
+        return min(fewer, key=lambda one: one[0], default=tried[-1])[2]
+
+
+def _best(
+    gains: FloatArray, fastened: BoolArray, alike: IntArray, roomy: BoolArray, share: float
+) -> BoolArray:
+    """Return a share of what may be fastened, the groups first that are worth most."""
+    free = np.bincount(alike[roomy & ~fastened], minlength=int(alike.max(initial=-1)) + 1)
+    own = np.bincount(alike, np.where(roomy & ~fastened, gains, 0.0), minlength=len(free))
+    order = np.argsort(-own / np.maximum(free, 1), kind="stable")
+    chosen = np.zeros(len(free), dtype=np.bool_)
+    chosen[order[np.cumsum(free[order]) <= share * free.sum()]] = True
+    return np.asarray(fastened | (chosen[alike] & roomy))
 
 
 def _fewest(
