@@ -149,7 +149,8 @@ def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "H
     joints = joined.joints
     riveted = joints.crossing if joints.rule.fasteners > 1 else joints.crossing[:0]
     bound_mm = fastening.bound_mm or BOUND * body.size_mm
-    return Hold(body, riveted, bound_mm, closely and len(body.places) <= _MOST_CLOSELY)
+    closely = closely and len(body.places) <= _MOST_CLOSELY
+    return Hold(body, riveted, bound_mm, closely, strict=fastening.bound_mm is not None)
 
 
 @frozen_value
@@ -165,12 +166,15 @@ class Hold:
         The object is to go no farther.
     closely : bool
         Whether to let it go, and not only to foretell what it does.
+    strict : bool
+        Whether the bound was asked for; else most of the way is enough where the rest costs dear.
     """
 
     body: Body
     riveted: IntArray
     bound_mm: float
     closely: bool = True
+    strict: bool = True
 
     def __call__(self, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> BoolArray:
         """Return which crossings to fasten, (X,).
@@ -190,6 +194,10 @@ class Hold:
         """
         with threadpool_limits(limits=1, user_api="blas"):
             return self._chosen(fastened, alike, roomy | fastened)
+
+    @property
+    def _eased(self) -> bool:
+        return self.closely and not self.strict
 
     def _chosen(self, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> BoolArray:
         foresee, bound = Foresight(self.body), self.bound_mm
@@ -223,7 +231,7 @@ class Hold:
             aim *= _NEARER * bound / really
         enough = began - _MOST_OF_IT * (began - really)
         # Where a first step tells little, some shares of all are tried.
-        for share in _SHARES if found.sum() == roomy.sum() and self.closely else ():
+        for share in _SHARES if found.sum() == roomy.sum() and self._eased else ():
             some = _best(foretold(fastened).gains, fastened, alike, roomy, share)
             reached = let_go(self.body, self.body.pins(some, self.riveted)).most_mm
             tried.insert(0, (int(some.sum()), reached, some))
@@ -231,7 +239,7 @@ class Hold:
                 break
         # What does most of it with less than half of the fasteners is worth more than the last bit.
         count = tried[-1][0]
-        fewer = [one for one in tried if one[1] <= enough and 2 * one[0] < count]
+        fewer = [one for one in tried if one[1] <= enough and 2 * one[0] < count and self._eased]
         return min(fewer, key=lambda one: one[0], default=tried[-1])[2]
 
 
