@@ -33,6 +33,7 @@ WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings.of(
     "shape:torus?m=4&n=4",
     size_mm=260.0,
+    fasten="all",
     effort="quick",
     kinds="any",  # else there is room for a lap everywhere
     force=True,  # veneer bends too much on so small a ring
