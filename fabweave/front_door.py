@@ -803,7 +803,7 @@ class Ribbons(_Solid):
         >>> import fabweave as fw
         >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
         >>> ribbons.pieces(max_length="400mm")
-        Pieces(Octahedron: 8 pieces, 8 joints, 4 kinds, in Card, 300 g/m², 0.4 mm)
+        Pieces(Octahedron: 8 pieces, 8 joints, 2 kinds, in Card, 300 g/m², 0.4 mm)
         """
         stations = self.stations.also(options)
         return Pieces(stations, stations.planned)

@@ -6,6 +6,7 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.form.net import Local, Net, State, energy, inner_steps, local_system
+from fabweave.form.screw import skew
 
 #: Steps at most; and what is left of the forces at rest, as a share of what a span of strip resists
 #: a millimetre with.
@@ -94,19 +95,24 @@ class Solver:
         np.add.at(force, rows, local.force)
         force = force[:count]
         axes, origin = state.bodies.axes, state.bodies.origin
-        # Weight and supports, as bodies feel them.
+        # Weight and supports, as bodies feel them; and as they feel them when they turn.
         pull = net.held * (origin - net.place) - net.weight
-        force[: 6 * bodies].reshape(bodies, 6)[:, :3] += np.einsum("nji,nj->ni", axes, pull)
+        felt = np.einsum("nji,nj->ni", axes, pull)
+        force[: 6 * bodies].reshape(bodies, 6)[:, :3] += felt
         force[6 * bodies :] += net.pins * (state.angles - net.rest_angles)
         force[self._fixed > 0] = 0.0
-        held = np.einsum("nki,nk,nkj->nij", axes, net.held, axes)
-        place = 6 * np.arange(bodies)[:, None, None] + np.zeros((3, 3), dtype=np.int64)
+        own = np.zeros((bodies, 6, 6))
+        own[:, :3, :3] = np.einsum("nki,nk,nkj->nij", axes, net.held, axes)
+        if stressed:
+            own[:, :3, 3:] = skew(felt) / 2
+            own[:, 3:, :3] = -own[:, :3, 3:]
+        place = 6 * np.arange(bodies)[:, None, None] + np.zeros((6, 6), dtype=np.int64)
         shape, angles = local.matrix.shape, np.arange(6 * bodies, count)
-        values = [local.matrix.ravel(), held.ravel(), net.pins, damping * self.unit + self._fixed]
+        values = [local.matrix.ravel(), own.ravel(), net.pins, damping * self.unit + self._fixed]
         down = [np.broadcast_to(rows[:, :, None], shape).ravel(),
-                (place + np.arange(3)[:, None]).ravel(), angles, np.arange(count)]  # fmt: skip
+                (place + np.arange(6)[:, None]).ravel(), angles, np.arange(count)]  # fmt: skip
         across = [np.broadcast_to(rows[:, None, :], shape).ravel(),
-                  (place + np.arange(3)).ravel(), angles, np.arange(count)]  # fmt: skip
+                  (place + np.arange(6)).ravel(), angles, np.arange(count)]  # fmt: skip
         ranks = np.append(np.argsort(self.order), count)
         matrix = sp.coo_array(
             (np.concatenate(values), (ranks[np.concatenate(down)], ranks[np.concatenate(across)])),

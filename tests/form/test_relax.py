@@ -143,6 +143,26 @@ def test_a_frame_of_four_bars_is_a_mechanism_until_it_is_braced(braced, loose):
     assert (motion**2).sum(axis=(1, 2)) == pytest.approx(1.0, rel=1e-3)
 
 
+def softest_under(load):
+    """Return what resists the softest mode of a strip on edge, loaded at its tip."""
+    net = fixing(chain(LENGTH, 12, pieces=4), 0)
+    weight = net.weight.copy()
+    weight[-1, 1] = -load
+    net = replace(net, weight=weight)
+    found = relax(net, screw_state(net, [LENGTH / 12, 0, 0, 0, 0, 0]))
+    assert np.abs(found.state.bodies.origin[:, 2]).max() < 1e-9
+    return soft_modes(net, found.state, 1)[0][0]
+
+
+def test_a_strip_on_edge_turns_over_under_its_load_when_theory_says():
+    """It buckles sideways at 4.0126 sqrt(E I G J) / L² (Timoshenko and Gere, section 6.3)."""
+    twisting = YOUNG / (2 * (1 + POISSON)) * 10.0 * 0.4**3 / 3
+    unit = np.sqrt(bending() * twisting) / LENGTH**2
+    least, most = 3.6 * unit, 4.4 * unit
+    assert softest_under(least) > 0 > softest_under(most)
+    assert brentq(softest_under, least, most, rtol=1e-4) / unit == pytest.approx(4.0126, rel=0.01)
+
+
 def random_net(seed, pieces=1):
     random = np.random.default_rng(seed)
     bodies, spans, angles = 5, 7, 3
@@ -183,7 +203,12 @@ def test_stiffness_is_the_slope_of_the_forces_where_pieces_turn_little():
     net = chain(60.0, 3)
     state = screw_state(net, [20.0, 0, 0, 0, 0, 0])
     stress = np.random.default_rng(0).normal(size=(3, 1, 6)) * ([0.01] * 5 + [0.001])
-    net = replace(net, rest=net.rest + stress, stiffness=np.full((3, 1, 6), 100.0))
+    random = np.random.default_rng(1)
+    net = replace(
+        net, rest=net.rest + stress, stiffness=np.full((3, 1, 6), 100.0),
+        weight=random.normal(size=(4, 3)), held=random.random((4, 3)),
+        place=state.bodies.origin + random.normal(size=(4, 3)),
+    )  # fmt: skip
     solver = Solver(net, state)
     _, _, local = solver.system(state, 0.0)
     both = []

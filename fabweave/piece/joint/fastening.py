@@ -46,7 +46,7 @@ def parse_fastening(text: str) -> Fastening:
     Examples
     --------
     >>> parse_fastening("every:2")
-    Fastening(kind='every', every=2)
+    Fastening(kind='every', every=2, bound_mm=None)
     >>> parse_fastening("rim").kind
     'rim'
     """
