@@ -20,6 +20,7 @@ TESTS = Path(__file__).parent
 HOUSE = read_modules(TESTS.parent / "fabweave")
 
 
+@pytest.mark.slow
 def test_nothing_flows_backwards_and_the_proof_stands_apart():
     assert len(imports_of(HOUSE)) > 1000
     assert against_the_flow(HOUSE) == []

@@ -12,7 +12,6 @@ from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry import best_motions
 from fabweave.piece.brief import Brief
-from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
@@ -119,14 +118,12 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
     # The more slippery of two counts.
     each = [one.material.turning_nmm or (BARE, PINNED) for one in supplies.each]
     turning = min(bare for bare, _ in each), min(one for _, one in each)
-    # As the map tells where they are: of two that are as high, all choose the same.
-    places = woven.ribbons.centre.round(DECIMALS)
     hung, load = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
     if asked.hang is not None:
-        hung = hanging_crossings(parse_hanging(asked.hang), places)
+        hung = hanging_crossings(parse_hanging(asked.hang), wished.bodies.origin)
     if asked.load is not None:
         mass_kg, where = parse_load(asked.load)
-        at = hanging_crossings(where, places)
+        at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
     return Body(woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung)
 

@@ -1,6 +1,5 @@
 """Choose the crossings whose fasteners keep a woven object's form, as few as do."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,7 +8,7 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import Body, body_of, rigid_motions, standing
+from fabweave.form.body import HELD_N_MM, Body, body_of, rigid_motions
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
@@ -75,8 +74,10 @@ class Foresight:
         self._bodies = free.n_bodies
         self._axes = body.wished.bodies.axes
         self._force, self._matrix, _ = self._solver.system(body.wished, _DAMPING)
-        stood = standing(free, body.held(body.places), body.places)
-        _, self._stood, _ = Solver(stood, body.wished).system(body.wished, _DAMPING)
+        # It is held as stiffly in all directions, however its bodies are turned.
+        self._held = np.zeros_like(self._force)
+        each = self._held[: 6 * self._bodies].reshape(-1, 6)
+        each[body.held(body.places), :3] = HELD_N_MM
         self._pull = np.zeros_like(self._force)
         self._pull[: 6 * self._bodies] = self._own(body.net.weight + body.load)
         self._rigid = rigid_motions(body.places)
@@ -108,10 +109,10 @@ class Foresight:
         """
         freedoms = np.zeros(len(self._force))
         freedoms[6 * self._bodies :] = pins
-        more = sp.diags_array(freedoms[self._solver.order], format="csc")
         cases = []
-        for matrix, load in ((self._matrix, -self._force), (self._stood, self._pull)):
-            factors = factor((matrix + more).tocsc())
+        for held, load in ((0.0, -self._force), (self._held, self._pull)):
+            more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
+            factors = factor((self._matrix + more).tocsc())
             step = self._solver.solve(factors, load)
             cases.append((factors, step, self._moves(step)))
         (_, _, settling), (_, _, sagging) = cases
@@ -193,108 +194,123 @@ class Hold:
             Where there is room for a fastener.
         """
         with threadpool_limits(limits=1, user_api="blas"):
-            return self._chosen(fastened, alike, roomy | fastened)
+            choices = _Choices(self, fastened, alike, roomy | fastened)
+            return choices.fastened(self._chosen(choices))
 
-    @property
-    def _eased(self) -> bool:
-        return self.closely and not self.strict
-
-    def _chosen(self, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> BoolArray:
-        foresee, bound = Foresight(self.body), self.bound_mm
-
-        def foretold(some: BoolArray) -> Foretold:
-            return foresee(self.body.pins(some, self.riveted), bound)
-
-        def becomes(some: BoolArray, foretold_mm: float) -> float:
-            if not self.closely or foretold_mm <= _SURELY * bound:
-                return foretold_mm
-            return let_go(self.body, self.body.pins(some, self.riveted)).most_mm
-
-        most = foretold(fastened).most_mm
-        really = becomes(fastened, most)
-        if really <= bound:
-            return fastened
-        least = foretold(roomy).most_mm
+    def _chosen(self, choices: "_Choices") -> BoolArray:
+        """Return which groups of crossings to fasten."""
+        bound, none, every = self.bound_mm, choices.none, ~choices.none
+        most, began = choices.foretold(none)[0], choices.reached(none)
+        if began <= bound:
+            return none
+        least = choices.foretold(every)[0]
         if least > bound:
             if least > _WORTH * most:
-                return fastened
+                return none
             bound = max(bound, least + (1 - _MOST_OF_IT) * (most - least))
             if most - bound < _A_GAIN * self.bound_mm:
-                return fastened
-        aim, began, tried = bound * min(1.0, most / really), really, []
+                return none
+        aim, tried = bound * min(1.0, most / began), []
         for _ in range(_TRIES):
-            found = _fewest(foretold, fastened, alike, roomy, aim)
-            really = becomes(found, foretold(found).most_mm)
-            tried.append((int(found.sum()), really, found))
-            if really <= bound or found.sum() == roomy.sum():
+            found = choices.fewest(aim)
+            really = choices.reached(found)
+            tried.append((choices.count(found), really, found))
+            if really <= bound or choices.all_in(found):
                 break
             aim *= _NEARER * bound / really
+        if self.strict or not self.closely:
+            return found
         enough = began - _MOST_OF_IT * (began - really)
         # Where a first step tells little, some shares of all are tried.
-        for share in _SHARES if found.sum() == roomy.sum() and self._eased else ():
-            some = _best(foretold(fastened).gains, fastened, alike, roomy, share)
-            reached = let_go(self.body, self.body.pins(some, self.riveted)).most_mm
-            tried.insert(0, (int(some.sum()), reached, some))
+        for share in _SHARES if choices.all_in(found) else ():
+            some = choices.best(share)
+            reached = choices.reached(some, surely=True)
+            tried.insert(0, (choices.count(some), reached, some))
             if reached <= enough:
                 break
         # What does most of it with less than half of the fasteners is worth more than the last bit.
-        count = tried[-1][0]
-        fewer = [one for one in tried if one[1] <= enough and 2 * one[0] < count and self._eased]
+        fewer = [one for one in tried if one[1] <= enough and 2 * one[0] < tried[-1][0]]
         return min(fewer, key=lambda one: one[0], default=tried[-1])[2]
 
 
-def _best(
-    gains: FloatArray, fastened: BoolArray, alike: IntArray, roomy: BoolArray, share: float
-) -> BoolArray:
-    """Return a share of what may be fastened, the groups first that are worth most."""
-    free = np.bincount(alike[roomy & ~fastened], minlength=int(alike.max(initial=-1)) + 1)
-    own = np.bincount(alike, np.where(roomy & ~fastened, gains, 0.0), minlength=len(free))
-    order = np.argsort(-own / np.maximum(free, 1), kind="stable")
-    chosen = np.zeros(len(free), dtype=np.bool_)
-    chosen[order[np.cumsum(free[order]) <= share * free.sum()]] = True
-    return np.asarray(fastened | (chosen[alike] & roomy))
+class _Choices:
+    """Groups of alike crossings that may be fastened, and what becomes of any choice of them."""
 
+    def __init__(self, hold: Hold, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> None:
+        self._hold, self._foresee = hold, Foresight(hold.body)
+        self._fastened, self._alike, self._roomy = fastened, alike, roomy
+        self._more = roomy & ~fastened
+        self.none = np.zeros(int(alike.max(initial=-1)) + 1, dtype=np.bool_)
+        #: How many fasteners each group takes, beside those that are there in any case.
+        self._free = np.bincount(alike[self._more], minlength=len(self.none))
+        self._known: dict[bytes, tuple[float, FloatArray]] = {}
 
-def _fewest(
-    foretold: Callable[[BoolArray], Foretold],
-    fastened: BoolArray,
-    alike: IntArray,
-    roomy: BoolArray,
-    aim_mm: float,
-) -> BoolArray:
-    """Return few crossings whose fasteners bring an object within a distance, as foretold.
+    def fastened(self, groups: BoolArray) -> BoolArray:
+        """Return which crossings are fastened, (X,)."""
+        return np.asarray(self._fastened | (groups[self._alike] & self._roomy))
 
-    As many as at first are fastened at once, and then as many again, until that is enough. Of what
-    is fastened, what is worth least is let off, fewer and fewer at once, if the rest is enough.
-    """
-    count = int(alike.max(initial=-1)) + 1
-    free = np.bincount(alike[roomy & ~fastened], minlength=count)
-    chosen = np.zeros(count, dtype=np.bool_)
+    def count(self, groups: BoolArray) -> int:
+        """Return how many crossings are fastened."""
+        return int(self._fastened.sum() + self._free[groups].sum())
 
-    def with_(groups: BoolArray) -> BoolArray:
-        return np.asarray(fastened | (groups[alike] & roomy))
+    def all_in(self, groups: BoolArray) -> bool:
+        """Return whether nothing is left to fasten."""
+        return bool(np.all(groups | (self._free == 0)))
 
-    def worth(groups: BoolArray) -> tuple[float, FloatArray]:
-        found = foretold(with_(groups))
-        gains = np.bincount(alike, np.where(roomy & ~fastened, found.gains, 0.0), minlength=count)
-        return found.most_mm, gains / np.maximum(free, 1)
+    def _pins(self, groups: BoolArray) -> FloatArray:
+        return self._hold.body.pins(self.fastened(groups), self._hold.riveted)
 
-    away, gains = worth(chosen)
-    step = least = max(1, round(_FIRST * free.sum()))
-    while away > aim_mm and not np.all(chosen | (free == 0)):
-        left = np.flatnonzero(~chosen & (free > 0))
-        order = left[np.argsort(-gains[left], kind="stable")]
-        chosen[order[np.cumsum(free[order]) - free[order] < step]] = True
-        away, gains = worth(chosen)
-        step *= 2
-    while step >= least and away <= aim_mm and chosen.any():
-        kept = np.flatnonzero(chosen)
-        order = kept[np.argsort(gains[kept], kind="stable")]
-        fewer = chosen.copy()
-        fewer[order[np.cumsum(free[order]) - free[order] < step]] = False
-        found, instead = worth(fewer)
-        if found <= aim_mm:
-            chosen, gains = fewer, instead
-        else:
-            step //= 2
-    return with_(chosen)
+    def foretold(self, groups: BoolArray) -> tuple[float, FloatArray]:
+        """Return how far it goes to first order, and what each group gains for a fastener."""
+        key = groups.tobytes()
+        if key not in self._known:
+            found = self._foresee(self._pins(groups), self._hold.bound_mm)
+            gains = np.bincount(
+                self._alike, np.where(self._more, found.gains, 0.0), minlength=len(groups)
+            )
+            self._known[key] = found.most_mm, gains / np.maximum(self._free, 1)
+        return self._known[key]
+
+    def reached(self, groups: BoolArray, *, surely: bool = False) -> float:
+        """Return how far it goes; as foretold where that is little, or must do."""
+        foretold_mm = self.foretold(groups)[0]
+        little = foretold_mm <= _SURELY * self._hold.bound_mm and not surely
+        if little or not self._hold.closely:
+            return foretold_mm
+        return let_go(self._hold.body, self._pins(groups)).most_mm
+
+    def _first(self, order: IntArray, step: int) -> IntArray:
+        """Return the first groups of an order, of which all but the last take fewer fasteners."""
+        return order[np.cumsum(self._free[order]) - self._free[order] < step]
+
+    def best(self, share: float) -> BoolArray:
+        """Return the groups that are worth most, for at most a share of all fasteners."""
+        order = np.argsort(-self.foretold(self.none)[1], kind="stable")
+        chosen = self.none.copy()
+        chosen[order[np.cumsum(self._free[order]) <= share * self._free.sum()]] = True
+        return chosen
+
+    def fewest(self, aim_mm: float) -> BoolArray:
+        """Return few groups that bring an object within a distance, as foretold.
+
+        As many fasteners as at first are set at once, and then as many again, until that is enough.
+        Of these, what is worth least is let off, fewer and fewer at once, if the rest is enough.
+        """
+        chosen = self.none.copy()
+        away, gains = self.foretold(chosen)
+        step = least = max(1, round(_FIRST * self._free.sum()))
+        while away > aim_mm and not self.all_in(chosen):
+            left = np.flatnonzero(~chosen & (self._free > 0))
+            chosen[self._first(left[np.argsort(-gains[left], kind="stable")], step)] = True
+            away, gains = self.foretold(chosen)
+            step *= 2
+        while step >= least and away <= aim_mm and chosen.any():
+            kept = np.flatnonzero(chosen)
+            fewer = chosen.copy()
+            fewer[self._first(kept[np.argsort(gains[kept], kind="stable")], step)] = False
+            found, instead = self.foretold(fewer)
+            if found <= aim_mm:
+                chosen, gains = fewer, instead
+            else:
+                step //= 2
+        return chosen

@@ -8,7 +8,6 @@ import numpy as np
 from fabweave.core.arrays import BoolArray
 from fabweave.mesh.leave_out import Opening
 from fabweave.piece.brief import ACROSS_DEG, Brief, tight_along
-from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.joined_strands import JoinedObject
 from fabweave.piece.joint.fastening import (
     beside_edges,
@@ -46,9 +45,7 @@ def joined_pieces(joined: JoinedObject, brief: Brief, hold: Hold | None = None) 
         fastened |= crossings
     hanging = np.zeros_like(fastened)
     if asked.hang is not None:
-        # As the map tells where they are: of two that are as high, both choose the same.
-        places = woven.ribbons.centre.round(DECIMALS)
-        hanging = hanging_crossings(parse_hanging(asked.hang), places)
+        hanging = hanging_crossings(parse_hanging(asked.hang), woven.ribbons.centre)
     fastened |= hanging
     piece_set = build_pieces(
         woven.ribbons,

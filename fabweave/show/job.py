@@ -136,8 +136,8 @@ class Job(PlannedJob):
         form = self.form
         if form is None:
             return ""
-        loose = self.fasten not in ("form", "all") and not form.keeps
-        return form.text + ("; --fasten form fastens what keeps it nearer" if loose else "")
+        loose = not self.fasten.startswith(("form", "all")) and not form.keeps
+        return form.text + ("; --fasten form may keep it nearer" if loose else "")
 
     @property
     def relaxed(self) -> Ribbons | None:

@@ -49,6 +49,7 @@ def test_the_octahedron_has_four_rings_of_six_crossings(finished):
     assert [row["id"] for row in rows] == [piece["id"] for piece in plan["pieces"]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shape",
     [
@@ -113,6 +114,7 @@ def test_mistakes_get_one_message_and_leave_nothing(typed, code, tmp_path, capsy
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_file_name_beyond_the_font_does_not_stop_a_job(tmp_path):
     mesh = tmp_path / "vö{se.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
@@ -139,6 +141,7 @@ def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_verify_tells_what_it_proved_and_ends_with_a_code_of_its_own(finished, tmp_path, capsys):
     folder = finished.copy(tmp_path / "spoiled", *OCTAHEDRON)
     count = len(json.loads((folder / "verify.json").read_text("utf-8"))["checks"])
@@ -163,6 +166,7 @@ def test_what_there_is_is_listed(command, name, capsys):
     assert name in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("up", ["y", pytest.param("x", marks=slow)])
 def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
     # Of a box, the axis that is said to point up can be told by its length.

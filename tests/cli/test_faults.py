@@ -164,6 +164,7 @@ def test_two_runs_at_once_into_one_folder(tmp_path):
     assert verify_job(folder).ok
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
 @pytest.mark.usefixtures("shipped")
 @pytest.mark.parametrize("what", ["mark_pieces", "portrait_png", "plan_order", "_greedy"])

@@ -208,6 +208,7 @@ def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
     assert time.replace("minutes", "min").replace("hours", "h") == hours
 
 
+@pytest.mark.slow
 def test_the_files_of_a_job_are_those_that_are_told(finished):
     told, plan_told, job = page("files"), page("map"), finished(*OCTAHEDRON)
     names = {re.sub(r"\d\d", "01", name) for name in contents_of(job)}

@@ -36,6 +36,7 @@ def test_every_extra_is_tried():
         assert packages == {module.lower() for module in modules}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("extra", "missing"),
     [(extra, module) for extra in ("threemf", "join") for module in WITHOUT[extra][0]]

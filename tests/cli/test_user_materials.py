@@ -13,6 +13,8 @@ from fabweave.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.remake import remake_job
 from fabweave.verify.proof import verify_job
 
+pytestmark = pytest.mark.slow
+
 #: One material is new; the other stands in for one of ours, and bends by a table.
 MATERIALS = """
 [felt]

@@ -216,6 +216,7 @@ def test_where_the_name_is_taken_again_the_older_job_is_kept_aside(tmp_path):
     assert (job / "diary.txt").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_the_command_line_says_so_and_goes_on(finished, tmp_path, capsys):
     job = finished.copy(tmp_path / "job", *OCTAHEDRON)
     made = tree(job)
@@ -276,6 +277,7 @@ def test_a_run_that_is_ended_leaves_the_older_job_alone(name, how, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["job"]
 
 
+@pytest.mark.slow
 def test_a_run_whose_reader_has_gone_leaves_its_job(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)

@@ -56,6 +56,7 @@ def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
     assert contents_of(tmp_path / "plain") == contents_of(tmp_path / "stated")
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
@@ -68,6 +69,7 @@ def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_p
     assert not (tmp_path / "job").exists()
 
 
+@pytest.mark.slow
 def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(making, "coarser_meshes", lambda *_, **__: pytest.fail("meshes were tried"))
     mesh = tmp_path / "cube.obj"
@@ -78,6 +80,7 @@ def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
     assert "remesh" not in read_job_options(tmp_path / "job" / "job.toml")
 
 
+@pytest.mark.slow
 def test_what_is_foreseen_comes_true(fine, tmp_path):
     kept = fine.but(remesh="none")
     worst = foreseen(kept, load_asked(kept))[0]

@@ -36,6 +36,7 @@ def text_of(facts: dict) -> str:
     return "\n".join(f"{topic}: {text}" for topic, text in inspection_text(facts))
 
 
+@pytest.mark.slow
 def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     facts = facts_of("shape:torus?m=8&n=4")
     known = {"vertices": 32, "edges": 64, "faces": 32, "genus": 1}
@@ -52,6 +53,7 @@ def test_a_torus_is_exact_and_has_warp_and_weft() -> None:
     assert set(facts["fabrics"]["because"]) == {"2/1", "3/3", "satin:5/2"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "pattern", "rotations", "reflections"),
     [
@@ -119,6 +121,7 @@ def test_real_meshes_are_what_their_table_says(mesh) -> None:
     assert not re.search(r"None|[\[\]{}|]", text_of(facts))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [
@@ -231,6 +234,7 @@ def small_limits(monkeypatch) -> None:
         monkeypatch.setattr(f"fabweave.design.inspection.facts.{name}", 20)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_limits")
 def test_a_large_mesh_is_answered_without_what_takes_long_and_says_so(capsys) -> None:
     whole = inspect_mesh(Settings.of("shape:hypar?m=6&n=6", size_mm=300.0), thorough=True).facts
@@ -256,6 +260,7 @@ def test_what_is_too_stiff_is_told_of_large_meshes_as_make_tells_it() -> None:
     assert inspect_mesh(settings).facts["pieces"]["because"] == str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_limits")
 def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(monkeypatch) -> None:
     monkeypatch.setattr("fabweave.design.inspection.facts._MOST_PLANNED", 2000)

@@ -32,6 +32,7 @@ def plan_of(folder):
     return json.loads((folder / "crossing_map.json").read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "pattern", "options"),
     [
@@ -55,6 +56,7 @@ def test_exact_twills_are_made_and_proved(mesh, pattern, options, finished):
     assert "voted" not in weave
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "pattern", "ups", "size"),
     [
@@ -136,6 +138,7 @@ def test_an_optimised_twill_says_how_good_it_is(finished):
     assert sum(weave["broken"].values()) == weave["at_least_broken"] == 16
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "threads", "crossings"),
     [
@@ -155,6 +158,7 @@ def test_threads_that_turn_back_are_made_and_proved(mesh, threads, crossings, fi
     assert len(plan["joints"]) == len(plan["pieces"])  # rings only
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claim", ['boundary = "end"', ""])
 def test_verify_goes_by_what_was_asked_of_boundaries(claim, finished, tmp_path):
     folder = finished.copy(tmp_path / "spoiled", *words("shape:hypar?m=6&n=4", "plain", *TURN))

@@ -69,6 +69,7 @@ def test_plan_and_drawing_agree_on_all_lines_and_nearly_on_the_ways(joint):
     assert not drawn.planned
 
 
+@pytest.mark.slow
 def test_letters_take_longer_than_their_length_at_full_speed():
     job = job_of()
     length = sum(
@@ -82,6 +83,7 @@ def test_letters_take_longer_than_their_length_at_full_speed():
     assert job.costs.machine.engrave_s[0] > 4 * fastest
 
 
+@pytest.mark.slow
 def test_no_letters_take_no_time():
     bare = job_of(labels="none").costs
     assert bare.machine.engrave_s == (0.0, 0.0)

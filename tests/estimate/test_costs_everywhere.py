@@ -11,6 +11,7 @@ from fabweave.options.settings import Settings
 JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick")
 
 
+@pytest.mark.slow
 def test_inspect_tells_nearly_the_same_before_anything_is_nested(finished):
     folder = finished(*JOB, "--calibrate", "1.25")
     estimate = json.loads((folder / "waste.json").read_text("utf-8"))["estimate"]

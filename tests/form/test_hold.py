@@ -85,6 +85,7 @@ def test_what_holds_itself_gets_none():
     assert not chosen(ball, 0.01 * ball.size_mm).any()
 
 
+@pytest.mark.slow
 def test_a_tighter_bound_takes_no_fewer_and_each_one_is_kept(shade):
     counts = []
     for bound_mm in (5.0, 2.5, 1.5):
@@ -94,6 +95,7 @@ def test_a_tighter_bound_takes_no_fewer_and_each_one_is_kept(shade):
     assert counts == sorted(counts)
 
 
+@pytest.mark.slow
 def test_ribbons_a_little_narrower_take_about_as_many():
     counts = []
     for width_mm in (40.0, 35.0, 30.0, 25.0, 20.0):
@@ -123,6 +125,7 @@ def test_what_is_fastened_stays_so_and_counts(shade):
     assert np.array_equal(found, held)
 
 
+@pytest.mark.slow
 def test_where_all_of_them_do_not_reach_the_bound_few_do_most_of_it(shade):
     found = chosen(shade, 0.1)
     most, least = (let_go(shade, np.full(len(shade.places), pin)).most_mm for pin in (BARE, PINNED))
@@ -131,6 +134,7 @@ def test_where_all_of_them_do_not_reach_the_bound_few_do_most_of_it(shade):
     assert most - reached > 0.6 * (most - least)
 
 
+@pytest.mark.slow
 def test_what_fasteners_cannot_hold_gets_none():
     """A glued ball sags no less: its weight bends strips, and turns no crossing."""
     ball = body("shape:sphere?n=3", 300.0)
@@ -140,5 +144,6 @@ def test_what_fasteners_cannot_hold_gets_none():
     assert chosen(heavy, 0.95 * all_of_them).sum() < 0.2 * len(ball.places)
 
 
+@pytest.mark.slow
 def test_the_same_again(shade):
     assert np.array_equal(chosen(shade, 2.0), chosen(shade, 2.0))

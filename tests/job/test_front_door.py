@@ -206,6 +206,7 @@ def test_every_value_shows_itself(steps):
     assert all(isinstance(step.picture(), Image.Image) for step in (mesh, weave, ribbons))
 
 
+@pytest.mark.slow
 def test_the_package_is_quick_to_import_and_its_names_are_functions():
     script = (
         "import sys, fabweave as fw\n"

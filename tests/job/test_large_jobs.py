@@ -19,6 +19,7 @@ def small_limits(monkeypatch):
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_limits")
 def test_what_a_job_is_too_large_for_is_left_out_and_said(tmp_path):
     folder = tmp_path / "job"

@@ -1,12 +1,14 @@
 """A job is not lost for its looks: strands that cross may have one tone, and sheets know none."""
 
 import numpy as np
+import pytest
 
 from fabweave.job import run_job
 from fabweave.options.settings import Settings
 from fabweave.weave.strand_colours import crossing_colours
 
 
+@pytest.mark.slow
 def test_a_job_with_crossings_of_one_tone_is_proved(tmp_path):
     settings = Settings.of("shape:cube?n=2", size_mm=300.0, effort="quick", material="card:white")
     made = run_job(settings, tmp_path / "job")

@@ -29,6 +29,8 @@ from fabweave.verify.proof import verify_job
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
+pytestmark = pytest.mark.slow
+
 WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings.of(
     "shape:torus?m=4&n=4",

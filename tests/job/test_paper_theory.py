@@ -150,6 +150,7 @@ def test_each_condition_holds_and_breaks_where_one_edge_is_turned(theory):
             assert getattr(cloth.spoiled(crossing).weave.broken, kind) > 0
 
 
+@pytest.mark.slow
 def test_in_exact_twill_warp_is_on_top_at_one_or_three_of_a_gap(theory):
     cloth = theory.twill_cloth()
     gaps = cloth.conditions.gaps
@@ -168,6 +169,7 @@ def test_blue_edges_twist_counter_clockwise(theory):
     assert share == pytest.approx(cloth.weave.twist[crossings].mean(), abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("numbers", [["6"], pytest.param(["7", "9"], marks=pytest.mark.slow)])
 def test_figures_are_made_alone_with_a_page_and_the_same_each_time(
     numbers, tmp_path, capsys, monkeypatch

@@ -20,6 +20,7 @@ MANY = int(os.environ.get("FABWEAVE_FUZZ", "30"))
 
 
 #: Small ones are made quickly, of seeds that others do not have.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "small"),
     [(70001, True), (70003, True)]

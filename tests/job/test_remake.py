@@ -28,6 +28,7 @@ JOBS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name if name == "plain" else pytest.param(name, marks=pytest.mark.slow)
              for name in JOBS]
@@ -39,12 +40,14 @@ def test_a_job_is_made_again(name, finished, capsys):
     assert {"job.toml", "contents.json", "sheets/sheet_01.dxf"} <= {*told["same"]}
 
 
+@pytest.mark.slow
 def test_settings_that_are_not_those_of_the_job_are_found(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     edit_text(folder / "job.toml", 'effort = "quick"', 'effort = "quick"\nkerf = "0.2mm"')
     assert run("verify", folder, "--remake", "-q") == 1
 
 
+@pytest.mark.slow
 def test_papers_come_again_of_the_layout_that_was_recorded(finished, monkeypatch, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     monkeypatch.setattr("fabweave.plan.nest_pieces.nest", None)  # nothing is nested
@@ -54,6 +57,7 @@ def test_papers_come_again_of_the_layout_that_was_recorded(finished, monkeypatch
     assert remake_job(folder, nest=False).differing == ("index.html",)
 
 
+@pytest.mark.slow
 def test_a_job_of_a_mesh_in_memory_is_made_again(tmp_path):
     mesh = parse_shape("shape:octahedron")
     points = np.where(mesh.vertices == mesh.vertices.max(), 0.33, mesh.vertices)
@@ -62,6 +66,7 @@ def test_a_job_of_a_mesh_in_memory_is_made_again(tmp_path):
     assert remake_job(tmp_path / "job").ok
 
 
+@pytest.mark.slow
 def test_a_job_of_a_mesh_file_is_made_again_wherever_it_lies(tmp_path):
     path = tmp_path / "cow.obj"
     write_mesh(path, parse_shape("shape:octahedron"))
@@ -70,6 +75,7 @@ def test_a_job_of_a_mesh_file_is_made_again_wherever_it_lies(tmp_path):
     assert remake_job(tmp_path / "job").ok
 
 
+@pytest.mark.slow
 def test_a_recorded_layout_gives_the_same_pieces_in_the_same_places(finished, tmp_path):
     first, again = finished(*OCTAHEDRON), tmp_path / "again"
     layout = ("--layout", first / "crossing_map.json", "-q")

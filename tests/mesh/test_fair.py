@@ -108,6 +108,7 @@ def test_ribbons_keep_their_width_over_a_sharp_edge() -> None:
     assert least(faired(*lens).mesh) > 1.5 * least(lens[0])
 
 
+@pytest.mark.slow
 def test_a_torus_gets_straighter_and_not_less_even() -> None:
     # Straightness alone could be bought with evenness.
     clean = faired(RING, FINE_RING)
@@ -118,6 +119,7 @@ def test_a_torus_gets_straighter_and_not_less_even() -> None:
     assert result.after.turn_deg == pytest.approx(clean.after.turn_deg, rel=0.05)
 
 
+@pytest.mark.slow
 @rough
 def test_fairing_again_gains_little(name) -> None:
     mesh, model = ROUGH[name]()
@@ -216,6 +218,7 @@ def test_regular_triangles_are_straight_and_even(course) -> None:
 # What is kept.
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(mesh=meshes(), seed=st.integers(0, 2**32 - 1))
 def test_any_mesh_keeps_what_it_is(mesh, seed) -> None:
@@ -274,6 +277,7 @@ def _fan_normals(mesh):
     return np.cross(b - a, c - a)
 
 
+@pytest.mark.slow
 def test_boundaries_and_sharp_lines_stay_lines() -> None:
     mesh, model = ROUGH["hypar"]()
     rim = model_of(model, mesh.n_vertices).rim
@@ -342,6 +346,7 @@ def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
     assert run("verify", tmp_path / "out", "-q") == 0
 
 
+@pytest.mark.slow
 def test_what_is_remeshed_is_faired_unless_it_is_not_to_be(tmp_path) -> None:
     write_mesh(tmp_path / "ball.obj", triangulate(sphere(8, 50.0)))
     asked = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, remesh="triangles:100")

@@ -387,6 +387,7 @@ def inset(mesh, chosen):
     return PolyMesh.from_faces(points, faces)
 
 
+@pytest.mark.slow
 def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp_path):
     results = {
         20: inset(grids.torus(24, 12, 35.0, 15.0), {5, 100}),
@@ -428,6 +429,7 @@ def test_shape_comes_before_irregular_vertices():
     assert _best([crossed, replace(found[30], clashes=1)], 300) is crossed
 
 
+@pytest.mark.slow
 def test_scans_are_decimated_for_remeshers_but_measured_as_given(tmp_path):
     ball = icosphere(5)  # 20480 triangles
     seen = tmp_path / "seen.npz"

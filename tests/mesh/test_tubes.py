@@ -74,6 +74,7 @@ def star():
     return starfish()
 
 
+@pytest.mark.slow
 @needs_pygel
 def test_limbs_are_counted_and_kept(star) -> None:
     found = remesh_tubes(star, 200)
@@ -86,6 +87,7 @@ def test_limbs_are_counted_and_kept(star) -> None:
     assert like.greatest_mm < 0.05 * like.size_mm
 
 
+@pytest.mark.slow
 @needs_pygel
 def test_the_same_bytes_each_time(star) -> None:
     one, two = (remesh_tubes(star, 150).mesh for _ in range(2))
@@ -93,6 +95,7 @@ def test_the_same_bytes_each_time(star) -> None:
     assert one.indices.tobytes() == two.indices.tobytes()
 
 
+@pytest.mark.slow
 @needs_pygel
 @pytest.mark.parametrize(
     "model", [triangulate(torus(40, 20, 100.0, 30.0)), starfish(open_at=2)], ids=["ring", "open"]
@@ -104,6 +107,7 @@ def test_genus_and_openings_are_kept(model) -> None:
     assert np.all(found.mesh.face_sizes == 4)
 
 
+@pytest.mark.slow
 @needs_pygel
 def test_limbs_too_small_for_ribbons_are_told(star) -> None:
     small = star.with_vertices(star.vertices * 0.12)
@@ -120,6 +124,7 @@ def test_a_missing_package_is_named(star, monkeypatch) -> None:
         remesh_tubes(star, 100)
 
 
+@pytest.mark.slow
 @needs_pygel
 def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
     monkeypatch.setattr(tubes, "check_remeshed", lambda *_: ("it is a pity",))

@@ -58,6 +58,7 @@ def assert_clean(mesh, genus):
     assert volume(mesh) > 0.0
 
 
+@pytest.mark.slow
 def test_a_sound_mesh_keeps_its_place_and_its_genus():
     torus = parse_shape("shape:torus?m=32&n=16")
     wrapped = wrap_bodies(torus)
@@ -67,6 +68,7 @@ def test_a_sound_mesh_keeps_its_place_and_its_genus():
     assert wrapped.left_out == 0.0
 
 
+@pytest.mark.slow
 def test_a_wrap_has_no_more_triangles_than_it_must_and_says_how_far_off_they_are(monkeypatch):
     torus = parse_shape("shape:torus?m=32&n=16")
     wrapped = wrap_bodies(torus)
@@ -94,6 +96,7 @@ def test_what_cannot_be_thinned_soundly_stays_dense(monkeypatch):
         assert "at most 0.00% of the size" in dense.notes[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "look", [pytest.param(lambda box: box, marks=pytest.mark.slow), turned], ids=["out", "in"]
 )
@@ -140,6 +143,7 @@ def test_two_bodies_apart_stay_two():
     assert_clean(wrap_bodies(merged(box, far)).mesh, (0, 0))
 
 
+@pytest.mark.slow
 def test_no_size_is_too_small_or_too_large():
     torus = parse_shape("shape:torus?m=8&n=6")
     usual = wrap_bodies(torus).mesh
@@ -157,6 +161,7 @@ def test_a_sheet_encloses_nothing():
         wrap_bodies(sheet)
 
 
+@pytest.mark.slow
 def test_a_wedge_that_is_open_is_closed_at_the_bounds_of_the_mesh():
     wedge = PolyMesh.from_faces(
         [[0, 0, 0], [0, 1, 0], [1, 0, 0.3], [1, 1, 0.3], [1, 0, -0.3], [1, 1, -0.3]],
@@ -197,6 +202,7 @@ def test_soups_of_boxes_are_wrapped_clean(seed, count):
     assert 0.0 < volume(wrapped) <= most * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_job_takes_a_wrapped_mesh_and_the_same_twice(tmp_path):
     box = cube()
     path = tmp_path / "broken.obj"

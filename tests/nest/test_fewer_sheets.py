@@ -32,6 +32,7 @@ def test_emptying_sheets_never_takes_more_and_keeps_every_rule(piece_sets, monke
     assert {p.sheet for p in found.placements} == set(range(len(found.sheets)))
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_last_complete_layout_and_says_so(piece_sets):
     pieces = strips(piece_sets, 60, 1)
     placed = []

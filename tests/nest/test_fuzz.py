@@ -9,6 +9,7 @@ import math
 import os
 
 import numpy as np
+import pytest
 import shapely
 
 from fabweave.core.errors import CannotMakeError, InputError
@@ -74,6 +75,7 @@ def check_set(seed):
     return "nested"
 
 
+@pytest.mark.slow
 def test_odd_pieces_never_overlap_never_leave_the_sheet_and_never_crash():
     count = int(os.environ.get("FABWEAVE_FUZZ", "20"))
     found = [check_set(seed) for seed in range(count)]

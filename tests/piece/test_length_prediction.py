@@ -76,6 +76,7 @@ def test_the_torus_gets_no_more_pieces_by_default_than_by_the_best_length_by_han
     assert plan.chosen.sheets <= 4
 
 
+@pytest.mark.slow
 def test_few_threads_of_very_many_stand_for_all(torus, monkeypatch) -> None:
     planned, exact = torus
     monkeypatch.setattr(length_curve, "_MOST_SITES", 100)

@@ -52,6 +52,7 @@ def all_simple(pieces) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_a_piece_that_closes_on_itself_is_cut_elsewhere(found):
     pieces = pieces_of(flat_ball(3), **FLAT)
     assert found[0][0] > 0
@@ -59,6 +60,7 @@ def test_a_piece_that_closes_on_itself_is_cut_elsewhere(found):
     assert all_simple(pieces)
 
 
+@pytest.mark.slow
 def test_a_kink_of_a_ribbon_is_narrowed_away(found):
     pieces = pieces_of(flat_ball(5), **FLAT)
     assert found[0][1] == 1
@@ -125,6 +127,7 @@ def test_no_piece_carries_what_is_barred():
                 assert allowed == (start[thread] + first > free[at] and not carried)
 
 
+@pytest.mark.slow
 def test_a_piece_that_fits_no_longer_as_it_is_cut_is_cut_elsewhere(monkeypatch):
     runs = []
 

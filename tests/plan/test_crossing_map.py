@@ -44,6 +44,7 @@ def test_a_map_comes_back_from_its_file(name, tmp_path):
     assert json_text(again.to_json()) == path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_jobs_hold_every_kind_of_record():
     assert map_of("octahedron").pieces[0].labels
     assert any(c.kind == "slot" for p in map_of("slotted satin").pieces for c in p.cutouts)

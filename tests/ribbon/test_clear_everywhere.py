@@ -51,6 +51,7 @@ def test_clear_at_the_size_proposed(name: str) -> None:
     assert {found.rule for found in after.check.findings} <= {"twist"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "material", "size_mm"),
     [

@@ -113,6 +113,7 @@ def test_ribbons_run_through_themselves_where_libigl_says_so(name: str, smooth: 
     assert bool(near_by(exact)) == (name == "tri/csaszar.obj")
 
 
+@pytest.mark.slow
 def test_what_is_all_but_filled_with_material_is_refused_in_bounded_memory():
     # Every ribbon is within reach of every other: some forty million pairs.
     settings = settings_from_options("shape:cube", size=2.0, refine="catmull-clark:4")

@@ -57,6 +57,7 @@ def test_a_rule_that_no_size_mends_has_none() -> None:
     assert smallest_size(lambda _: np.inf, 10, most=1000) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "material", "size"),
     [

@@ -74,6 +74,7 @@ def placed(piece):
     return outline, centres, np.array([s["hole_mm"] for s in holes])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", FILES)
 def test_meerk40t_cuts_what_we_say(made, planned, file) -> None:
     job, found = made(file[0]), planned(*file)

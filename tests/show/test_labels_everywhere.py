@@ -10,6 +10,8 @@ from read_letters import alike, letters_of
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.slow
+
 PIECE, JOINT = re.compile(r"\b[A-Z]+\d+\b"), re.compile(r"#(\d+)")
 
 

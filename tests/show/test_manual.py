@@ -115,6 +115,7 @@ def test_the_map_tells_the_step_of_each_piece():
 # --- pictures -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_pieces_cover_the_ribbons():
     """Every stretch of ribbon is of one piece; where two lap, of both."""
     job = drawn_job(max_length_mm=250.0).job

@@ -65,6 +65,7 @@ def test_new_and_in_place_and_paper_differ_in_grey_too():
     assert tones == pytest.approx(np.tile((*THERE, *NEW), (len(tones), 1)), abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [SMALL, LARGE])
 def test_what_is_new_is_seen(settings):
     """The new pieces fill a fair share of the picture; once all of it was 0.7 %."""

@@ -65,6 +65,7 @@ def test_edge_margin_defects_and_rest_are_drawn_where_they_are():
     assert shapely.LineString(rest[0]).equals(shapely.Polygon(REST).exterior)
 
 
+@pytest.mark.slow
 def test_the_narrow_part_of_a_ragged_sheet_fills_its_page(tmp_path):
     # An arm 200 mm wide of a sheet of 1000 by 700 mm: 6 mm ribbons are too small on all of it.
     stock = tmp_path / "stock.toml"

@@ -37,6 +37,7 @@ def test_so_are_kerfed_sheets_files_for_a_service_and_a_mesh_from_memory(finishe
     assert set(links_of(tmp_path / "job")) == {*contents_of(tmp_path / "job")} - LEFT_OUT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["index.html", "waste.html"])
 def test_a_name_is_no_markup(finished, page):
     """Everything that is shown is escaped: titles, notes, reasons, names of materials."""

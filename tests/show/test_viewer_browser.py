@@ -342,6 +342,7 @@ def test_one_finger_turns_two_come_nearer_a_tap_chooses(browser, torus):
     opened.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "size", ["phone", *(pytest.param(s, marks=pytest.mark.slow) for s in ("laptop", "tablet"))]
 )
@@ -371,6 +372,7 @@ def test_every_size_has_room_for_everything(browser, torus, tmp_path, size, sche
     opened.close()
 
 
+@pytest.mark.slow
 def test_paper_shows_piece_sheet_and_object(browser, torus, tmp_path):
     opened = Tab(browser, torus, color_scheme="dark")
     opened.search("B2")

@@ -87,6 +87,7 @@ def test_same_job_same_page_other_job_other_memory(torus):
     assert len(crossing_map.pieces) == len(told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "settings"),
     [

@@ -94,6 +94,7 @@ def test_pictures_that_were_exchanged_and_files_that_were_added_are_found(folder
         assert name in found
 
 
+@pytest.mark.slow
 def test_a_job_is_not_lost_for_a_paper_that_cannot_be_made(tmp_path, monkeypatch):
     def broken_manual(*_):
         raise RuntimeError("a new release of something")

@@ -78,6 +78,7 @@ def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     ]
 
 
+@pytest.mark.slow
 def test_the_same_bytes_come_from_job_toml_alone(jobs, tmp_path):
     first, _ = jobs
     again = tmp_path / "again"

@@ -9,6 +9,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.units import parse_length
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.piece.congruence import DECIMALS
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
@@ -213,6 +214,8 @@ def hanging_crossings(hanging: Hanging, centre: FloatArray) -> BoolArray:
     >>> hanging_crossings(parse_hanging("top,bottom:2"), places).tolist()
     [True, False, True, False, True]
     """
+    # As the map tells where they are: of two that are as high, all choose the same.
+    centre = centre.round(DECIMALS)
     chosen = np.zeros(len(centre), dtype=np.bool_)
     if hanging.numbers and hanging.numbers[-1] >= len(centre):
         raise InputError(

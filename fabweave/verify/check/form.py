@@ -1,7 +1,7 @@
 """Check that what is said of an object's form is so: it stands where forces are in balance.
 
 Nothing is solved again: where crossings stand is read, and energies, forces and distances are
-evaluated there, by a discretisation of the verifier's own.
+evaluated there, from strips that are developed anew and by code and formulae of the verifier's own.
 """
 
 import re
@@ -72,8 +72,6 @@ class _Weave:
 
     Parameters
     ----------
-    strips : dict
-        By the ids of threads.
     spans : Spans
     wished : (X, 3) float array
         Where crossings are.
@@ -81,7 +79,6 @@ class _Weave:
         From the strand above to the one below.
     """
 
-    strips: dict[int, Strip]
     spans: Spans
     wished: Floats
     angles: Floats
@@ -94,9 +91,9 @@ class _Weave:
         crossings = {one.id: np.array(one.crossings, dtype=np.int64) for one in threads}
         over = {one.id: np.array(one.over, dtype=np.bool_) for one in threads}
         wished = np.array([one.position for one in plan.crossings])
-        modelled, angles, middles = crossing_axes(strips, crossings, over, len(wished))
-        spans = spans_of(strips, crossings, over, Attitude(wished, modelled.axes), middles)
-        return cls(strips, spans, wished, angles)
+        axes, angles, middles = crossing_axes(strips, crossings, over, len(wished))
+        spans = spans_of(strips, crossings, over, Attitude(wished, axes), middles)
+        return cls(spans, wished, angles)
 
 
 def _check_given(job: Job, form: FormRecord, place: Place) -> bool:

@@ -80,14 +80,13 @@ class Spans:
 
 def crossing_axes(
     strips: dict[int, Strip], crossings: dict[int, Ints], over: dict[int, Flags], count: int
-) -> tuple[Attitude, Floats, dict[int, Floats]]:
-    """Return how crossings stand in the model, the angle between strands, and panels' middles.
+) -> tuple[Floats, Floats, dict[int, Floats]]:
+    """Return how crossings are turned in the model, strands' angles there, and panels' middles.
 
     x is along the strand above, z outward, and the angle is that of the strand below.
     """
     axes, way_below = np.zeros((count, 3, 3)), np.zeros((count, 3))
     middles = {}
-    place = np.zeros((count, 3))
     for thread, strip in strips.items():
         corner = strip.rungs[np.stack([strip.entry, strip.exit], axis=1)]
         middles[thread] = corner.mean(axis=(1, 2))
@@ -99,9 +98,8 @@ def crossing_axes(
         x /= np.linalg.norm(x, axis=1)[:, None]
         axes[own[above]] = np.stack([x, np.cross(z, x), z], axis=2)
         way_below[own[~above]] = way[~above]
-        np.add.at(place, own, middles[thread] / 2)
     seen = np.einsum("nji,nj->ni", axes, way_below)
-    return Attitude(place, axes), np.arctan2(seen[:, 1], seen[:, 0]), middles
+    return axes, np.arctan2(seen[:, 1], seen[:, 0]), middles
 
 
 def spans_of(
@@ -264,7 +262,7 @@ def _twist(one: Attitude, other: Attitude) -> Floats:
 
 
 def resistance(spans: Spans, young: Floats, poisson: Floats, thickness: Floats) -> Floats:
-    """Return what resists each piece's six strains, (S, 2, 6), given those of threads."""
+    """Return what resists each piece's six strains, (S, M, 6), given those of threads."""
     e, nu, t = (values[spans.thread][:, None] for values in (young, poisson, thickness))
     w, length = spans.width, spans.length
     g, area = e / (2 + 2 * nu), w * t

@@ -375,6 +375,10 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.unfinished(f"{name} cannot be read", error)
         return None
 
+    def if_there(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
+        """Read what not every job has."""
+        return read(name, reader) if (directory / name).exists() else None
+
     plan = read("crossing_map.json", read_crossing_map)
     drawn = Drawings()
     number = {sheet.name: sheet.number for sheet in plan.sheets} if plan is not None else {}
@@ -396,18 +400,12 @@ def load_job(directory: Path, tally: Tally) -> Job:
         ribbons=read("ribbons.json", lambda path: read_json(path, RibbonReport)),
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, number, read, tally),
-        service=read(SERVICE, lambda path: read_service(path, tally.fail))
-        if (directory / SERVICE).is_dir()
-        else None,
+        service=if_there(SERVICE, lambda path: read_service(path, tally.fail)),
         offcuts=read_offcuts(directory, read),
         rim=read_rim(directory, read),
-        form=read(FORM, lambda path: read_json(path, FormRecord))
-        if (directory / FORM).is_file()
-        else None,
-        relaxed=read(RELAXED, read_model) if (directory / RELAXED).is_file() else None,
-        verdict=read(VERDICT, lambda path: read_json(path, dict))
-        if (directory / VERDICT).is_file()
-        else None,
+        form=if_there(FORM, lambda path: read_json(path, FormRecord)),
+        relaxed=if_there(RELAXED, read_model),
+        verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
     )
 
 

@@ -88,8 +88,7 @@ function jobColours(plan) {
 /** How far each place goes when the object is let go: to the farthest of all. */
 function formColours(plan) {
   const { let_go: going, counts } = plan.data.space, rungs = counts.reduce((sum, count) => sum + count, 0);
-  const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
-  const away = goneMm(motionOf(going, bytes, rungs)), most = Math.max(...away, 1e-9), runs = [], flat = [];
+  const away = goneMm(motionOf(going, rungs)), most = Math.max(...away, 1e-9), runs = [], flat = [];
   let first = 0;
   for (const count of counts) {
     const own = Array.from(away.subarray(first, first + count));

@@ -1,6 +1,5 @@
 /** Build every piece's strip: corners, normals, and what the shaders want to know. */
 function readStrips(space, plan) {
-  const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
   const packed = bytes(space.rungs), fromRight = bytes(space.from_right);
   const raw = new DataView(packed.buffer);
   const rungs = fromRight.length, corners = new Float32Array(rungs * 6);
@@ -9,7 +8,7 @@ function readStrips(space, plan) {
     position: corners, normal: new Float32Array(rungs * 6), piece: new Float32Array(rungs * 2),
     across: new Float32Array(rungs * 2), along: new Float32Array(rungs * 2), dip: new Float32Array(rungs * 2),
     tint: new Float32Array(rungs * 6), away: new Float32Array(rungs * 6),
-    going: motionOf(space.let_go, bytes, rungs), sway: motionOf(space.sway, bytes, rungs),
+    going: motionOf(space.let_go, rungs), sway: motionOf(space.sway, rungs),
   };
   const ball = ballOf(corners), quads = [], spots = [], firsts = [], centres = [];
   const right = new THREE.Vector3(), left = new THREE.Vector3(), way = new THREE.Vector3();
@@ -65,8 +64,11 @@ function readStrips(space, plan) {
   return { made, ball, spots, firsts, centres, counts: space.counts, placed: corners.slice(), ...inOrder(plan, quads) };
 }
 
+/** What is packed in base 64. */
+const bytes = (text) => Uint8Array.from(atob(text), (sign) => sign.charCodeAt(0));
+
 /** How the ends of all rungs move, millimetres; nowhere, where that is not known. */
-function motionOf(motion, bytes, rungs) {
+function motionOf(motion, rungs) {
   const steps = new Float32Array(rungs * 6);
   if (!motion) return steps;
   const raw = new DataView(bytes(motion.steps).buffer);
