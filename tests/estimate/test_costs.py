@@ -90,6 +90,7 @@ def test_no_letters_take_no_time():
     assert bare.machine.cut_s == job_of().costs.machine.cut_s
 
 
+@pytest.mark.slow
 def test_a_better_machine_is_faster_and_a_pierce_rests():
     job = job_of()
     sheets = len(job.drawings)

@@ -67,6 +67,7 @@ def torus():
     return planned, plan_job(*planned).split_plan
 
 
+@pytest.mark.slow
 def test_the_torus_gets_no_more_pieces_by_default_than_by_the_best_length_by_hand(torus) -> None:
     # By hand, --max-length 900mm gave 135 pieces on four sheets, where the knee of a curve of sheet
     # over joints had given 240 on as many.

@@ -141,6 +141,7 @@ def test_a_mesh_from_memory_is_kept_and_compared(tmp_path):
     assert "files" in verify_job(tmp_path / "job").failed
 
 
+@pytest.mark.slow
 def test_another_size_is_found(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     assert source_findings(folder) == ((), 1)

@@ -18,6 +18,8 @@ from fabweave.verify.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.slow
+
 FIRST = """
 [[sheet]]
 name = "board"
