@@ -23,8 +23,8 @@ from fabweave.stock.supplies import Supplies
 BARE, PINNED, RIVETED = 1.0, 25.0, 10_000.0
 #: Young's modulus of what it is not known of, N/mm², that of card; and Poisson's ratio.
 YOUNG, POISSON = 3000.0, 0.3
-#: Objects of more crossings are not let go: it would take minutes.
-MOST_CROSSINGS = 20_000
+#: Objects of more crossings are not let go: it would take more than three minutes.
+MOST_CROSSINGS = 10_000
 #: An object stands on what is no higher than this share of its size, three crossings at least.
 _FOOT = 0.02
 #: How stiff is what an object stands on or hangs from, N/mm at each crossing.
