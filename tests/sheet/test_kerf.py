@@ -22,8 +22,11 @@ from fabweave.sheet.kerf import TOLERANCE_MM, check_kerf, compensated, offset_pa
 
 @st.composite
 def arc_polygons(draw):
-    """Return a star-shaped path of sides and gentle arcs, counter-clockwise, 10 mm or larger."""
-    n = draw(st.integers(3, 14))
+    """Return a star-shaped path of sides and gentle arcs, counter-clockwise, 10 mm or larger.
+
+    None of its corners is so sharp that moving it by half a millimetre cuts it off.
+    """
+    n = draw(st.integers(4, 14))
     radii = np.array(draw(st.lists(st.floats(10.0, 16.0), min_size=n, max_size=n)))
     bulges = np.array(draw(st.lists(st.floats(-0.12, 0.2), min_size=n, max_size=n)))
     angles = 2.0 * np.pi * np.arange(n) / n
