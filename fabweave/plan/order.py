@@ -14,11 +14,12 @@ from scipy.sparse import csgraph
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import Piece
+from fabweave.plan.loose import Holds, count_loose, find_holds
 
 
 @frozen_value
 class Contacts:
-    """Which pieces cross or join which, in terms of ``effort.State``.
+    """Which pieces cross or join which, in terms of ``State``.
 
     Parameters
     ----------
@@ -32,21 +33,26 @@ class Contacts:
         when it is in place first, and the bits of the other's state that it sets itself.
     component : (N,) int array
         Pieces that hang together have the same number, from 0 in order of their first pieces.
+    holds : Holds
+        What may hold the ends of pieces.
     """
 
     n_stations: tuple[int, ...]
     alone: tuple[int, ...]
     meets: tuple[tuple[tuple[int, int, int], ...], ...]
     component: IntArray
+    holds: Holds
 
 
-def find_contacts(pieces: Sequence[Piece]) -> Contacts:
+def find_contacts(pieces: Sequence[Piece], fastened: BoolArray) -> Contacts:
     """Find what every piece meets, at its crossings and at its ends.
 
     Parameters
     ----------
     pieces : sequence of Piece
         All pieces of a job.
+    fastened : (X,) bool array
+        Which crossings take a fastener.
 
     Returns
     -------
@@ -85,7 +91,11 @@ def find_contacts(pieces: Sequence[Piece]) -> Contacts:
         for number, met in enumerate(contacts)
     )
     return Contacts(
-        tuple(len(piece.crossings) for piece in pieces), tuple(alone), meets, _components(meets)
+        tuple(len(piece.crossings) for piece in pieces),
+        tuple(alone),
+        meets,
+        _components(meets),
+        find_holds(pieces, fastened),
     )
 
 
@@ -118,6 +128,9 @@ LOOSE = (8.0, 6.0, 3.0, 1.0)
 #: At the last piece of a closed surface no hand comes to the inside: sliding below and joining cost
 #: this much more, from nothing when half of the pieces are in place.
 REACH = 1.0
+#: A piece lies loose while one more is placed; and a fastener waits from the first piece to the
+#: last: less than that, where it is set earlier.
+UNREST, WAIT = 1.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -213,15 +226,26 @@ class MeasuredOrder:
         Pieces as they are placed.
     effort : (N,) float array
         The effort of each piece of the order, in that order.
+    loose : (N,) int array
+        How many pieces lie loose after each.
+    waited : float
+        For how long fasteners wait, all together, each as a share of the order.
     """
 
     order: IntArray
     effort: FloatArray
+    loose: IntArray
+    waited: float
 
     @property
     def total(self) -> float:
         """The effort of the whole."""
         return float(self.effort.sum())
+
+    @property
+    def cost(self) -> float:
+        """The effort, and what it costs that pieces lie loose and fasteners wait."""
+        return self.total + UNREST * float(self.loose.sum()) + WAIT * self.waited
 
 
 def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -> MeasuredOrder:
@@ -236,7 +260,9 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
     enclosed : bool
         Whether the surface is closed, so that hands come to its inside ever less.
     """
-    rank = {piece: at for at, piece in enumerate(order)}
+    rank = [0] * len(order)
+    for at, piece in enumerate(order):
+        rank[piece] = at
     component = contacts.component.tolist()
     size = np.bincount(contacts.component).tolist()
     placed = [0] * len(size)
@@ -250,7 +276,11 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
         whole = component[piece]
         placed[whole] += 1
         effort.append(plain + behind * (reach(placed[whole] / size[whole]) if enclosed else 1.0))
-    return MeasuredOrder(np.array(order, dtype=np.int64), np.array(effort))
+    holds = contacts.holds
+    waited = sum(holds.set_at(key, rank) for key in holds.layers) / max(len(order), 1)
+    return MeasuredOrder(
+        np.array(order, dtype=np.int64), np.array(effort), count_loose(holds, order), waited
+    )
 
 
 def grow_order(contacts: Contacts, roots: Sequence[int]) -> list[int]:
@@ -299,8 +329,9 @@ def grow_order(contacts: Contacts, roots: Sequence[int]) -> list[int]:
     return order
 
 
-#: How much nearness to the first piece counts against nearness to the piece before.
-_HOMEWARD = 0.5
+#: How much nearness to the first piece counts against nearness to the piece before; and for one
+#: piece less that lies loose, a step goes so much farther, as a share of the object's extent.
+_HOMEWARD, _HELD = 0.5, 0.3
 #: A piece is placed from a side that shows so much of what the best side shows of it: with more,
 #: the pieces that are ready seldom let a side be kept.
 _SHOWS = 0.55
@@ -341,8 +372,9 @@ def walk_order(
 ) -> list[int]:
     """Return an order in which neighbours keep their order, and each step goes to a near piece.
 
-    As long as a side of the object serves, pieces are taken that are placed from there; then it is
-    turned to the side from which most can be placed one after the other.
+    Of pieces that are about as near, the one comes that leaves the fewest loose. As long as a side
+    of the object serves, pieces are taken that are placed from there; then it is turned to the side
+    from which most can be placed one after the other.
 
     Parameters
     ----------
@@ -357,7 +389,7 @@ def walk_order(
         From which sides each piece may be placed.
     """
     walk = _Walk(contacts, order)
-    side = 0
+    side, extent = 0, float(np.linalg.norm(np.ptp(middle, axis=0))) if len(middle) else 0.0
     for root in roots:
         home = np.linalg.norm(middle - middle[root], axis=1) * _HOMEWARD
         walk.ready = [root]
@@ -368,6 +400,7 @@ def walk_order(
                 side = max(range(len(served)), key=lambda way: walk.serves(served[way]))
             here = here[served[side, here]]
             far = np.linalg.norm(middle[here] - middle[last], axis=1) + home[here]
+            far += _HELD * extent * np.array([walk.more_loose(piece) for piece in here.tolist()])
             last = int(here[np.argmin(np.round(far, 6))])
             walk.take(last)
     return walk.taken
@@ -390,9 +423,31 @@ class _Walk:
         ]
         self.ready: list[int] = []
         self.taken: list[int] = []
+        self._holds = contacts.holds
+        self._place = [len(order)] * len(order)
+        self._loose: set[int] = set()
+
+    def _left_loose(self, piece: int) -> tuple[set[int], set[int]]:
+        """Return which pieces around one lie loose before it comes, and which after that."""
+        here, place = len(self.taken), self._place
+        before = self._loose.intersection(self._holds.around[piece])
+        place[piece] = here
+        after = {
+            one for one in before | {piece} if self._holds.held_from(one, place, len(place)) > here
+        }
+        place[piece] = len(place)
+        return before, after
+
+    def more_loose(self, piece: int) -> int:
+        """Return how many pieces more lie loose if one is taken."""
+        before, after = self._left_loose(piece)
+        return len(after) - len(before)
 
     def take(self, piece: int) -> None:
         """Take a piece."""
+        before, after = self._left_loose(piece)
+        self._loose = self._loose - before | after
+        self._place[piece] = len(self.taken)
         self.ready.remove(piece)
         self.taken.append(piece)
         for other in self._later[piece]:
@@ -414,8 +469,10 @@ class _Walk:
         return count
 
 
-#: Annealing begins and ends at these differences of effort.
-_HOT, _COLD = 10.0, 0.3
+#: Annealing begins and ends at these differences of effort; it begins with less heat where what
+#: lies loose counts, and then looks at so many other places of a piece.
+_HOT, _WARM, _COLD = 10.0, 3.0, 0.3
+_LOOKED = 3
 
 
 class _Search:
@@ -450,6 +507,15 @@ class _Search:
         for root in roots:
             self.before[root] = len(order)  # it needs nothing before it
 
+    def unrest(self, piece: int) -> float:
+        """Return what it costs that pieces around one lie loose, and fasteners there wait."""
+        place, holds = self.place, self.contacts.holds
+        loose = sum(
+            [holds.held_from(other, place, 1.0) - place[other] for other in holds.around[piece]]
+        )
+        waited = sum([holds.set_at(key, place) for key in holds.fastened[piece]])
+        return UNREST * loose * self.size[self.component[piece]] + WAIT * waited
+
     def order(self) -> list[int]:
         """Return the pieces in order, component after component."""
         return sorted(
@@ -475,11 +541,12 @@ class _Search:
         effort = self.known[piece][state] = piece_effort(self.contacts.n_stations[piece], state)
         return effort
 
-    def move(self, piece: int, dice: Random, heat: float) -> None:
+    def move(self, piece: int, dice: Random, heat: float, *, calm: bool = False) -> None:
         """Move a piece to a place among those that it meets, by the heat-bath rule.
 
         Every place is as likely as exp(-effort / heat); none is taken at which a piece would meet
-        nothing that is there before it.
+        nothing that is there before it. If ``calm``, what lies loose counts, too, and only a few
+        places are looked at.
         """
         place, state, known, factor = self.place, self.state, self.known, self.factor
         met = sorted([(place[contact[0]], contact) for contact in self.contacts.meets[piece]])
@@ -507,6 +574,14 @@ class _Search:
             a = efforts.get(mine) or self.effort(piece, mine)
             ways.append((at, target, mine))
             worth.append(steps[at] + a[0] + (reach(target) if self.enclosed else 1.0) * a[1])
+        if calm:
+            there = [before > place[contact[0]] for _, contact in met].count(True) - 1
+            looked = {there, *dice.sample(range(len(ways)), min(_LOOKED, len(ways)))}
+            ways, worth = [ways[k] for k in sorted(looked)], [worth[k] for k in sorted(looked)]
+            for k, (_, target, _) in enumerate(ways):
+                place[piece] = target
+                worth[k] += self.unrest(piece)
+            place[piece] = before
         best = min(worth)
         chosen, target, mine = dice.choices(ways, [math.exp((best - x) / heat) for x in worth])[0]
         for at, (where, (other, _, there)) in enumerate(met):
@@ -525,6 +600,7 @@ def improve_order(
     enclosed: bool,
     sweeps: int,
     seed: int,
+    calm: bool = False,
 ) -> list[int]:
     """Improve an order by annealing; the first piece of each component stays the first.
 
@@ -542,6 +618,8 @@ def improve_order(
         How often every piece is moved.
     seed : int
         Same seed, same order.
+    calm : bool
+        Whether what lies loose counts, too, and not the effort alone.
 
     Returns
     -------
@@ -551,17 +629,20 @@ def improve_order(
     dice = Random(seed)  # noqa: S311 - no secret
     search = _Search(contacts, order, roots, enclosed=enclosed)
     pieces = sorted(set(order) - set(roots))
+    hot = _WARM if calm else _HOT
     for sweep in range(sweeps):
-        heat = _HOT * (_COLD / _HOT) ** (sweep / max(sweeps - 1, 1))
+        heat = hot * (_COLD / hot) ** (sweep / max(sweeps - 1, 1))
         dice.shuffle(pieces)
         for piece in pieces:
-            search.move(piece, dice, heat)
+            search.move(piece, dice, heat, calm=calm)
         search.spread(search.order())
     return search.order()
 
 
-#: Of orders whose effort is at most so many times the least, that with the easiest end is taken.
+#: Of orders whose cost is at most so many times the least, that with the easiest end is taken.
 _NEARLY = 1.02
+#: So many orders are annealed again, so that less lies loose, in so many times fewer sweeps.
+_AGAIN, _FEWER = 2, 2
 
 
 @frozen_value
@@ -573,7 +654,11 @@ class Order(MeasuredOrder):
     order : (N,) int array
         Pieces as they are placed.
     effort : (N,) float array
-        The effort of each piece of the order, in that order, in units of ``effort.LAY``.
+        The effort of each piece of the order, in that order, in units of ``LAY``.
+    loose : (N,) int array
+        How many pieces lie loose after each.
+    waited : float
+        For how long fasteners wait, all together, each as a share of the order.
     by_thread : float
         The effort of the order of the pieces list: one thread after another, along each thread.
     by_number : float
@@ -614,18 +699,21 @@ def plan_order(
     pieces: Sequence[Piece],
     centres: FloatArray,
     normals: FloatArray,
+    fastened: BoolArray,
     *,
     enclosed: bool,
     effort: str,
     seed: int,
 ) -> Order:
-    """Find an order in which every piece holds on others and slides below few.
+    """Find an order in which every piece is held soon, holds on others and slides below few.
 
     The effort of an order depends on nothing but which of two pieces that meet comes first (and,
     on a closed surface, on how late pieces slide below others). So an order is grown from a flat
-    place and improved by annealing; of all orders that cost the same, that one is taken which
-    goes from neighbour to neighbour and turns the object seldom. Of several such searches that end
-    nearly alike, that one counts whose last tenth of the pieces is the easiest.
+    place and improved by annealing; another one is grown from the ground up. The best of these are
+    annealed again, and now it counts, too, how long pieces lie loose and fasteners wait. Of all
+    orders that cost the same, that one is taken which goes from neighbour to neighbour and turns
+    the object seldom; and of several searches that end nearly alike, that one whose last tenth of
+    the pieces is the easiest.
 
     Parameters
     ----------
@@ -635,6 +723,8 @@ def plan_order(
         Where each crossing is in space.
     normals : (X, 3) float array
         Outwards at each crossing.
+    fastened : (X,) bool array
+        Which crossings take a fastener.
     enclosed : bool
         Whether the surface is closed.
     effort : str
@@ -655,38 +745,71 @@ def plan_order(
     if effort not in efforts:
         raise InputError(f"no effort is called {effort!r}: choose one of {', '.join(efforts)}")
     hard = efforts[effort]
-    contacts = find_contacts(pieces)
+    contacts = find_contacts(pieces, fastened)
     middle = np.array([centres[piece.crossings].mean(axis=0) for piece in pieces])
     tries = int(np.clip(hard.moves // (hard.least * len(pieces)), 1, hard.roots))
     sweeps = int(np.clip(hard.moves // (tries * len(pieces)), hard.least, hard.most))
     served = sides_of_pieces([normals[piece.crossings] for piece in pieces])
-    tried = []
+
+    def measured(order: Sequence[int]) -> MeasuredOrder:
+        return measure_order(contacts, order, enclosed=enclosed)
+
+    starts = []
     for number, roots in enumerate(_flat_roots(pieces, contacts, centres, middle, tries)):
+        grown = grow_order(contacts, roots)
+        order = improve_order(
+            contacts, grown, roots, enclosed=enclosed, sweeps=sweeps, seed=seed + number
+        )
+        starts.append((measured(order).cost, order, roots))
+    starts = sorted(starts, key=lambda start: start[0])[:_AGAIN]
+    starts.append((0.0, *_grown_up(contacts, middle[:, 2])))
+    tried = []
+    for number, (_, start, roots) in enumerate(starts):
         order = improve_order(
             contacts,
-            grow_order(contacts, roots),
+            start,
             roots,
             enclosed=enclosed,
-            sweeps=sweeps,
+            sweeps=-(-sweeps // _FEWER),
             seed=seed + number,
+            calm=True,
         )
-        walked = walk_order(contacts, order, roots, middle, served)
-        tried.append(measure_order(contacts, walked, enclosed=enclosed))
+        tried.append(measured(walk_order(contacts, order, roots, middle, served)))
     best = _easy_end(tried)
     naive = [
-        measure_order(contacts, order.tolist(), enclosed=enclosed).total
-        for order in (np.arange(len(pieces)), order_by_number(pieces))
+        measured(order).total
+        for order in (list(range(len(pieces))), order_by_number(pieces).tolist())
     ]
-    return Order(best.order, best.effort, *naive)
+    return Order(best.order, best.effort, best.loose, best.waited, *naive)
+
+
+def _grown_up(contacts: Contacts, height: FloatArray) -> tuple[list[int], list[int]]:
+    """Return an order from the ground up, in which every new piece meets an old one; its roots."""
+    order, roots = [], []
+    reached = np.zeros(len(height), dtype=np.bool_)
+    for component in range(int(contacts.component.max(initial=-1)) + 1):
+        members = np.flatnonzero(contacts.component == component)
+        roots.append(int(members[np.argmin(np.round(height[members], 6))]))
+        heap = [(0.0, roots[-1])]
+        reached[roots[-1]] = True
+        while heap:
+            piece = heapq.heappop(heap)[1]
+            order.append(piece)
+            for other, _, _ in contacts.meets[piece]:
+                if not reached[other]:
+                    reached[other] = True
+                    heapq.heappush(heap, (round(float(height[other]), 6), other))
+    return order, roots
 
 
 def _easy_end(tried: Sequence[MeasuredOrder]) -> MeasuredOrder:
     """Return the order whose last pieces are the easiest, of those that cost nearly the least."""
     if not tried:
-        return MeasuredOrder(np.zeros(0, dtype=np.int64), np.zeros(0))
-    least = min(order.total for order in tried)
+        none = np.zeros(0, dtype=np.int64)
+        return MeasuredOrder(none, np.zeros(0), none, 0.0)
+    least = min(order.cost for order in tried)
     return min(
-        (order for order in tried if order.total <= _NEARLY * least),
+        (order for order in tried if order.cost <= _NEARLY * least),
         key=lambda order: float(order.effort[-_tenth(len(order.effort)) :].sum()),
     )
 

@@ -178,6 +178,7 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             pieces,
             woven.ribbons.centre,
             woven.ribbons.normal,
+            planned.piece_set.fastened,
             enclosed=bool(np.all(woven.halfedges.twin >= 0)),
             effort=settings.search.effort,
             seed=settings.search.seed,
