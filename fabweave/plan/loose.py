@@ -1,6 +1,7 @@
 """Say which pieces of a half-built object lie loose, and from when on each is held."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +11,8 @@ from fabweave.piece.piece import Piece
 
 #: What may hold an end: crossings that take a fastener, and pieces that it goes over and under.
 End: TypeAlias = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
+#: An end is held by hand while so many more pieces are placed.
+_BY_HAND = 2
 
 
 @frozen_value
@@ -39,15 +42,20 @@ class Holds:
 
     def held_from(self, piece: int, place: Sequence[float], never: float) -> float:
         """Return the place in the order from which on a piece is held, at last ``never``."""
-        last = place[piece]
-        for ties, over, under in self.ends[piece]:
-            held = never
-            if over and under:
-                held = max(min([place[at] for at in over]), min([place[at] for at in under]))
-            for crossing in ties:
-                held = min(held, max([place[at] for at in self.layers[crossing]]))
-            last = max(last, held)
-        return last
+        start, end = self.ends[piece]
+        return max(
+            place[piece], self.end_from(start, place, never), self.end_from(end, place, never)
+        )
+
+    def end_from(self, end: End, place: Sequence[float], never: float) -> float:
+        """Return the place in the order from which on one end is held, at last ``never``."""
+        ties, over, under = end
+        held = never
+        if over and under:
+            held = max(min([place[at] for at in over]), min([place[at] for at in under]))
+        for crossing in ties:
+            held = min(held, self.set_at(crossing, place))
+        return held
 
     def set_at(self, crossing: int, place: Sequence[float]) -> float:
         """Return the place in the order at which a fastener is set."""
@@ -63,14 +71,11 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
     fastened : (X,) bool array
         Which crossings take a fastener.
     """
-    carriers: dict[tuple[int, bool], list[int]] = {}
-    for number, piece in enumerate(pieces):
-        for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
-            carriers.setdefault(strand, []).append(number)
+    carriers = strands_of(pieces)
     ends, around = [], []
     for number, piece in enumerate(pieces):
         stations = list(zip(piece.crossings.tolist(), piece.over.tolist(), strict=True))
-        half = max((len(stations) + 1) // 2, 2)
+        half = _half(stations)
         both = [
             _end(number, some, carriers, fastened) for some in (stations[:half], stations[-half:])
         ]
@@ -96,6 +101,20 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
     return Holds(tuple(ends), layers, tuple(tied), tuple(around))
 
 
+def strands_of(pieces: Sequence[Piece]) -> dict[tuple[int, bool], list[int]]:
+    """Return the pieces of each strand, a crossing and whether above there: two at a lap."""
+    carriers: dict[tuple[int, bool], list[int]] = {}
+    for number, piece in enumerate(pieces):
+        for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
+            carriers.setdefault(strand, []).append(number)
+    return carriers
+
+
+def _half(stations: Sequence[tuple[int, bool]]) -> int:
+    """Return how many stations make an end."""
+    return max((len(stations) + 1) // 2, 2)
+
+
 def _end(
     number: int,
     stations: Sequence[tuple[int, bool]],
@@ -110,6 +129,78 @@ def _end(
     return tuple(ties), tuple(met[True]), tuple(met[False])
 
 
+@dataclass(frozen=True)
+class Clip:
+    """A clip at a crossing, which holds ends of the two pieces there for a while.
+
+    Parameters
+    ----------
+    pieces : (int, int)
+    since, until : int
+        The places in the order after which it is put on, and after which it is not needed.
+    """
+
+    pieces: tuple[int, int]
+    since: int
+    until: int
+
+
+def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> list[Clip]:
+    """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
+
+    What is held after a piece or two anyway is held by hand. Of the crossings of a loose end, that
+    one is taken where a clip holds most ends, and of these the nearest to its tip.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    holds : Holds
+    order : sequence of int
+        Every piece once.
+    """
+    rank, carriers = ranks(order), strands_of(pieces)
+    waiting: dict[tuple[int, bool], int] = {}
+    at: dict[tuple[int, bool], list[tuple[int, bool]]] = {}
+    clips = []
+    for now, piece in enumerate(order):
+        stations = list(zip(pieces[piece].crossings.tolist(), pieces[piece].over.tolist(),
+                            strict=True))  # fmt: skip
+        half = _half(stations)
+        for end, way in ((False, stations[:half]), (True, stations[::-1][:half])):
+            at[piece, end] = way
+            until = int(holds.end_from(holds.ends[piece][end], rank, len(order)))
+            if until > now + _BY_HAND:
+                waiting[piece, end] = until
+        waiting = {key: until for key, until in waiting.items() if until > now + _BY_HAND}
+        for own in list(waiting):
+            spots = [
+                (crossing, other)
+                for crossing, over in (at[own] if own in waiting else ())
+                for other in carriers.get((crossing, not over), ())
+                if other != own[0] and rank[other] <= now
+            ]
+            if not spots:
+                continue
+            crossing, other = max(
+                spots, key=lambda spot: sum(_passes(at[key], spot[0]) for key in waiting)
+            )
+            both = [key for key in waiting if _passes(at[key], crossing)]
+            clips.append(Clip((own[0], other), now, max(waiting.pop(key) for key in both)))
+    return clips
+
+
+def _passes(stations: Sequence[tuple[int, bool]], crossing: int) -> bool:
+    return any(one == crossing for one, _ in stations)
+
+
+def ranks(order: Sequence[int]) -> list[int]:
+    """Return the place of each piece in an order."""
+    rank = [0] * len(order)
+    for at, piece in enumerate(order):
+        rank[piece] = at
+    return rank
+
+
 def count_loose(holds: Holds, order: Sequence[int]) -> IntArray:
     """Return how many pieces lie loose after each that is placed, (N,).
 
@@ -119,10 +210,7 @@ def count_loose(holds: Holds, order: Sequence[int]) -> IntArray:
     order : sequence of int
         Every piece once.
     """
-    count = len(order)
-    rank = [0] * count
-    for at, piece in enumerate(order):
-        rank[piece] = at
+    count, rank = len(order), ranks(order)
     change = np.ones(count + 1, dtype=np.int64)
     held = [holds.held_from(piece, rank, count) for piece in range(count)]
     np.add.at(change, np.array(held, dtype=np.int64), -1)

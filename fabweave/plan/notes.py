@@ -18,7 +18,7 @@ from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import ribbon_notes
-from fabweave.plan.steps import build_steps, order_note
+from fabweave.plan.steps import build_steps, job_clips, order_note
 from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
@@ -82,7 +82,7 @@ def job_notes(
             planned.supplies.materials,
             parse_rotations(settings.stock.rotations),
         ),
-        order_note(order, steps),
+        order_note(order, steps, job_clips(pieces, order)),
         *layout.notes,
         *(code_notes(drawings) if settings.machine.qr != "none" else ()),
         *kerf_notes(

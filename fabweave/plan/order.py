@@ -14,7 +14,7 @@ from scipy.sparse import csgraph
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import Piece
-from fabweave.plan.loose import Holds, count_loose, find_holds
+from fabweave.plan.loose import Holds, count_loose, find_holds, ranks
 
 
 @frozen_value
@@ -260,9 +260,7 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
     enclosed : bool
         Whether the surface is closed, so that hands come to its inside ever less.
     """
-    rank = [0] * len(order)
-    for at, piece in enumerate(order):
-        rank[piece] = at
+    rank = ranks(order)
     component = contacts.component.tolist()
     size = np.bincount(contacts.component).tolist()
     placed = [0] * len(size)

@@ -1,13 +1,18 @@
 """Write down the steps of the assembly: what goes where, over and under what, in words."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from string import digits
 
+import numpy as np
+
+from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import StepRecord
+from fabweave.plan.loose import Clip, find_clips, find_holds
 from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
@@ -49,6 +54,8 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
         The order of its pieces.
     """
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
+    groups = _grouped(_place_all(piece_set, order))
+    clipped = _say_clips(piece_set, order, groups)
     steps = [
         StepRecord(
             step=number,
@@ -60,12 +67,52 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
             fasten=tuple(key for placing in group for key in placing.fasten if key not in held),
             closes=any(placing.closes for placing in group),
             effort=round(sum(placing.effort for placing in group), 2),
-            text=" ".join(placing.text for placing in group),
+            text=" ".join([*(placing.text for placing in group), *clipped[number - 1]]),
             ring=None,
         )
-        for number, group in enumerate(_grouped(_place_all(piece_set, order)), start=1)
+        for number, group in enumerate(groups, start=1)
     ]
     return steps + _ring_steps(piece_set, first=len(steps) + 1)
+
+
+def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:
+    """Return the clips that hold loose ends; what a ring holds is fastened last."""
+    fastened = piece_set.fastened.copy()
+    for ring in piece_set.rings:
+        fastened[ring.crossings] = False
+    pieces = piece_set.pieces
+    clips = find_clips(pieces, find_holds(pieces, fastened), order.order.tolist())
+    return [clip for clip in clips if clip.until < len(pieces) or piece_set.rings]
+
+
+def _say_clips(
+    piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]
+) -> list[list[str]]:
+    """Say for each group of pieces which clips are put on after it, and which come off."""
+    step_at = np.repeat(np.arange(len(groups)), [len(group) for group in groups]).tolist()
+    step_at.append(len(groups) - 1)
+    on: list[list[str]] = [[] for _ in groups]
+    off: list[list[str]] = [[] for _ in groups]
+    for clip in job_clips(piece_set, order):
+        since, until = step_at[clip.since], step_at[clip.until]
+        if since < until or clip.until == len(order.order):
+            one, other = (piece_set.pieces[at].id for at in clip.pieces)
+            on[since].append(f"{one} to {other}")
+            if clip.until < len(order.order):
+                off[until].append(f"{one} on {other}")
+    said: list[list[str]] = [[] for _ in groups]
+    for words, put, taken in zip(said, on, off, strict=True):
+        if put:
+            words.append(f"Clip {listed(put)}.")
+        if taken:
+            words.append(f"Take off the {'clips' if taken[1:] else 'clip'} of {listed(taken)}.")
+    return said
+
+
+def most_clips(clips: Sequence[Clip]) -> int:
+    """Return how many clips are on at once, at most."""
+    changes = sorted([(clip.since, 1) for clip in clips] + [(clip.until, -1) for clip in clips])
+    return max(itertools.accumulate(change for _, change in changes), default=0)
 
 
 def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
@@ -103,7 +150,7 @@ def _say_ring(ring: RimRing, names: Sequence[str]) -> str:
     return (
         f"Lay the ring of {listed([piece.id for piece in ring.pieces])} around the opening at the "
         f"{ring.side}, letters up, the last hole of each piece over the first of the next, and "
-        f"fasten it through all layers: {'; '.join(parts)}."
+        f"fasten it through all layers: {'; '.join(parts)}. Then no clip is needed there."
     )
 
 
@@ -245,11 +292,13 @@ def last_tenth(steps: Sequence[StepRecord]) -> float:
     return float(spent / count / (effort / pieces)) if effort else 1.0
 
 
-def order_note(order: Order, steps: Sequence[StepRecord]) -> str:
-    """Say what the order costs, what naive orders would, and how hard the end is."""
+def order_note(order: Order, steps: Sequence[StepRecord], clips: Sequence[Clip]) -> str:
+    """Say what the order costs, what naive orders would, how hard the end is, what lies loose."""
     return (
         f"assembly: effort {order.total:.0f}, where laying one strand over another counts 1: "
         f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
         f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
-        f"takes {last_tenth(steps):.1f} times the average effort"
+        f"takes {last_tenth(steps):.1f} times the average effort; "
+        + agree(int(order.loose.max(initial=0)), "{n} [piece lies|pieces lie] loose at most, ")
+        + agree(most_clips(clips), "held by {n} small [clip|clips]")
     )

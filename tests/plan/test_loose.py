@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from assembly_models import model_of
 
-from fabweave.plan.loose import count_loose, find_holds
+from fabweave.plan.loose import count_loose, find_clips, find_holds
 from fabweave.plan.order import plan_order
 
 SMALL = ("shape:octahedron", "shape:torus?m=6&n=4", "shape:tube?m=6&n=2", "shape:hypar?m=4&n=3")
@@ -81,3 +81,23 @@ def test_few_pieces_lie_loose_and_none_in_the_end(shape, changed):
     assert found.loose.max() <= 9
     assert found.loose.sum() < 0.5 * by_number.sum()
     assert found.loose[-1] == 0
+
+
+@pytest.mark.parametrize("shape", SMALL)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_ends_that_stay_loose_are_clipped_to_what_is_there(shape, seed):
+    pieces, fastened = model_of(shape).made.pieces, model_of(shape).made.fastened
+    order = np.random.default_rng(seed).permutation(len(pieces)).tolist()
+    holds, rank = find_holds(pieces, fastened), np.argsort(order).tolist()
+    clips = find_clips(pieces, holds, order)
+    for clip in clips:
+        one, other = clip.pieces
+        assert max(rank[one], rank[other]) <= clip.since < clip.until
+        assert set(pieces[one].crossings) & set(pieces[other].crossings)
+    for now in range(len(order)):
+        held = [set(clip.pieces) for clip in clips if clip.since <= now < clip.until]
+        for piece in order[: now + 1]:
+            for end in holds.ends[piece]:
+                met = {other for some in end[1:] for other in some if rank[other] <= now}
+                if met and holds.end_from(end, rank, len(order)) > now + 2:
+                    assert any(piece in two and two - {piece} <= met for two in held)

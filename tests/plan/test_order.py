@@ -330,7 +330,8 @@ def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     assert sorted(last.fasten) == sorted(keys)
     for step, before in zip(steps, plain, strict=True):
         waits = tuple(key for key in before.fasten if key not in keys)
-        assert step == replace(before, fasten=waits)
+        # What waits to be fastened may be clipped in the meantime, and that is said.
+        assert replace(step, text="") == replace(before, fasten=waits, text="")
     owners = find_owners(woven.made.pieces, len(woven.centres)).piece
     for piece in ring.pieces:
         for at, key in enumerate(piece.crossings, start=1):
