@@ -136,18 +136,32 @@ def bom_notes(bill: BillOfMaterials) -> list[str]:
 
 def _fitting(row: FastenerRow) -> str:
     """Say what fits the holes and the grip of a row, as it is sold."""
-    sold = [hardware_named(name).length_for(row.grip_mm) for name in row.fits or ()]
+    sold = sold_for(row)
     if not sold:
         return "; nothing that is known fits: try another --fastener, or washers"
-    return f"; {', '.join(map(str, sold))} " + agree(len(sold), "[fits|fit]")
+    return f"; take {sold}"
+
+
+def sold_for(row: FastenerRow, *, outside: bool = False) -> str:
+    """Name what is sold for the holes and the grip of a row; empty if nothing that is known fits.
+
+    Parameters
+    ----------
+    row : FastenerRow
+    outside : bool
+        Only what is set from one side.
+    """
+    sorts = [hardware_named(name) for name in row.fits or ()]
+    sold = [str(sort.length_for(row.grip_mm)) for sort in sorts if sort.outside or not outside]
+    return f"{', '.join(sold[:-1])} or {sold[-1]}" if len(sold) > 1 else "".join(sold)
 
 
 def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
     """Return the shopping list: what, its size, how many are needed, are spare and are bought."""
     rows: list[tuple[object, ...]] = [
         (
-            f"Fasteners, {row.layers} layers",
-            f"hole {row.diameter_mm:g} mm, grip {row.grip_mm:g} mm",
+            (sold_for(row) or "fasteners").capitalize(),
+            f"hole {row.diameter_mm:g} mm, grip {row.grip_mm:g} mm ({row.layers} layers)",
             row.needed,
             row.spare,
             row.buy,

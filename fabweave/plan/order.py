@@ -661,10 +661,13 @@ class Order(MeasuredOrder):
         The effort of the order of the pieces list: one thread after another, along each thread.
     by_number : float
         The effort of the first pieces of all threads, then their second ones, and so on.
+    enclosed : bool
+        Whether the surface is closed.
     """
 
     by_thread: float
     by_number: float
+    enclosed: bool
 
     @property
     def saved(self) -> float:
@@ -774,11 +777,11 @@ def plan_order(
         )
         tried.append(measured(walk_order(contacts, order, roots, middle, served)))
     best = _easy_end(tried)
-    naive = [
+    by_thread, by_number = (
         measured(order).total
         for order in (list(range(len(pieces))), order_by_number(pieces).tolist())
-    ]
-    return Order(best.order, best.effort, best.loose, best.waited, *naive)
+    )
+    return Order(best.order, best.effort, best.loose, best.waited, by_thread, by_number, enclosed)
 
 
 def _grown_up(contacts: Contacts, height: FloatArray) -> tuple[list[int], list[int]]:

@@ -1,24 +1,26 @@
 """Write down the steps of the assembly: what goes where, over and under what, in words."""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from string import digits
-
-import numpy as np
 
 from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.loose import Clip, find_clips, find_holds
+from fabweave.plan.loose import Clip, find_clips, find_holds, ranks
 from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8
 #: ... and has at most so many pieces.
 _MOST_PIECES = 4
+#: In a closed surface no hand comes to the inside once such a share of the pieces is in place.
+_SHUT = 0.75
+_SET_OUTSIDE = "From here on no hand comes to the inside: set fasteners from outside."
 
 
 @dataclass
@@ -55,7 +57,9 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
     """
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
     groups = _grouped(_place_all(piece_set, order))
-    clipped = _say_clips(piece_set, order, groups)
+    said = _say_clips(piece_set, order, groups)
+    if shut_fasteners(piece_set, order):
+        said[_step_at(groups)[_shut_from(order)]].insert(0, _SET_OUTSIDE)
     steps = [
         StepRecord(
             step=number,
@@ -67,12 +71,25 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
             fasten=tuple(key for placing in group for key in placing.fasten if key not in held),
             closes=any(placing.closes for placing in group),
             effort=round(sum(placing.effort for placing in group), 2),
-            text=" ".join([*(placing.text for placing in group), *clipped[number - 1]]),
+            text=" ".join([*(placing.text for placing in group), *said[number - 1]]),
             ring=None,
         )
         for number, group in enumerate(groups, start=1)
     ]
     return steps + _ring_steps(piece_set, first=len(steps) + 1)
+
+
+def shut_fasteners(piece_set: PieceSet, order: Order) -> int:
+    """Return how many fasteners are set when no hand comes to the inside any more."""
+    holds, rank = find_holds(piece_set.pieces, piece_set.fastened), ranks(order.order.tolist())
+    from_ = _shut_from(order)
+    return sum(holds.set_at(crossing, rank) >= from_ for crossing in holds.layers)
+
+
+def _shut_from(order: Order) -> int:
+    """Return from which piece of an order on no hand comes to the inside; past all for none."""
+    count = len(order.order)
+    return math.ceil(_SHUT * count) if order.enclosed else count
 
 
 def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:
@@ -85,12 +102,16 @@ def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:
     return [clip for clip in clips if clip.until < len(pieces) or piece_set.rings]
 
 
+def _step_at(groups: Sequence[Sequence[_Placing]]) -> list[int]:
+    """Return for each piece in order in which group it is placed."""
+    return [at for at, group in enumerate(groups) for _ in group]
+
+
 def _say_clips(
     piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]
 ) -> list[list[str]]:
     """Say for each group of pieces which clips are put on after it, and which come off."""
-    step_at = np.repeat(np.arange(len(groups)), [len(group) for group in groups]).tolist()
-    step_at.append(len(groups) - 1)
+    step_at = [*_step_at(groups), len(groups) - 1]
     on: list[list[str]] = [[] for _ in groups]
     off: list[list[str]] = [[] for _ in groups]
     for clip in job_clips(piece_set, order):

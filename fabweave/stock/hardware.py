@@ -37,6 +37,8 @@ class Hardware:
         The thickness of a whole stack that each of its lengths holds.
     lengths : tuple of str
         How these lengths are called; empty where they have no names.
+    outside : bool
+        Whether it is set from one side, where no hand comes to the other.
     assumed : tuple of str
         Which of these are estimates.
     """
@@ -50,6 +52,7 @@ class Hardware:
     seconds: float
     each: Span
     lengths: tuple[str, ...] = ()
+    outside: bool = False
     assumed: tuple[str, ...] = ()
 
     def fits(self, hole_mm: float, grip_mm: float) -> bool:

@@ -12,7 +12,7 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.piece.joint.kinds import KINDS, RIVET
-from fabweave.plan.bill_of_materials import BillOfMaterials
+from fabweave.plan.bill_of_materials import BillOfMaterials, sold_for
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.extent import MOST_VIEWED
 from fabweave.show.manual.book import LEADING, TEXT, Book, text_width, wrapped
@@ -53,6 +53,9 @@ class Facts:
         Names and texts of what is said of times, difficulty and money.
     rim_sheets : int
         How many sheets rings are cut from.
+    shut, clips : int
+        How many fasteners are set when no hand comes to the inside, and how many clips are on at
+        once, at most.
     """
 
     title: str
@@ -65,6 +68,8 @@ class Facts:
     portrait: bytes
     costs: tuple[tuple[str, str], ...]
     rim_sheets: int = 0
+    shut: int = 0
+    clips: int = 0
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -165,12 +170,20 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     lines += [
         (
             "Fasteners",
-            f"buy {row.buy} for holes of {row.diameter_mm:g} mm with a grip of "
-            f"{row.grip_mm:g} mm ({row.layers} layers): {row.needed} needed, "
+            f"buy {row.buy}: {sold_for(row) or 'something'} for holes of {row.diameter_mm:g} mm "
+            f"with a grip of {row.grip_mm:g} mm ({row.layers} layers); {row.needed} needed, "
             f"{row.spare} spare",
         )
         for row in fasteners
     ]
+    if facts.shut and fasteners:
+        lines[-1] = (
+            "Fasteners",
+            f"{lines[-1][1]}. Of all, the last {facts.shut} are set when no hand comes to the "
+            f"inside: {sold_for(fasteners[-1], outside=True) or 'thread'}",
+        )
+    if facts.clips:
+        lines.append(("Clips", f"{facts.clips} small ones, for ends that are still loose"))
     glue, tape = facts.bill.glue, facts.bill.tape
     if glue.joints:
         lines.append(("Glue", f"{glue.area_mm2 / 100:.0f} cm² of laps in all"))
