@@ -29,15 +29,12 @@ class Holds:
         Of each piece, at its start and at its end.
     layers : dict
         The pieces at each crossing that takes a fastener: it is set when all are in place.
-    fastened : tuple of tuples of int
-        The crossings of each piece that take a fastener.
     around : tuple of tuples of int
         Each piece, and those whose ends it may hold.
     """
 
     ends: tuple[tuple[End, End], ...]
     layers: dict[int, tuple[int, ...]]
-    fastened: tuple[tuple[int, ...], ...]
     around: tuple[tuple[int, ...], ...]
 
     def held_from(self, piece: int, place: Sequence[float], never: float) -> float:
@@ -87,18 +84,13 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
             for other in carriers.get((crossing, over), ())
         }
         around.append(tuple(sorted(near)))
-    tied = [
-        tuple(dict.fromkeys(key for key in piece.crossings.tolist() if fastened[key]))
-        for piece in pieces
-    ]
-    layers = {
-        key: tuple(
-            dict.fromkeys(at for over in (False, True) for at in carriers.get((key, over), ()))
-        )
-        for keys in tied
-        for key in keys
-    }
-    return Holds(tuple(ends), layers, tuple(tied), tuple(around))
+    layers: dict[int, set[int]] = {}
+    for (crossing, _), own in carriers.items():
+        if fastened[crossing]:
+            layers.setdefault(crossing, set()).update(own)
+    return Holds(
+        tuple(ends), {key: tuple(sorted(own)) for key, own in layers.items()}, tuple(around)
+    )
 
 
 def strands_of(pieces: Sequence[Piece]) -> dict[tuple[int, bool], list[int]]:

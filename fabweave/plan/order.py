@@ -128,9 +128,8 @@ LOOSE = (8.0, 6.0, 3.0, 1.0)
 #: At the last piece of a closed surface no hand comes to the inside: sliding below and joining cost
 #: this much more, from nothing when half of the pieces are in place.
 REACH = 1.0
-#: A piece lies loose while one more is placed; and a fastener waits from the first piece to the
-#: last: less than that, where it is set earlier.
-UNREST, WAIT = 1.0, 1.0
+#: A piece lies loose while one more is placed: somebody has to hold it.
+UNREST = 1.5
 
 
 @dataclass(frozen=True)
@@ -228,14 +227,11 @@ class MeasuredOrder:
         The effort of each piece of the order, in that order.
     loose : (N,) int array
         How many pieces lie loose after each.
-    waited : float
-        For how long fasteners wait, all together, each as a share of the order.
     """
 
     order: IntArray
     effort: FloatArray
     loose: IntArray
-    waited: float
 
     @property
     def total(self) -> float:
@@ -244,8 +240,8 @@ class MeasuredOrder:
 
     @property
     def cost(self) -> float:
-        """The effort, and what it costs that pieces lie loose and fasteners wait."""
-        return self.total + UNREST * float(self.loose.sum()) + WAIT * self.waited
+        """The effort, and what it costs that pieces lie loose."""
+        return self.total + UNREST * float(self.loose.sum())
 
 
 def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -> MeasuredOrder:
@@ -274,10 +270,8 @@ def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -
         whole = component[piece]
         placed[whole] += 1
         effort.append(plain + behind * (reach(placed[whole] / size[whole]) if enclosed else 1.0))
-    holds = contacts.holds
-    waited = sum(holds.set_at(key, rank) for key in holds.layers) / max(len(order), 1)
     return MeasuredOrder(
-        np.array(order, dtype=np.int64), np.array(effort), count_loose(holds, order), waited
+        np.array(order, dtype=np.int64), np.array(effort), count_loose(contacts.holds, order)
     )
 
 
@@ -470,7 +464,7 @@ class _Walk:
 #: Annealing begins and ends at these differences of effort; it begins with less heat where what
 #: lies loose counts, and then looks at so many other places of a piece.
 _HOT, _WARM, _COLD = 10.0, 3.0, 0.3
-_LOOKED = 3
+_LOOKED = 2
 
 
 class _Search:
@@ -506,13 +500,12 @@ class _Search:
             self.before[root] = len(order)  # it needs nothing before it
 
     def unrest(self, piece: int) -> float:
-        """Return what it costs that pieces around one lie loose, and fasteners there wait."""
+        """Return what it costs that pieces around one lie loose."""
         place, holds = self.place, self.contacts.holds
         loose = sum(
             [holds.held_from(other, place, 1.0) - place[other] for other in holds.around[piece]]
         )
-        waited = sum([holds.set_at(key, place) for key in holds.fastened[piece]])
-        return UNREST * loose * self.size[self.component[piece]] + WAIT * waited
+        return UNREST * loose * self.size[self.component[piece]]
 
     def order(self) -> list[int]:
         """Return the pieces in order, component after component."""
@@ -639,8 +632,8 @@ def improve_order(
 
 #: Of orders whose cost is at most so many times the least, that with the easiest end is taken.
 _NEARLY = 1.02
-#: So many orders are annealed again, so that less lies loose, in so many times fewer sweeps.
-_AGAIN, _FEWER = 2, 2
+#: So many orders are annealed again, so that less lies loose.
+_AGAIN = 2
 
 
 @frozen_value
@@ -655,8 +648,6 @@ class Order(MeasuredOrder):
         The effort of each piece of the order, in that order, in units of ``LAY``.
     loose : (N,) int array
         How many pieces lie loose after each.
-    waited : float
-        For how long fasteners wait, all together, each as a share of the order.
     by_thread : float
         The effort of the order of the pieces list: one thread after another, along each thread.
     by_number : float
@@ -711,7 +702,7 @@ def plan_order(
     The effort of an order depends on nothing but which of two pieces that meet comes first (and,
     on a closed surface, on how late pieces slide below others). So an order is grown from a flat
     place and improved by annealing; another one is grown from the ground up. The best of these are
-    annealed again, and now it counts, too, how long pieces lie loose and fasteners wait. Of all
+    annealed again, and now it counts, too, how long pieces lie loose. Of all
     orders that cost the same, that one is taken which goes from neighbour to neighbour and turns
     the object seldom; and of several searches that end nearly alike, that one whose last tenth of
     the pieces is the easiest.
@@ -771,7 +762,7 @@ def plan_order(
             start,
             roots,
             enclosed=enclosed,
-            sweeps=-(-sweeps // _FEWER),
+            sweeps=sweeps,
             seed=seed + number,
             calm=True,
         )
@@ -781,7 +772,7 @@ def plan_order(
         measured(order).total
         for order in (list(range(len(pieces))), order_by_number(pieces).tolist())
     )
-    return Order(best.order, best.effort, best.loose, best.waited, by_thread, by_number, enclosed)
+    return Order(best.order, best.effort, best.loose, by_thread, by_number, enclosed)
 
 
 def _grown_up(contacts: Contacts, height: FloatArray) -> tuple[list[int], list[int]]:
@@ -807,7 +798,7 @@ def _easy_end(tried: Sequence[MeasuredOrder]) -> MeasuredOrder:
     """Return the order whose last pieces are the easiest, of those that cost nearly the least."""
     if not tried:
         none = np.zeros(0, dtype=np.int64)
-        return MeasuredOrder(none, np.zeros(0), none, 0.0)
+        return MeasuredOrder(none, np.zeros(0), none)
     least = min(order.cost for order in tried)
     return min(
         (order for order in tried if order.cost <= _NEARLY * least),

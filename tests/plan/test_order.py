@@ -245,7 +245,7 @@ def test_the_end_is_easier_than_that_of_naive_orders(shape):
 def test_of_orders_that_cost_nearly_the_same_the_one_with_the_easiest_end_is_taken():
     def order(*efforts):
         none = np.zeros(len(efforts), dtype=int)
-        return MeasuredOrder(np.arange(len(efforts)), np.array(efforts), none, 0.0)
+        return MeasuredOrder(np.arange(len(efforts)), np.array(efforts), none)
 
     hard, easy = order(40.0, 40.0, 20.0), order(50.0, 40.5, 10.0)
     dear = order(60.0, 42.0, 1.0)
