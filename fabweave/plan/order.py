@@ -632,8 +632,8 @@ def improve_order(
 
 #: Of orders whose cost is at most so many times the least, that with the easiest end is taken.
 _NEARLY = 1.02
-#: So many orders are annealed again, so that less lies loose.
-_AGAIN = 2
+#: So many orders are annealed again, so that less lies loose: more, the fewer pieces there are.
+_AGAIN, _AGAIN_PIECES = 2, 200
 
 
 @frozen_value
@@ -753,7 +753,7 @@ def plan_order(
             contacts, grown, roots, enclosed=enclosed, sweeps=sweeps, seed=seed + number
         )
         starts.append((measured(order).cost, order, roots))
-    starts = sorted(starts, key=lambda start: start[0])[:_AGAIN]
+    starts = sorted(starts, key=lambda start: start[0])[: max(_AGAIN, _AGAIN_PIECES // len(pieces))]
     starts.append((0.0, *_grown_up(contacts, middle[:, 2])))
     tried = []
     for number, (_, start, roots) in enumerate(starts):

@@ -194,12 +194,12 @@ def test_the_best_of_all_orders_is_found(shape):
     count = len(woven.made.pieces)
     assert 5 <= count <= 7
     best = min(
-        measure_order(contacts, order, enclosed=woven.enclosed).total
+        measure_order(contacts, order, enclosed=woven.enclosed).cost
         for order in itertools.permutations(range(count))
         if len(held(contacts, order)) == 1
     )
     found = planned(woven, effort="best")
-    assert found.total <= best * 1.02 + 1e-9
+    assert found.cost <= best * 1.02 + 1e-9
 
 
 def test_what_annealing_takes_for_the_effort_is_the_effort():
