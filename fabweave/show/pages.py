@@ -19,7 +19,7 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.bill_of_materials import shopping_rows
+from fabweave.plan.bill_of_materials import SHOPPING, shopping_rows
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.verdict import QUESTION, VERDICTS
 from fabweave.show.files import offcut_entries
@@ -197,6 +197,7 @@ def waste_page(job: Job, report: WasteReport) -> str:
             for one in report.rim or ()
         ],
         kept={"share": KEPT_SHARE, "side_mm": KEPT_SIDE_MM, "width_mm": KEPT_WIDTH_MM},
+        shopping=SHOPPING,
         buy=shopping_rows(report.bill),
         reason=splitting_reason(split.chosen, split.prefer, len(split.choices)),
         currency=CURRENCY,

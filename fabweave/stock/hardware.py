@@ -29,6 +29,8 @@ class Hardware:
 
     Parameters
     ----------
+    tool : str
+        What sets it, in words.
     hole_mm : (float, float)
         The least and the greatest hole that serves.
     cut_mm : float
@@ -45,6 +47,7 @@ class Hardware:
 
     name: str
     title: str
+    tool: str
     hole_mm: Span
     cut_mm: float
     grips_mm: tuple[Span, ...]
