@@ -156,12 +156,12 @@ def sold_for(row: FastenerRow, *, outside: bool = False) -> str:
     return f"{', '.join(sold[:-1])} or {sold[-1]}" if len(sold) > 1 else "".join(sold)
 
 
-#: What the columns of the shopping list are called; the first has a box to tick.
-SHOPPING = ("", "Any one of these", "Size", "Set with", "Each, EUR", "Needed", "Spare", "Buy")
+#: What the columns of the shopping list are called.
+SHOPPING = ("Any one of these", "Size", "Set with", "Each, EUR", "Needed", "Spare", "Buy")
 
 
 def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
-    """Return the shopping list, with the columns of ``SHOPPING``."""
+    """Return the shopping list, with the columns of ``SHOPPING`` and a box to tick."""
     rows: list[tuple[object, ...]] = []
     for row in bill.fasteners:
         sorts = [hardware_named(name) for name in row.fits or ()]
@@ -169,8 +169,7 @@ def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
         each = [price for sort in sorts for price in sort.each]
         rows.append(
             (
-                "☐",
-                sold[:1].upper() + sold[1:],
+                f"☐ {sold}",
                 f"hole {row.diameter_mm:g} mm, grip {row.grip_mm:g} mm ({row.layers} layers)",
                 ", ".join(dict.fromkeys(sort.tool for sort in sorts)),
                 f"{min(each):.2f} to {max(each):.2f}" if each else "",
@@ -182,8 +181,8 @@ def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
     glue, tape = bill.glue, bill.tape
     if glue.joints:
         laps = f"{glue.area_mm2 / 100:.1f} cm² of laps"
-        rows.append(("☐", "Glue", laps, "", "", glue.joints, "", ""))
+        rows.append(("☐ glue", laps, "", "", glue.joints, "", ""))
     if tape.joints:
         seams = f"{tape.length_mm / 1000:.2f} m"
-        rows.append(("☐", "Tape", seams, "", "", tape.joints, "", ""))
+        rows.append(("☐ tape", seams, "", "", tape.joints, "", ""))
     return rows
