@@ -165,9 +165,11 @@ def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> l
                 waiting[piece, end] = until
         waiting = {key: until for key, until in waiting.items() if until > now + _BY_HAND}
         for own in list(waiting):
+            if own not in waiting:  # a clip that has just been put on holds it, too
+                continue
             spots = [
                 (crossing, other)
-                for crossing, over in (at[own] if own in waiting else ())
+                for crossing, over in at[own]
                 for other in carriers.get((crossing, not over), ())
                 if other != own[0] and rank[other] <= now
             ]

@@ -702,10 +702,10 @@ def plan_order(
     The effort of an order depends on nothing but which of two pieces that meet comes first (and,
     on a closed surface, on how late pieces slide below others). So an order is grown from a flat
     place and improved by annealing; another one is grown from the ground up. The best of these are
-    annealed again, and now it counts, too, how long pieces lie loose. Of all
-    orders that cost the same, that one is taken which goes from neighbour to neighbour and turns
-    the object seldom; and of several searches that end nearly alike, that one whose last tenth of
-    the pieces is the easiest.
+    annealed again, and now it counts, too, how long pieces lie loose. Of all orders that cost the
+    same, that one is taken which goes from neighbour to neighbour and turns the object seldom; and
+    of several searches that end nearly alike, that one whose last tenth of the pieces is the
+    easiest.
 
     Parameters
     ----------
