@@ -118,7 +118,7 @@ class Form:
             sags += f", and {_length(self.loaded_mm)} with its load"
         parts = [said, sags]
         if self.loose:
-            parts.append(agree(self.loose, "loose in {n} way[|s], so that its weight sways it"))
+            parts.append(agree(self.loose, "is loose in {n} way[|s], so that its weight sways it"))
         return "; ".join(parts)
 
 

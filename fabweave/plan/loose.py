@@ -94,7 +94,7 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
 
 
 def strands_of(pieces: Sequence[Piece]) -> dict[tuple[int, bool], list[int]]:
-    """Return the pieces of each strand, a crossing and whether above there: two at a lap."""
+    """Return the pieces of each strand, a crossing and whether above: two at a lap, in order."""
     carriers: dict[tuple[int, bool], list[int]] = {}
     for number, piece in enumerate(pieces):
         for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):

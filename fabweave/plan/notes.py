@@ -14,11 +14,12 @@ from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.bill_of_materials import bill_of_materials, bom_notes
+from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import ribbon_notes
-from fabweave.plan.steps import build_steps, job_clips, order_note
+from fabweave.plan.steps import job_clips, order_note
 from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
@@ -49,13 +50,13 @@ def job_notes(
     layout: Layout,
     marks: Sequence[Marks],
     order: Order,
+    steps: Sequence[StepRecord],
     drawings: Sequence[SheetDrawing],
     kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
-    steps = build_steps(pieces, order)
     plan = planned.split_plan
     reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
     return (

@@ -14,7 +14,7 @@ from scipy.sparse import csgraph
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import Piece
-from fabweave.plan.loose import Holds, count_loose, find_holds, ranks
+from fabweave.plan.loose import Holds, count_loose, find_holds, ranks, strands_of
 
 
 @frozen_value
@@ -59,13 +59,7 @@ def find_contacts(pieces: Sequence[Piece], fastened: BoolArray) -> Contacts:
     Contacts
         In time and memory proportional to the number of stations.
     """
-    # Who carries each strand: (piece, station) twice where two lap there, in order of the thread.
-    carriers: dict[tuple[int, bool], list[tuple[int, int]]] = {}
-    for number, piece in enumerate(pieces):
-        for station, strand in enumerate(
-            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
-        ):
-            carriers.setdefault(strand, []).append((number, station))
+    carriers = strands_of(pieces)
     begins = {piece.start_joint: number for number, piece in enumerate(pieces)}
     ends = {piece.end_joint: number for number, piece in enumerate(pieces)}
     alone, contacts = [], []
@@ -75,7 +69,7 @@ def find_contacts(pieces: Sequence[Piece], fastened: BoolArray) -> Contacts:
         for station, (crossing, over) in enumerate(
             zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
         ):
-            for second, (other, _) in enumerate(carriers.get((crossing, not over), ())):
+            for second, other in enumerate(carriers.get((crossing, not over), ())):
                 bit = bits.strand(station, over=over, second=bool(second))
                 met[other] = met.get(other, 0) | bit
         for joint, others, end in (
@@ -402,15 +396,13 @@ class _Walk:
     """Pieces as they are taken: those are ready that wait for no other."""
 
     def __init__(self, contacts: Contacts, order: Sequence[int]) -> None:
-        rank = np.empty(len(order), dtype=np.int64)
-        rank[order] = np.arange(len(order))
-        ranks = rank.tolist()
+        rank = ranks(order)
         self._later = [
-            [other for other, _, _ in met if ranks[other] > ranks[piece]]
+            [other for other, _, _ in met if rank[other] > rank[piece]]
             for piece, met in enumerate(contacts.meets)
         ]
         self._waiting = [
-            sum(ranks[other] < ranks[piece] for other, _, _ in met)
+            sum(rank[other] < rank[piece] for other, _, _ in met)
             for piece, met in enumerate(contacts.meets)
         ]
         self.ready: list[int] = []
@@ -752,11 +744,12 @@ def plan_order(
         order = improve_order(
             contacts, grown, roots, enclosed=enclosed, sweeps=sweeps, seed=seed + number
         )
-        starts.append((measured(order).cost, order, roots))
-    starts = sorted(starts, key=lambda start: start[0])[: max(_AGAIN, _AGAIN_PIECES // len(pieces))]
-    starts.append((0.0, *_grown_up(contacts, middle[:, 2])))
+        starts.append((order, roots))
+    starts.sort(key=lambda start: measured(start[0]).cost)
+    del starts[max(_AGAIN, _AGAIN_PIECES // len(pieces)) :]
+    starts.append(_grown_up(contacts, middle[:, 2]))
     tried = []
-    for number, (_, start, roots) in enumerate(starts):
+    for number, (start, roots) in enumerate(starts):
         order = improve_order(
             contacts,
             start,

@@ -11,7 +11,7 @@ from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.loose import Clip, find_clips, find_holds, ranks
+from fabweave.plan.loose import Clip, find_clips, find_holds, ranks, strands_of
 from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
@@ -196,12 +196,10 @@ def _grouped(placings: Sequence[_Placing]) -> list[list[_Placing]]:
 def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
     """Place the pieces one after another."""
     pieces = piece_set.pieces
-    carriers: dict[tuple[int, bool], set[int]] = {}
+    carriers = strands_of(pieces)
     layers: dict[int, int] = {}
-    for number, piece in enumerate(pieces):
-        for strand in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
-            carriers.setdefault(strand, set()).add(number)
-            layers[strand[0]] = layers.get(strand[0], 0) + 1
+    for (crossing, _), own in carriers.items():
+        layers[crossing] = layers.get(crossing, 0) + len(own)
     joints = {joint.id: joint for joint in piece_set.joints}
     rings = _rings(pieces)
     there: set[int] = set()
@@ -219,7 +217,7 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
             layers[crossing] -= 1
             if layers[crossing] == 0:
                 placing.fasten.append(crossing)
-            others = sorted(carriers.get((crossing, not over), set()) & there)
+            others = sorted(there.intersection(carriers.get((crossing, not over), ())))
             if not others:
                 continue
             if crossing not in crossed:
@@ -320,6 +318,6 @@ def order_note(order: Order, steps: Sequence[StepRecord], clips: Sequence[Clip])
         f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
         f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
         f"takes {last_tenth(steps):.1f} times the average effort; "
-        + agree(int(order.loose.max(initial=0)), "{n} [piece lies|pieces lie] loose at most, ")
-        + agree(most_clips(clips), "held by {n} small [clip|clips]")
+        + agree(int(order.loose.max(initial=0)), "{n} [piece lies|pieces lie] loose at most")
+        + (agree(most_clips(clips), ", held by {n} small [clip|clips]") if clips else "")
     )

@@ -260,6 +260,7 @@ def draw_job(
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
+    steps = build_steps(pieces, order)
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = settled is not None and settled.form.settles_mm > thinnest_mm
@@ -285,11 +286,11 @@ def draw_job(
             drawings,
             layout.sheets,
             allotment.sheet_materials,
-            build_steps(pieces, order),
+            steps,
             bill_of_materials(pieces, settings.pieces.hardware),
             calibration=settings.machine.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, drawings, kerfed, seen),
+        notes=job_notes(planned, layout, marks, order, steps, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         rim_layout=rim[0],
         rim_drawings=rim[1],
