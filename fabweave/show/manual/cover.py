@@ -170,18 +170,19 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     lines += [
         (
             "Fasteners",
-            f"buy {row.buy}: {sold_for(row) or 'something'} for holes of {row.diameter_mm:g} mm "
+            f"buy {row.buy}: {sold_for(row) or 'what fits'}, for holes of {row.diameter_mm:g} mm "
             f"with a grip of {row.grip_mm:g} mm ({row.layers} layers); {row.needed} needed, "
             f"{row.spare} spare",
         )
         for row in fasteners
     ]
-    if facts.shut and fasteners:
-        lines[-1] = (
-            "Fasteners",
-            f"{lines[-1][1]}. Of all, the last {facts.shut} are set when no hand comes to the "
-            f"inside: {sold_for(fasteners[-1], outside=True) or 'thread'}",
+    if facts.shut:
+        outside = "; ".join(
+            f"for holes of {row.diameter_mm:g} mm {sold_for(row, outside=True) or 'thread'}"
+            for row in fasteners
         )
+        last = agree(facts.shut, "the last {n} [is|are] set when no hand comes to the inside: ")
+        lines.append(("From outside", last + outside))
     if facts.clips:
         lines.append(("Clips", f"{facts.clips} small ones, for ends that are still loose"))
     glue, tape = facts.bill.glue, facts.bill.tape
