@@ -23,12 +23,13 @@ from fabweave.plan.allotment import Allotment
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.material import sheet_mass_kg
 
 
 @record
-class RimSheet:
-    """A sheet with pieces of rings: its name and size, their area without holes, time, price."""
+class SideSheet:
+    """A sheet beside those of the pieces: its name and size, area without holes, time, price."""
 
     sheet: str
     width_mm: float
@@ -41,29 +42,17 @@ class RimSheet:
     price: Price | None
 
 
-def rim_sheets(
-    planned: PlannedJob, layout: Layout | None, drawings: Sequence[SheetDrawing]
-) -> tuple[RimSheet, ...] | None:
-    """Return what each sheet of rings takes, of the first material; None without rings.
-
-    Parameters
-    ----------
-    planned : PlannedJob
-    layout : Layout or None
-        Of the pieces of all rings, one after another.
-    drawings : sequence of SheetDrawing
-        Its sheets.
-    """
-    if layout is None:
+def _side_accounts(sheets: SideSheets | None, calibration: float) -> tuple[SideSheet, ...] | None:
+    """Return what each sheet beside those of the pieces takes; None without any."""
+    if sheets is None:
         return None
-    material, calibration = planned.supplies.materials[0], planned.settings.machine.calibrate
-    areas = [piece.net_area_mm2 for ring in planned.piece_set.rings for piece in ring.pieces]
+    layout, material = sheets.layout, sheets.material
     found = []
-    for number, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
-        own = [areas[one.piece] for one in layout.placements if one.sheet == number]
+    for number, (sheet, drawing) in enumerate(zip(layout.sheets, sheets.drawings, strict=True)):
+        own = [sheets.areas_mm2[one.piece] for one in layout.placements if one.sheet == number]
         stated = 0.0 if sheet.offcut and sheet.price is None else sheet.price
         found.append(
-            RimSheet(
+            SideSheet(
                 sheet=drawing.name,
                 width_mm=sheet.width_mm,
                 height_mm=sheet.height_mm,
@@ -150,7 +139,8 @@ class WasteReport:
     bill: BillOfMaterials = inline()
     kerf_mm: float
     splitting: SplittingRecord
-    rim: tuple[RimSheet, ...] | None = optional()
+    rim: tuple[SideSheet, ...] | None = optional()
+    former: tuple[SideSheet, ...] | None = optional()
 
 
 def waste_report(
@@ -164,7 +154,8 @@ def waste_report(
     costs: Costs,
     engrave_seen_mm: float | None = None,
     grain: GrainCost | None = None,
-    rim: tuple[RimSheet, ...] | None = None,
+    rim: SideSheets | None = None,
+    former: SideSheets | None = None,
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -181,8 +172,8 @@ def waste_report(
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
-    rim : tuple of RimSheet, optional
-        The sheets of rings, which nothing else counts.
+    rim, former : SideSheets, optional
+        The sheets of rings and of a former, which nothing else counts.
     """
     pieces, settings = planned.to_cut, planned.settings
     sheets = [
@@ -219,7 +210,8 @@ def waste_report(
         splitting=splitting_record(
             planned.split_plan, planned.piece_set.pieces, planned.woven.labels
         ),
-        rim=rim,
+        rim=_side_accounts(rim, settings.machine.calibrate),
+        former=_side_accounts(former, settings.machine.calibrate),
     )
 
 

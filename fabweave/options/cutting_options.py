@@ -104,6 +104,19 @@ CUTTING_OPTIONS = (
         brief="Fasteners at: joints, form, rim, all, every:2, none.",
     ),
     Option(
+        "former",
+        PIECES,
+        text(
+            "MATERIAL",
+            "auto, or the name of a material such as 'birch-ply-3'",
+            form=lambda told: told.strip().lower(),
+        ),
+        "Cut a former, too: slotted plates of the inside that strips are laid on, with the name "
+        "of each strip where it passes. It is of this material; auto is the job's own from "
+        "1.2 mm on, or else museum-board. The folder former has it.",
+        making=True,
+    ),
+    Option(
         "hang",
         PIECES,
         text(

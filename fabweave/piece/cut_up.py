@@ -20,7 +20,7 @@ from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.on_stock import rings_fit
 from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import Hold, PieceSet, build_pieces
-from fabweave.piece.rim_ring import RimRing, plan_ring, ring_prefix
+from fabweave.piece.rim_ring import RimRing, free_prefix, plan_ring
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import FAR, BrokenRule
@@ -104,7 +104,7 @@ def _rings(
                 edge_mm=edge_mm,
                 thickness_mm=thickness,
                 clearance_mm=brief.ribbons.clearance_mm,
-                prefix=ring_prefix(woven.labels),
+                prefix=free_prefix("R", woven.labels),
             )
             if count == MOST_RING_PIECES or rings_fit(ring, brief.supplies, brief.effort):
                 break

@@ -132,7 +132,7 @@ def plan_ring(
     thickness_mm, clearance_mm : float
         Of the material, and the air between two strands: the band lies above both.
     prefix : str
-        What its pieces are called before their numbers, from ``ring_prefix``.
+        What its pieces are called before their numbers, from ``free_prefix``.
 
     Raises
     ------
@@ -213,22 +213,23 @@ def plan_ring(
     )
 
 
-def ring_prefix(labels: Sequence[str]) -> str:
-    """Return the letters before the numbers of rings' pieces: R, or more of it.
+def free_prefix(letter: str, labels: Sequence[str]) -> str:
+    """Return the letters before numbers of parts that are of no thread: one, or more of it.
 
     Parameters
     ----------
+    letter : str
     labels : sequence of str
         Those of the threads, which pieces of theirs begin with.
 
     Examples
     --------
-    >>> ring_prefix(["A", "B"]), ring_prefix(["A", "R"])
+    >>> free_prefix("R", ["A", "B"]), free_prefix("R", ["A", "R"])
     ('R', 'RR')
     """
-    prefix = "R"
+    prefix = letter
     while prefix in labels:
-        prefix += "R"
+        prefix += letter
     return prefix
 
 

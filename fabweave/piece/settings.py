@@ -25,6 +25,7 @@ class PieceSettings:
     joint: str
     colours: Strategy
     force: bool
+    former: str | None
     labels: str
     label_side: str
 

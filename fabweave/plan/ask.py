@@ -20,7 +20,7 @@ from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import check_stock
-from fabweave.stock.supplies import Supplies, parse_materials, plan_supplies
+from fabweave.stock.supplies import Supplies, Supply, parse_materials, plan_supplies
 from fabweave.weave.weave_mesh import weave_mesh
 
 #: The refinements that are tried, one after the other: they round the shape, and divide every face.
@@ -28,6 +28,8 @@ REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
 #: Each is tried if it comes to so many crossings at most, where every step makes four of one; and
 #: in plain weave, which needs no search.
 MOST_CROSSINGS = 2000
+#: What a former is cut from, where strips are of something thinner than this, millimetres.
+_FORMER, _STIFF_MM = "museum-board", 1.2
 #: What comes of coarse faces: between them ribbons turn sharply.
 _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 
@@ -114,6 +116,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     )
     if parse_rotations(stock.rotations).across:
         supplies = supplies.across()
+    if settings.pieces.former is not None:
+        supplies = replace(supplies, former=_former_supply(settings, supplies))
     check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     # What cannot be is refused before the work, though it is needed only later.
     brief_of(settings, supplies)
@@ -141,6 +145,17 @@ def supplies_of(settings: Settings) -> Supplies:
         stock.library,
         settings.machine.bed,
     )
+
+
+def _former_supply(settings: Settings, supplies: Supplies) -> Supply:
+    """Return what a former is cut from; its sheets and gap are the material's own."""
+    own, asked = supplies.each[0], settings.pieces.former
+    if asked == "auto" and own.material.thickness_mm >= _STIFF_MM:
+        return own
+    material = _FORMER if asked in (None, "auto") else str(asked)
+    stock, bed = settings.stock, settings.machine.bed
+    none = (("", None),)
+    return plan_supplies((("", material),), none, none, (), stock.library, bed).each[0]
 
 
 def brief_of(settings: Settings, supplies: Supplies) -> Brief:

@@ -59,7 +59,7 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
     groups = _grouped(_place_all(piece_set, order))
     said = _say_clips(piece_set, order, groups)
     if shut_fasteners(piece_set, order):
-        said[_step_at(groups)[_shut_from(order)]].insert(0, _SET_OUTSIDE)
+        said[_step_at(groups)[shut_from(order)]].insert(0, _SET_OUTSIDE)
     steps = [
         StepRecord(
             step=number,
@@ -82,11 +82,11 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
 def shut_fasteners(piece_set: PieceSet, order: Order) -> int:
     """Return how many fasteners are set when no hand comes to the inside any more."""
     holds, rank = find_holds(piece_set.pieces, piece_set.fastened), ranks(order.order.tolist())
-    from_ = _shut_from(order)
+    from_ = shut_from(order)
     return sum(holds.set_at(crossing, rank) >= from_ for crossing in holds.layers)
 
 
-def _shut_from(order: Order) -> int:
+def shut_from(order: Order) -> int:
     """Return from which piece of an order on no hand comes to the inside; past all for none."""
     count = len(order.order)
     return math.ceil(_SHUT * count) if order.enclosed else count

@@ -1,61 +1,24 @@
 """Draw rings around openings on sheets of their own, and say how they are laid."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout, Placement
-from fabweave.nest.nesting import nest
 from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.on_stock import FLAT_MM
 from fabweave.piece.rim_ring import RimRing, RingPiece
-from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, draw_flat
+from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, draw_flat
 from fabweave.sheet.labels.lettering import place_text
-from fabweave.sheet.sheet_notes import sheet_notes
-from fabweave.sheet.sheets import lettered
-from fabweave.stock.rotations import parse_rotations
+from fabweave.sheet.settings import MachineSettings
+from fabweave.sheet.side_sheets import SideSheets, sheet_name, side_sheets
 from fabweave.stock.supplies import Supplies
 
 #: The folder with rings in a job's folder, and the files that tell of them.
 FOLDER, RECORD, TEXT = "rim", "rim.json", "rim.txt"
 _MEASURES = ("side", "opening_mm", "width_mm", "slope_deg", "off_mm", "thickness_mm")
-
-
-def draw_rim_sheets(
-    rings: Sequence[RimRing], layout: Layout, title: str
-) -> tuple[SheetDrawing, ...]:
-    """Draw the pieces of rings: the id where the next piece covers it, holes, outline.
-
-    Parameters
-    ----------
-    rings : sequence of RimRing
-    layout : Layout
-        Their pieces, one after another.
-    title : str
-        Of the job.
-    """
-    pieces = [piece for ring in rings for piece in ring.pieces]
-    drawn: list[list[PieceDrawing]] = [[] for _ in layout.sheets]
-    for placement in layout.placements:
-        drawn[placement.sheet].append(_drawn(pieces[placement.piece], placement))
-    return tuple(
-        SheetDrawing(
-            name=f"rim_{number:02d}",
-            width_mm=sheet.width_mm,
-            height_mm=sheet.height_mm,
-            pieces=tuple(drawn[number - 1]),
-            # Rings are bent round, whichever way the grain goes.
-            notes=sheet_notes(
-                replace(sheet, grain_deg=None),
-                [f"{lettered(title)} RIM {number}/{len(layout.sheets)}"],
-                margin_mm=layout.margin_mm,
-            ),
-        )
-        for number, sheet in enumerate(layout.sheets, start=1)
-    )
 
 
 def _drawn(piece: RingPiece, placement: Placement) -> PieceDrawing:
@@ -98,7 +61,7 @@ def _record(piece: RingPiece, placement: Placement) -> dict[str, Any]:
     places = placement.apply(piece.holes[:, :2]).round(DECIMALS).tolist()
     return {
         "id": piece.id,
-        "sheet": f"rim_{placement.sheet + 1:02d}",
+        "sheet": sheet_name(FOLDER, placement.sheet),
         "holes": [
             {"crossing": crossing, "x": x, "y": y, "hole_mm": diameter}
             for crossing, (x, y), diameter in zip(
@@ -152,11 +115,9 @@ def rim_notes(rings: Sequence[RimRing]) -> list[str]:
 
 
 def ring_sheets(
-    rings: Sequence[RimRing], supplies: Supplies, title: str
-) -> tuple[Layout | None, tuple[SheetDrawing, ...]]:
-    """Nest the pieces of rings on sheets of their own, of the first material, and draw these.
-
-    Without rings there is no layout.
+    rings: Sequence[RimRing], supplies: Supplies, machine: MachineSettings, title: str
+) -> SideSheets | None:
+    """Nest the pieces of rings on sheets of their own, of the first material; None without rings.
 
     Raises
     ------
@@ -165,15 +126,17 @@ def ring_sheets(
     """
     pieces = [piece for ring in rings for piece in ring.pieces]
     if not pieces:
-        return None, ()
-    supply = supplies.each[0]
-    layout = nest(
+        return None
+    return side_sheets(
+        FOLDER,
+        title,
         [piece.path.flattened(FLAT_MM) for piece in pieces],
-        supply.sheets,
-        margin_mm=supplies.margin_mm,
-        gap_mm=supply.gap_mm,
-        effort="quick",
+        [piece.net_area_mm2 for piece in pieces],
+        lambda placement: _drawn(pieces[placement.piece], placement),
+        supplies.each[0],
+        machine,
         ids=[piece.id for piece in pieces],
-        rotations=parse_rotations(supplies.rotations),
+        margin_mm=supplies.margin_mm,
+        # Rings are bent round, whichever way the grain goes.
+        rotations=supplies.rotations,
     )
-    return layout, draw_rim_sheets(rings, layout, title)

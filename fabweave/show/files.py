@@ -18,7 +18,7 @@ from fabweave.estimate.offcuts import (
     stock_text,
 )
 from fabweave.estimate.texts import costs_text
-from fabweave.estimate.waste import WasteReport, piece_table, rim_sheets, waste_report
+from fabweave.estimate.waste import WasteReport, piece_table, waste_report
 from fabweave.form.relaxed import form_record
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
@@ -29,11 +29,12 @@ from fabweave.plan.grade import verdict_json
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
 from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
+from fabweave.sheet import former_sheets, rim_sheets
 from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.former_sheets import former_record
 from fabweave.sheet.kerf import CUT_FOLDER
 from fabweave.sheet.qr_code import CODE_FILE, code_png
-from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
-from fabweave.sheet.rim_sheets import RECORD, TEXT, rim_record, rim_text
+from fabweave.sheet.rim_sheets import rim_record, rim_text
 from fabweave.sheet.service import PieceMaterial, kind_files, write_kind_files
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.sheet_notes import draw_offcut
@@ -93,17 +94,25 @@ def write_plan(
     progress("files", 0, len(job.drawings))
     machine = job.settings.machine
     folders = [(directory / "sheets", job.drawings), (directory / CUT_FOLDER, job.kerfed)]
-    if job.rim_layout is not None:
-        folders += [(directory / RIM_FOLDER, job.rim_drawings)]
+    for sheets in job.beside:
+        folders.append((directory / sheets.folder, sheets.drawings))
+        folders.append((directory / CUT_FOLDER, sheets.kerfed))
     written = []
-    for folder, drawings in (*folders, (directory / CUT_FOLDER, job.rim_kerfed)):
+    for folder, drawings in folders:
         if drawings:
             folder.mkdir(exist_ok=True)
         written += [start(_write_cuts, folder, drawing, machine) for drawing in drawings]
-    if job.rim_layout is not None:
-        rim, rings = directory / RIM_FOLDER, job.piece_set.rings
-        _write(rim / RECORD, json_text(rim_record(rings, job.rim_layout)))
-        _write(rim / TEXT, rim_text(rings))
+    if job.rim is not None:
+        rings = job.piece_set.rings
+        folder = directory / job.rim.folder
+        _write(folder / rim_sheets.RECORD, json_text(rim_record(rings, job.rim.layout)))
+        _write(folder / rim_sheets.TEXT, rim_text(rings))
+    if job.former is not None and job.laid is not None:
+        folder = directory / job.former.folder
+        record = former_record(job.laid, job.former, job.piece_set.pieces)
+        _write(folder / former_sheets.RECORD, json_text(record))
+        steps = [f"{at}. {text}\n" for at, text in enumerate(job.former_steps, start=1)]
+        _write(folder / former_sheets.TEXT, "\n".join(steps))
     if machine.qr != "none":
         (directory / CODE_FILE).write_bytes(code_png(job.code))
     if machine.profile == "service":
@@ -120,7 +129,8 @@ def write_plan(
         costs=job.costs,
         engrave_seen_mm=job.engrave_seen_mm,
         grain=job.grain_cost,
-        rim=rim_sheets(job, job.rim_layout, job.rim_drawings),
+        rim=job.rim,
+        former=job.former,
     )
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):

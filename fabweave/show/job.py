@@ -18,6 +18,8 @@ from fabweave.options.command import command_text, usual_settings
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.picture.loss_picture import likeness_png
 from fabweave.picture.object_picture import portrait_png
+from fabweave.piece.former import Former, Laid, build_former
+from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.ask import complete_settings
 from fabweave.plan.bill_of_materials import bill_of_materials
@@ -29,15 +31,18 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import hole_findings
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
+from fabweave.plan.way_out import let_out
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.former_sheets import former_sheets, former_steps
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
 from fabweave.sheet.qr_code import with_code
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
+from fabweave.sheet.side_sheets import SideSheets
 
 
 class SideWork(NamedTuple):
@@ -50,6 +55,7 @@ class SideWork(NamedTuple):
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
     form: Callable[[], Settled | None]
+    former: Callable[[], Former | None]
 
 
 @frozen_value
@@ -91,12 +97,10 @@ class Job(PlannedJob):
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
-    rim_layout : Layout or None
-        Where the pieces of rings lie, on sheets of their own; None without rings.
-    rim_drawings : tuple of SheetDrawing
-        These sheets.
-    rim_kerfed : tuple of SheetDrawing
-        The same with kerf and micro-joints; none where the others are to be cut as they are.
+    rim, former : SideSheets or None
+        Where rings and the plates of a former lie, on sheets of their own; None without.
+    laid : Laid or None
+        The former, and how it comes out.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     settled : Settled or None
@@ -119,11 +123,23 @@ class Job(PlannedJob):
     costs: Costs
     notes: tuple[str, ...]
     grain_cost: GrainCost | None = None
-    rim_layout: Layout | None = None
-    rim_drawings: tuple[SheetDrawing, ...] = ()
-    rim_kerfed: tuple[SheetDrawing, ...] = ()
+    rim: SideSheets | None = None
+    former: SideSheets | None = None
+    laid: Laid | None = None
     given_mesh: PolyMesh | None = None
     settled: Settled | None = None
+
+    @property
+    def beside(self) -> tuple[SideSheets, ...]:
+        """What is cut beside the pieces."""
+        return tuple(sheets for sheets in (self.rim, self.former) if sheets is not None)
+
+    @property
+    def former_steps(self) -> list[str]:
+        """How a former is put together, used and taken out; nothing without one."""
+        pieces = self.piece_set.pieces
+        ids = [pieces[at].id for at in self.order.order.tolist()]
+        return [] if self.laid is None else former_steps(self.laid, ids)
 
     @property
     def form(self) -> Form | None:
@@ -185,6 +201,30 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
         ),
         likeness=start(likeness_png, source.loss, source.likeness),
         form=start(let_job_go, planned),
+        former=start(former_of, planned),
+    )
+
+
+def former_of(planned: PlannedJob) -> Former | None:
+    """Build the former of a job, if one is asked for.
+
+    Raises
+    ------
+    CannotMakeError
+        If it has no room.
+    """
+    supply, woven = planned.supplies.former, planned.woven
+    if supply is None:
+        return None
+    return build_former(
+        woven.mesh,
+        woven.halfedges,
+        woven.ribbons,
+        woven.weave.threads,
+        planned.split_plan.runs,
+        layer_mm=max(material.thickness_mm for material in planned.supplies.materials),
+        thickness_mm=supply.material.thickness_mm,
+        prefix=free_prefix("F", woven.labels),
     )
 
 
@@ -259,7 +299,12 @@ def draw_job(
     woven = planned.woven
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
-    rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
+    former, supply = side.former(), planned.supplies.former
+    laid = (
+        None
+        if former is None
+        else let_out(former, woven.mesh, woven.halfedges, woven.ribbons, pieces.pieces, order)
+    )
     steps = build_steps(pieces, order)
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
@@ -292,8 +337,12 @@ def draw_job(
         ),
         notes=job_notes(planned, layout, marks, order, steps, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
-        rim_layout=rim[0],
-        rim_drawings=rim[1],
-        rim_kerfed=kerfed_sheets(rim[1], settings.machine.kerf_mm, settings.machine.micro_joints),
+        rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
+        former=None
+        if laid is None or supply is None
+        else former_sheets(
+            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
+        ),
+        laid=laid,
         given_mesh=given_mesh,
     )

@@ -4,7 +4,7 @@ What they look like and say stands in ``templates``; here are the values that th
 """
 
 from base64 import b64encode
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -15,7 +15,7 @@ from fabweave.core.messages import agree
 from fabweave.estimate.machine_time import MachineTime
 from fabweave.estimate.money import price_text
 from fabweave.estimate.texts import difficulty_text, hours_text, time_text
-from fabweave.estimate.waste import WasteReport
+from fabweave.estimate.waste import SideSheet, WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
@@ -185,17 +185,8 @@ def waste_page(job: Job, report: WasteReport) -> str:
             for action in costs.assembly.actions
         ],
         difficulty=difficulty_text(costs),
-        rim=[
-            (
-                one.sheet,
-                f"{one.width_mm:g} × {one.height_mm:g}, {one.material} {one.thickness_mm:g}",
-                one.pieces,
-                f"{one.piece_area_mm2 / 100:.1f}",
-                *_times(one.machine),
-                price_text(one.price),
-            )
-            for one in report.rim or ()
-        ],
+        rim=_side_rows(report.rim or ()),
+        former=_side_rows(report.former or ()),
         kept={"share": KEPT_SHARE, "side_mm": KEPT_SIDE_MM, "width_mm": KEPT_WIDTH_MM},
         shopping=SHOPPING,
         buy=shopping_rows(report.bill),
@@ -207,6 +198,21 @@ def waste_page(job: Job, report: WasteReport) -> str:
 def _times(machine: MachineTime) -> tuple[str, str, str]:
     """Return what cutting, engraving and moving take, in words."""
     return time_text(machine.cut_s), time_text(machine.engrave_s), time_text(machine.travel_s)
+
+
+def _side_rows(sheets: Sequence[SideSheet]) -> list[tuple[object, ...]]:
+    """Return what each sheet beside those of the pieces comes to."""
+    return [
+        (
+            one.sheet,
+            f"{one.width_mm:g} × {one.height_mm:g}, {one.material} {one.thickness_mm:g}",
+            one.pieces,
+            f"{one.piece_area_mm2 / 100:.1f}",
+            *_times(one.machine),
+            price_text(one.price),
+        )
+        for one in sheets
+    ]
 
 
 def _material_rows(report: WasteReport, allotment: Allotment) -> list[tuple[object, ...]]:

@@ -26,7 +26,6 @@ from fabweave.plan.steps import job_clips, most_clips, shut_fasteners
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.rim_sheets import FOLDER as RIM_FOLDER
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.template import template_pdf
@@ -69,8 +68,9 @@ def show_job(
     ]
     letters = {piece.id: float(piece.label[3]) for ring in rings for piece in ring.pieces}
     shown += [
-        start(_show_sheet, directory / RIM_FOLDER, drawing, machine, letters)
-        for drawing in job.rim_drawings
+        start(_show_sheet, directory / sheets.folder, drawing, machine, letters)
+        for sheets in job.beside
+        for drawing in sheets.drawings
     ]
     manual = start(
         _write_manual,
@@ -111,7 +111,7 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
         colours=crossing_colours(job.weave, job.colours),
         portrait=job.portrait(),
         costs=cost_rows(costs),
-        rim_sheets=len(job.rim_drawings),
+        beside=tuple((sheets.folder, len(sheets.drawings)) for sheets in job.beside),
         shut=shut_fasteners(job.piece_set, job.order),
         clips=most_clips(job_clips(job.piece_set, job.order)),
     )

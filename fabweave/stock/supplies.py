@@ -72,6 +72,8 @@ class Supplies:
         How pieces may lie, as ``--rotations`` says it.
     mirrored : bool
         Whether whole sheets are drawn mirrored, as the inside of pieces is engraved.
+    former : Supply, optional
+        What a former is cut from.
     """
 
     each: tuple[Supply, ...]
@@ -79,6 +81,7 @@ class Supplies:
     margin_mm: float = 0.0
     rotations: str = "auto"
     mirrored: bool = False
+    former: Supply | None = None
 
     def as_nested(self, sheets: tuple[SheetSize, ...]) -> tuple[SheetSize, ...]:
         """Return sheets as pieces are nested on them.

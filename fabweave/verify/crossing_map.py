@@ -412,6 +412,41 @@ class RimRecord(TypedDict):
     rings: list[dict[str, Any]]
 
 
+class WayRecord(TypedDict):
+    """How a former is said to come out; ``before`` which piece of the order, None after all."""
+
+    at: tuple[float, float, float]
+    inward: tuple[float, float, float]
+    wide_mm: float
+    deep_mm: float
+    before: int | None
+
+
+class PlateRecord(TypedDict):
+    """What is said of a plate of a former: where its sheet lies in space, and what it meets."""
+
+    id: str
+    spine: bool
+    sheet: str
+    origin: tuple[float, float, float]
+    axes: tuple[tuple[float, float, float], tuple[float, float, float]]
+    slots: list[dict[str, Any]]
+    strips: list[dict[str, Any]]
+    snaps: list[list[tuple[float, float]]]
+
+
+class FormerRecord(TypedDict):
+    """What is said of a former."""
+
+    schema: Literal["fabweave.former/1"]
+    units: Literal["mm"]
+    material: str
+    thickness_mm: float
+    way_out: WayRecord | None
+    sheets: list[dict[str, Any]]
+    plates: list[PlateRecord]
+
+
 _Kind = TypeVar("_Kind")
 
 

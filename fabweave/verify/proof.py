@@ -18,6 +18,7 @@ from fabweave.verify.check.drawings import (
 )
 from fabweave.verify.check.fastening import check_fastening
 from fabweave.verify.check.form import check_form
+from fabweave.verify.check.former import check_former
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.kerf import check_ready
 from fabweave.verify.check.pieces import (
@@ -88,6 +89,7 @@ _TASKS = (
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),
+    _Task("former", ("map", "mesh", "model"), check_former),
     _Task("form", ("map",), check_form),
     _Task("simple", ("map",), check_simple),
     _Task("materials", ("map",), check_materials),

@@ -49,6 +49,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "stock": "sheets, angles and prices are those of the stock in the settings",
         "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
+        "former": "a former keeps off all strips, holds together, bears their names, comes out",
         "rim": "rings around openings lie hole on hole on the crossings beside them, all round",
         "form": "let go, standing and loaded, it is where its forces balance, as far as is said",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",

@@ -51,8 +51,8 @@ class Facts:
         The picture of the object, a PNG file.
     costs : tuple of (str, str)
         Names and texts of what is said of times, difficulty and money.
-    rim_sheets : int
-        How many sheets rings are cut from.
+    beside : tuple of (str, int)
+        Folders with more sheets, and how many there are.
     shut, clips : int
         How many fasteners are set when no hand comes to the inside, and how many clips are on at
         once, at most.
@@ -67,7 +67,7 @@ class Facts:
     colours: Colours
     portrait: bytes
     costs: tuple[tuple[str, str], ...]
-    rim_sheets: int = 0
+    beside: tuple[tuple[str, int], ...] = ()
     shut: int = 0
     clips: int = 0
 
@@ -164,8 +164,8 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     if fasteners and RIVET.name not in kinds:
         kinds.append(RIVET.name)
     sheets = agree(len(crossing_map.sheets), "the {n} [sheet|sheets]")
-    if facts.rim_sheets:
-        sheets += agree(facts.rim_sheets, " and the {n} [sheet|sheets] in rim/")
+    for folder, count in facts.beside:
+        sheets += agree(count, " and the {n} [sheet|sheets] in ") + f"{folder}/"
     lines = [("Sheets", f"{sheets}, cut")]
     lines += [
         (

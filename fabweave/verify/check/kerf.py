@@ -32,10 +32,11 @@ def check_ready(job: Job, tally: Tally) -> None:
     for sheet in plan.sheets:
         rings = {piece.id: piece.placed_ring(piece.path) for piece in plan.on_sheet(sheet.number)}
         _check_sheet(ready, sheet.name, job.dxf.get(sheet.number), rings, tally)
-    for name, nominal in (job.rim.dxf if job.rim is not None else {}).items():
-        outlines = [shape for shape in nominal.shapes if shape.layer == OUTLINES]
-        rings = {str(shape.piece): shape.ring for shape in outlines}
-        _check_sheet(ready, name, nominal, rings, tally)
+    for beside in (job.rim, job.former):
+        for name, nominal in (beside.dxf if beside is not None else {}).items():
+            outlines = [shape for shape in nominal.shapes if shape.layer == OUTLINES]
+            rings = {str(shape.piece): shape.ring for shape in outlines}
+            _check_sheet(ready, name, nominal, rings, tally)
 
 
 def _check_sheet(

@@ -46,6 +46,7 @@ class _Cone:
 
 def check_rim(job: Job, tally: Tally) -> None:
     """Check every ring against the crossings that hold it, and against its drawings."""
+    plan = required(job.map)
     asked = job.options.get("rim", "none") == "ring"
     place = tally.at(RIM_RECORD)
     if job.rim is None or not asked:
@@ -61,10 +62,10 @@ def check_rim(job: Job, tally: Tally) -> None:
     for ring, opening in zip(job.rim.rings, openings, strict=True):
         _check_ring(job, ring, opening, place.at(str(ring["side"])))
     for name, drawing in job.rim.dxf.items():
-        _check_sheet(job, drawing, tally.at(RIM, name))
-        other = job.rim.svg.get(name)
-        if tally.at(RIM, name).expect(other is not None, "there is no SVG beside the DXF"):
-            compare_formats(other or drawing, drawing, tally.at(RIM, f"{name}.svg"))
+        place = tally.at(RIM, name)
+        size = np.max([[sheet.width_mm, sheet.height_mm] for sheet in plan.sheets], axis=0)
+        spacing = plan.layout.margin_mm, plan.layout.gap_mm
+        check_side_sheet(drawing, job.rim.svg.get(name), size, spacing, place)
 
 
 def _check_ring(job: Job, ring: dict[str, Any], opening: dict[str, Any], place: Place) -> None:
@@ -166,15 +167,22 @@ def _check_piece(
     place.expect(int(np.count_nonzero((aside > _CHORD_MM) & ~ends)) == 0, "its outline is no band")
 
 
-def _check_sheet(job: Job, drawing: Drawing, place: Place) -> None:
-    """Check that pieces on a sheet keep inside its margin, and the gap apart."""
-    plan = required(job.map)
+def check_side_sheet(
+    drawing: Drawing,
+    other: Drawing | None,
+    size: Floats,
+    spacing: tuple[float, float],
+    place: Place,
+) -> None:
+    """Check that parts on a sheet keep its margin, and the gap apart; and that its SVG is alike."""
     for problem in drawing.problems:
         place.fail(problem)
     shapes = [one for one in drawing.shapes if one.layer == OUTLINES]
     polygons = np.array([shapely.Polygon(traced(one)) for one in shapes])
     names = [str(one.piece) for one in shapes]
-    width, height = np.max([[sheet.width_mm, sheet.height_mm] for sheet in plan.sheets], axis=0)
-    outline = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
-    check_room(names, polygons, outline, plan.layout.margin_mm - _SAME_MM, place)
-    check_gaps(names, polygons, plan.layout.gap_mm - _SAME_MM, place)
+    outline = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * size
+    margin_mm, gap_mm = spacing
+    check_room(names, polygons, outline, margin_mm - _SAME_MM, place)
+    check_gaps(names, polygons, gap_mm - _SAME_MM, place)
+    if place.expect(other is not None, "there is no SVG beside the DXF"):
+        compare_formats(other or drawing, drawing, place.at("svg"))

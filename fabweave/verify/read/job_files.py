@@ -13,6 +13,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import (
     CrossingMap,
+    FormerRecord,
     FormRecord,
     RibbonReport,
     RimRecord,
@@ -36,6 +37,8 @@ Read: TypeAlias = Callable[[str, Callable[[Path], Any]], Any]
 READY = "cut"
 #: Where rings lie, and the record that tells of them.
 RIM, RIM_RECORD = "rim", "rim/rim.json"
+#: Where a former lies, and its record.
+FORMER, FORMER_RECORD = "former", "former/former.json"
 #: Where it is told how the object is when it was let go, and its model then.
 FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
 #: Where offcuts lie.
@@ -89,6 +92,13 @@ class Rim(Drawings):
 
 
 @dataclass(frozen=True)
+class Former(Drawings):
+    """What is said of a former, and the drawings of its sheets."""
+
+    record: FormerRecord | None = None
+
+
+@dataclass(frozen=True)
 class Service(Drawings):
     """The rows of the table, the drawings by their row's file, and all files that are there."""
 
@@ -114,8 +124,10 @@ def read_ready(
             micro = int(words[1]), float(words[2])
     ready = Ready(kerf_mm=kerf, micro=micro)
     asked = bool(kerf) or micro is not None
-    rings = sorted(path.stem for path in (directory / RIM).glob("*.dxf"))
-    names = {name: ready.name_of(name) for name in (*sheets, *rings)} if asked else {}
+    beside = sorted(
+        path.stem for folder in (RIM, FORMER) for path in (directory / folder).glob("*.dxf")
+    )
+    names = {name: ready.name_of(name) for name in (*sheets, *beside)} if asked else {}
     for name, stem in names.items():
         ready.add(name, f"{READY}/{stem}", read)
     for path in sorted((directory / READY).iterdir()) if (directory / READY).is_dir() else ():
@@ -133,6 +145,16 @@ def read_rim(directory: Path, read: Read) -> Rim | None:
     for path in sorted((directory / RIM).glob("*.dxf")):
         rim.add(path.stem, f"{RIM}/{path.stem}", read)
     return rim
+
+
+def read_former(directory: Path, read: Read) -> Former | None:
+    """Read all that is in the folder of a former; None if there is none."""
+    if not (directory / FORMER).is_dir():
+        return None
+    former = Former(record=read(FORMER_RECORD, lambda path: read_json(path, FormerRecord)))
+    for path in sorted((directory / FORMER).glob("*.dxf")):
+        former.add(path.stem, f"{FORMER}/{path.stem}", read)
+    return former
 
 
 def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
@@ -239,6 +261,8 @@ class Job:
     offcuts: dict[str, Drawing] = field(default_factory=dict)
     #: The rings around openings, if there is such a folder.
     rim: Rim | None = None
+    #: The former, if there is such a folder.
+    former: Former | None = None
     #: How it is when it was let go, the model of that, and what is said of it; none of large ones.
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
@@ -403,6 +427,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         service=if_there(SERVICE, lambda path: read_service(path, tally.fail)),
         offcuts=read_offcuts(directory, read),
         rim=read_rim(directory, read),
+        former=read_former(directory, read),
         form=if_there(FORM, lambda path: read_json(path, FormRecord)),
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),

@@ -1,0 +1,563 @@
+"""Build a former: flat plates of a model's inside, slotted into one another, to lay strips on.
+
+Slices stand across the model, side by side or around an axis, and spines hold them. Their edges
+follow the inner side of the weave, and bear the name of each strip where it passes.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from shapely.ops import substring
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
+from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.triangulate import triangulate
+from fabweave.piece.development import Runs
+from fabweave.ribbon.project import Ribbons, following_rung
+from fabweave.ribbon.stretches import facet_vertices, rung_ends
+from fabweave.weave.threads import Threads
+
+#: Between a plate and a strip, and between a plate and a slot, millimetres.
+PLAY_MM, SLOT_PLAY_MM = 0.3, 0.1
+#: A slice stands for every so many crossings along a thread; but no nearer than so many of its
+#: thicknesses, and there are no more.
+_CROSSINGS, _NEAREST_T, _MOST_SLICES = 2.0, 8.0, 32
+#: A former has at most so many spines, chosen from so many places.
+_MOST_SPINES, _PLACES = 4, 15
+#: A plate is nowhere narrower, and two plates hold one another along no less, millimetres.
+_NARROWEST_MM, _HOLD_MM = 6.0, 12.0
+#: A slice that is higher is held by two spines, millimetres.
+_TALL_MM = 100.0
+#: A strip lies on an edge that is so near to it, millimetres beyond the layers' thickness.
+_NEAR_MM = 6.0
+#: A plane that meets a vertex is taken to pass beside it, millimetres.
+_BESIDE_MM = 1e-7
+#: What is to be taken out goes through nine tenths of the way; it breaks along slits of this
+#: length and width, with bridges between them, millimetres.
+_OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM = 0.9, 8.0, 0.6, 1.5
+#: Sides of a quarter of a round corner.
+_QUARTER = 3
+
+
+@frozen_value
+class Plane:
+    """The plane of a plate: a point, and two unit vectors in it, which span its coordinates.
+
+    Parameters
+    ----------
+    origin : (3,) float array
+    axes : (2, 3) float array
+    least : float
+        The plate lies where the first coordinate is greater.
+    """
+
+    origin: FloatArray
+    axes: FloatArray
+    least: float = -np.inf
+
+    @property
+    def frame(self) -> FloatArray:
+        """Both axes and the normal, (3, 3)."""
+        return np.vstack((self.axes, np.cross(*self.axes)))
+
+    def flat(self, points: FloatArray) -> FloatArray:
+        """Return points in the plane's coordinates and their heights over it, (..., 3)."""
+        return np.asarray((points - self.origin) @ self.frame.T)
+
+    def raised(self, points: FloatArray) -> FloatArray:
+        """Return points of the plane in space, (N, 3)."""
+        return np.asarray(self.origin + points @ self.axes)
+
+
+@frozen_value
+class Mark:
+    """Where a strip passes the edge of a plate, in the plate's coordinates.
+
+    Parameters
+    ----------
+    piece : int
+    point, inward : (2,) float arrays
+        On the edge, and the unit vector from there into the plate.
+    """
+
+    piece: int
+    point: FloatArray
+    inward: FloatArray
+
+
+@frozen_value
+class Join:
+    """A slot: the number of the plate that goes into it, its inner end, and the unit way there."""
+
+    plate: int
+    point: FloatArray
+    way: FloatArray
+
+
+@frozen_value
+class Plate:
+    """A flat part of a former.
+
+    Parameters
+    ----------
+    id : str
+    spine : bool
+        Whether it holds slices, or is one.
+    plane : Plane
+    outline : shapely.Polygon
+        What is cut, slots included; holes may be in it.
+    marks : tuple of Mark
+    joins : tuple of Join
+    snaps : tuple of (2, 2) float arrays
+        Lines along which it breaks, where it could not be taken out whole.
+    """
+
+    id: str
+    spine: bool
+    plane: Plane
+    outline: shapely.Polygon
+    marks: tuple[Mark, ...]
+    joins: tuple[Join, ...]
+    snaps: tuple[FloatArray, ...] = ()
+
+
+@frozen_value
+class Former:
+    """All plates of a former, slices first, and their thickness in millimetres."""
+
+    plates: tuple[Plate, ...]
+    thickness_mm: float
+
+
+@frozen_value
+class WayOut:
+    """A straight way out of the object.
+
+    Parameters
+    ----------
+    at, inward : (3,) float arrays
+        Where it opens, and its direction from there.
+    wide_mm, deep_mm : float
+        The circle that it lets through, and how far it goes on inside.
+    before : int or None
+        The place in the order of the piece before which the former is taken out; None where an
+        opening of the finished object lets it out.
+    """
+
+    at: FloatArray
+    inward: FloatArray
+    wide_mm: float
+    deep_mm: float
+    before: int | None
+
+
+@frozen_value
+class Laid:
+    """A former and its way out; None where it stays inside."""
+
+    former: Former
+    way: WayOut | None
+
+
+class _Inside:
+    """What bounds a former: the model, closed, and all strips, from which it keeps away."""
+
+    def __init__(
+        self, mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons, layer_mm: float, thick: float
+    ) -> None:
+        self.points, self.triangles = closed_triangles(mesh, halfedges)
+        near = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
+        self.facets = rung_ends(ribbons)[facet_vertices(ribbons, near)]
+        #: A lap is twice as thick: its faces are a layer away from the middle of both.
+        self.away = layer_mm + PLAY_MM
+        self.depth = 2.0 * layer_mm + PLAY_MM
+        self.half = thick / 2.0
+
+    def section(self, plane: Plane, *, closely: bool) -> list[shapely.Polygon]:
+        """Return the polygons of a plane where a plate has room; ``closely`` minds every strip."""
+        flat = plane.flat(self.points)
+        flat[np.abs(flat[:, 2]) < _BESIDE_MM, 2] = _BESIDE_MM
+        area = shapely.build_area(_trace(flat, self.triangles)).buffer(-self.depth)
+        if closely:
+            area = area.difference(self._taken(plane))
+        if np.isfinite(plane.least):
+            low, high = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+            area = area.intersection(shapely.box(plane.least, low[1], high[0], high[1]))
+        # What is narrow breaks off, and holds nothing.
+        area = area.buffer(-_NARROWEST_MM / 2.0).buffer(_NARROWEST_MM / 2.0 - 0.05)
+        parts = [part.simplify(0.05) for part in shapely.get_parts(area).tolist()]
+        return [part for part in parts if part.area > _HOLD_MM**2]
+
+    def _taken(self, plane: Plane) -> shapely.Geometry:
+        """Return what strips take of a plate's room: their shadows where they pass through it."""
+        flat, reach = plane.flat(self.facets), self.half + self.away
+        height = flat[:, :, 2]
+        flat = flat[(height.min(axis=1) < reach) & (height.max(axis=1) > -reach)]
+        corners = [flat]
+        for level in (reach, -reach):
+            for here, there in ((0, 1), (1, 2), (2, 0)):
+                below, above = flat[:, here], flat[:, there]
+                rise = above[:, 2] - below[:, 2]
+                share = (level - below[:, 2]) / np.where(rise == 0.0, 1.0, rise)
+                share = np.where((rise != 0.0) & (share > 0.0) & (share < 1.0), share, np.nan)
+                corners.append((below + share[:, None] * (above - below))[:, None])
+        points = np.concatenate(corners, axis=1)
+        inside = np.abs(points[:, :, 2]) <= reach * (1.0 + 1e-9)
+        shadows = [
+            shapely.MultiPoint(some[kept, :2]).convex_hull
+            for some, kept in zip(points, inside, strict=True)
+            if kept.any()
+        ]
+        # Circles of few corners, around the true ones.
+        away, few = self.away / np.cos(np.pi / (4 * _QUARTER)), _QUARTER
+        return shapely.union_all(shapely.buffer(shadows, away, quad_segs=few))
+
+
+def rim_loops(halfedges: Halfedges) -> list[list[int]]:
+    """Return the vertices around each opening, in the order of the boundary's half-edges."""
+    rim = np.flatnonzero(halfedges.twin < 0)
+    after = dict(zip(halfedges.tail[rim].tolist(), halfedges.head[rim].tolist(), strict=True))
+    loops = []
+    while after:
+        loop = [next(iter(after))]
+        while (onward := after.pop(loop[-1])) != loop[0]:
+            loop.append(onward)
+        loops.append(loop)
+    return loops
+
+
+def closed_triangles(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:
+    """Return a mesh as points and triangles, its openings closed by fans."""
+    cut = triangulate(mesh)
+    points, triangles = [cut.vertices], [cut.indices.reshape(-1, 3)]
+    for count, loop in enumerate(rim_loops(halfedges), start=cut.n_vertices):
+        points.append(mesh.vertices[loop].mean(axis=0, keepdims=True))
+        triangles.append(
+            np.column_stack((np.roll(loop, -1), loop, np.full(len(loop), count, dtype=np.int64)))
+        )
+    return np.concatenate(points), np.concatenate(triangles)
+
+
+def _trace(flat: FloatArray, triangles: IntArray) -> shapely.MultiLineString:
+    """Return where triangles meet the plane at height 0, no vertex of which is in it."""
+    above = flat[triangles, 2] > 0.0
+    triangles = triangles[above.any(axis=1) & ~above.all(axis=1)]
+    sides = np.stack((triangles, np.roll(triangles, -1, axis=1)), axis=2).reshape(-1, 2)
+    # From the same end for both triangles of a side, so that lines meet exactly.
+    sides = np.sort(sides[np.prod(np.sign(flat[sides, 2]), axis=1) < 0.0], axis=1)
+    below, rise = flat[sides[:, 0]], flat[sides[:, 1]] - flat[sides[:, 0]]
+    points = below - rise * (below[:, 2] / rise[:, 2])[:, None]
+    return shapely.multilinestrings(shapely.linestrings(points[:, :2].reshape(-1, 2, 2)))
+
+
+@frozen_value
+class _Layout:
+    """Where slices stand, and how a spine lies at a level over the first of its axes."""
+
+    slices: tuple[Plane, ...]
+    spine: Plane
+
+    def spine_at(self, level: float) -> Plane:
+        """Return the plane of a spine at a level."""
+        frame = self.spine.frame
+        return Plane(self.spine.origin + level * frame[2], self.spine.axes)
+
+
+def _layouts(points: FloatArray, pitch: float, thick: float) -> list[_Layout]:
+    """Return the ways in which slices may stand: across each axis, and around the upright one."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, size = (low + high) / 2.0, high - low
+    axes, layouts = np.eye(3), []
+    for across, along, up in itertools.permutations(range(3)):
+        count = int(np.clip(size[across] // pitch, 2, _MOST_SLICES))
+        places = (np.arange(count) + 0.5) / count * size[across] - size[across] / 2.0
+        layouts.append(
+            _Layout(
+                tuple(Plane(middle + place * axes[across], axes[[along, up]]) for place in places),
+                Plane(middle, axes[[across, along]]),
+            )
+        )
+    away = np.hypot(*(points - middle)[:, :2].T)
+    count = int(np.clip(2.0 * np.pi * away.mean() // pitch, 5, _MOST_SLICES))
+    turns = 2.0 * np.pi * np.arange(count) / count
+    # Around the axis slices leave room for one another.
+    least = count * (thick + 2.0 * PLAY_MM) / (2.0 * np.pi) + thick
+    slices = tuple(
+        Plane(middle, np.array([[np.cos(turn), np.sin(turn), 0.0], axes[2]]), least)
+        for turn in turns
+    )
+    return [*layouts, _Layout(slices, Plane(middle, axes[:2]))]
+
+
+def build_former(
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    ribbons: Ribbons,
+    threads: Threads,
+    runs: Runs,
+    *,
+    layer_mm: float,
+    thickness_mm: float,
+    prefix: str = "F",
+) -> Former:
+    """Build the former on whose edges most strips lie.
+
+    Plates keep half the thickness of a lap, and some play, from every strip. Slots go half-way,
+    from the near side in slices and from the far side in spines, so that slices are pushed on.
+
+    Parameters
+    ----------
+    mesh, halfedges
+        That the weave lies on.
+    ribbons : Ribbons
+    threads, runs
+        What passes each piece carries.
+    layer_mm, thickness_mm : float
+        Of the thickest strip, and of the plates.
+    prefix : str
+        What plates are called before their numbers.
+
+    Raises
+    ------
+    CannotMakeError
+        If no plate has room.
+    """
+    inside = _Inside(mesh, halfedges, ribbons, layer_mm, thickness_mm)
+    strips = _Strips(ribbons, threads, runs)
+    pitch = max(_CROSSINGS * strips.step_mm, _NEAREST_T * thickness_mm)
+    best = max(
+        _layouts(inside.points, pitch, thickness_mm),
+        key=lambda layout: _worth(_joined(layout, inside, strips, thickness_mm, closely=False)),
+    )
+    plates = _joined(best, inside, strips, thickness_mm, closely=True)
+    if not plates:
+        raise CannotMakeError(
+            f"a former of {thickness_mm:g} mm has no room inside; try a larger --size, a thinner "
+            "material for it, or none"
+        )
+    named = [replace(one, id=f"{prefix}{number}") for number, one in enumerate(plates, start=1)]
+    return Former(tuple(named), thickness_mm)
+
+
+def _worth(plates: Sequence[Plate]) -> float:
+    """Say how good a former is: how many strips lie on it, less what its plates take to cut."""
+    return sum(len(plate.marks) for plate in plates) - 0.5 * len(plates)
+
+
+class _Strips:
+    """The middle lines of strips, and which piece each part of them is of."""
+
+    def __init__(self, ribbons: Ribbons, threads: Threads, runs: Runs) -> None:
+        following = following_rung(ribbons.offsets, ribbons.closed)
+        near = np.flatnonzero(following >= 0)
+        middle = (ribbons.right + ribbons.left) / 2.0
+        self.ends = np.stack((middle[near], middle[following[near]]), axis=1)
+        owner, steps = np.empty(len(threads.crossing), dtype=np.int64), []
+        for piece, (thread, first, last) in enumerate(runs.rows):
+            passes = threads.offsets[thread] + np.arange(first, last + 1) % threads.lengths[thread]
+            # Where two pieces lap, the one that begins there goes on.
+            owner[passes[:-1]] = piece
+            if not threads.closed[thread] and last == threads.lengths[thread] - 1:
+                owner[passes[-1]] = piece
+            centre = ribbons.centre[threads.crossing[passes]]
+            steps.append(np.linalg.norm(np.diff(centre, axis=0), axis=1))
+        self.step_mm = float(np.median(np.concatenate(steps)))
+        own = np.searchsorted(ribbons.offsets, near, side="right") - 1
+        at = np.searchsorted(ribbons.entry, near, side="right") - 1
+        before = at < threads.offsets[own]
+        self.owner = owner[np.where(before, threads.offsets[own + 1] - 1, at)]
+
+    def marks(self, plane: Plane, outline: shapely.Polygon, reach: float) -> tuple[Mark, ...]:
+        """Return where strips pass the edge of a plate."""
+        flat = plane.flat(self.ends)
+        start, end = flat[:, 0], flat[:, 1]
+        through = np.flatnonzero((start[:, 2] > 0.0) != (end[:, 2] > 0.0))
+        start, end = start[through], end[through]
+        share = start[:, 2] / (start[:, 2] - end[:, 2])
+        points = (start + share[:, None] * (end - start))[:, :2]
+        ways = shapely.shortest_line(outline.boundary, shapely.points(points))
+        feet = shapely.get_coordinates(ways)[::2]
+        away = np.linalg.norm(feet - points, axis=1)
+        near = (away < reach) & (points[:, 0] > plane.least) & (away > 0.0)
+        return tuple(
+            Mark(int(self.owner[through[at]]), feet[at], unit(feet[at] - points[at]))
+            for at in np.flatnonzero(near).tolist()
+        )
+
+
+def _joined(
+    layout: _Layout, inside: _Inside, strips: _Strips, thick: float, *, closely: bool
+) -> list[Plate]:
+    """Return the plates of a layout with slots and marks: the largest group that holds together."""
+
+    def sections(plane: Plane) -> list[_Part]:
+        return [(plane, part) for part in inside.section(plane, closely=closely)]
+
+    slices = [part for plane in layout.slices for part in sections(plane)]
+    height = inside.points @ layout.spine.frame[2] - layout.spine.origin @ layout.spine.frame[2]
+    levels = np.linspace(height.min(), height.max(), _PLACES + 2)[1:-1]
+    spines = [sections(layout.spine_at(level)) for level in levels.tolist()]
+    held = [
+        {row: spans[0].long for row, part in enumerate(slices) for spine in some
+         if (spans := _common(part, spine))}
+        for some in spines
+    ]  # fmt: skip
+    # A tall slice rocks on a single spine.
+    wanted = [2 if np.ptp(np.array(part.bounds)[[1, 3]]) > _TALL_MM else 1 for _, part in slices]
+    chosen: list[int] = []
+    while len(chosen) < _MOST_SPINES:
+        count = [sum(row in held[at] for at in chosen) for row in range(len(slices))]
+        gains = [sum(count[row] < wanted[row] for row in rows) for rows in held]
+        best = max(
+            (at for at in range(len(spines)) if all(abs(at - one) > 1 for one in chosen)),
+            key=lambda at: (gains[at], sum(held[at].values()), -at),
+            default=None,
+        )
+        if best is None or not gains[best]:
+            break
+        chosen.append(best)
+    standing = [part for at in sorted(chosen) for part in spines[at]]
+    return _slotted(slices, standing, strips, inside.depth + _NEAR_MM, thick)
+
+
+_Part: TypeAlias = tuple[Plane, shapely.Polygon]
+
+
+class _Span(NamedTuple):
+    """Where two plates meet along a line, and how far each goes on there."""
+
+    low: float
+    high: float
+    mine: tuple[float, float]
+    its: tuple[float, float]
+
+    @property
+    def long(self) -> float:
+        """How long they meet."""
+        return self.high - self.low
+
+
+def _common(one: _Part, other: _Part) -> list[_Span]:
+    """Return where a slice and a spine meet along the slice's first axis, the longest first."""
+    (plane, outline), (across, spine) = one, other
+    reach = 4.0 * float(np.abs(shapely.bounds([outline, spine])).max())
+    ends = _on_line(one, across, np.array([-reach, reach]))
+    spans = []
+    for (own, _), way in ((one, plane), (other, across)):
+        line = shapely.LineString(way.flat(ends)[:, :2])
+        area = outline if own is plane else spine
+        cuts = shapely.get_parts(line.intersection(area)).tolist()
+        along = [[line.project(shapely.Point(xy)) - reach for xy in cut.coords] for cut in cuts]
+        spans.append([(min(run), max(run)) for run in along if len(run) > 1])
+    shared = [
+        _Span(max(mine[0], its[0]), min(mine[1], its[1]), mine, its)
+        for mine in spans[0]
+        for its in spans[1]
+    ]
+    found = sorted((span for span in shared if span.long > 0.0), key=lambda span: -span.long)
+    return found if found and found[0].long > _HOLD_MM else []
+
+
+def _on_line(one: _Part, across: Plane, places: FloatArray) -> FloatArray:
+    """Return points in space where a slice meets the plane of a spine, (N, 3)."""
+    plane = one[0]
+    level = float(across.flat(plane.origin)[2] / -(across.frame[2] @ plane.axes[1]))
+    return plane.raised(np.column_stack((places, np.full(len(places), level))))
+
+
+def _slotted(
+    slices: Sequence[_Part], spines: Sequence[_Part], strips: _Strips, reach: float, thick: float
+) -> list[Plate]:
+    """Cut slots where slices and spines meet, and keep the largest group that hangs together."""
+    parts = [*slices, *spines]
+    gone: list[list[shapely.Geometry]] = [[] for _ in parts]
+    joins: list[list[Join]] = [[] for _ in parts]
+    links = []
+    for row, at in itertools.product(range(len(slices)), range(len(slices), len(parts))):
+        across = parts[at][0]
+        for number, span in enumerate(_common(parts[row], parts[at])):
+            middle = (span.low + span.high) / 2.0
+            # A plate that meets another twice is held once, and makes way at the other place.
+            cuts = (
+                [(at, span.its[0] - 1.0, span.its[1] + 1.0)]
+                if number
+                else [(row, span.mine[0] - 1.0, middle), (at, middle, span.its[1] + 1.0)]
+            )
+            for part, start, end in cuts:
+                ends = _on_line(parts[row], across, np.array([start, end]))
+                way = shapely.LineString(parts[part][0].flat(ends)[:, :2])
+                gone[part].append(way.buffer((thick + SLOT_PLAY_MM) / 2.0, cap_style="flat"))
+            if not number:
+                links.append((row, at))
+                meet = _on_line(parts[row], across, np.array([middle, middle + 1.0]))
+                mine, its = parts[row][0].flat(meet)[:, :2], across.flat(meet)[:, :2]
+                joins[row].append(Join(at, mine[0], mine[1] - mine[0]))
+                joins[at].append(Join(row, its[0], its[0] - its[1]))
+    joined = np.array(links, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(links)), (joined[0], joined[1])), shape=(len(parts), len(parts)))
+    group = connected_components(graph, directed=False)[1]
+    kept = np.flatnonzero(group == np.bincount(group).argmax()).tolist() if links else []
+    numbers = {part: place for place, part in enumerate(kept)}
+    plates = []
+    for part in kept:
+        plane, outline = parts[part]
+        left = outline.difference(shapely.union_all(gone[part]))
+        left = max(shapely.get_parts(left).tolist(), key=lambda one: one.area)
+        plates.append(
+            Plate(
+                "",
+                part >= len(slices),
+                plane,
+                left,
+                strips.marks(plane, outline, reach),
+                tuple(replace(join, plate=numbers[join.plate]) for join in joins[part]),
+            )
+        )
+    return plates
+
+
+def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
+    """Return a plate with lines of slits along which it breaks into parts that a way lets out.
+
+    A part is at most nine tenths as broad as the way is wide, and as long as the way is deep.
+
+    Examples
+    --------
+    >>> flat = Plane(np.zeros(3), np.eye(3)[:2])
+    >>> disc = Plate("F1", False, flat, shapely.Point(0, 0).buffer(50), (), ())
+    >>> len(snapped(disc, 60.0, 120.0).snaps), len(snapped(disc, 120.0, 120.0).snaps)
+    (1, 0)
+    """
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(plate.outline))
+    first, second = corners[1] - corners[0], corners[2] - corners[1]
+    sides = (first, second) if np.hypot(*first) <= np.hypot(*second) else (second, first)
+    broad = _OF_WAY * wide_mm
+    lines = []
+    for way, across, most in ((*sides, broad), (*sides[::-1], max(deep_mm, broad))):
+        count = int(np.ceil(np.hypot(*way) / most))
+        middle = corners[:4].mean(axis=0)
+        lines += [
+            middle + (number / count - 0.5) * way + np.outer([-0.51, 0.51], across)
+            for number in range(1, count)
+        ]
+    slits = []
+    for line in lines:
+        for run in shapely.get_parts(shapely.LineString(line).intersection(plate.outline)).tolist():
+            count = int(run.length // (_SLIT_MM + _BRIDGE_MM))
+            middles = (np.arange(count) + 0.5) / max(count, 1) * run.length
+            slits += [
+                substring(run, middle - _SLIT_MM / 2.0, middle + _SLIT_MM / 2.0)
+                for middle in middles.tolist()
+            ]
+    cuts = shapely.buffer(slits, _SLIT_WIDE_MM / 2.0, cap_style="flat")
+    return replace(
+        plate, outline=plate.outline.difference(shapely.union_all(cuts)), snaps=tuple(lines)
+    )

@@ -1,0 +1,93 @@
+"""Find the way by which a former leaves the woven object: its opening, or what is still to come."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray, IntArray, unit
+from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.piece.former import Former, Laid, WayOut, closed_triangles, rim_loops, snapped
+from fabweave.piece.piece import Piece
+from fabweave.plan.loose import ranks
+from fabweave.plan.order import Order
+from fabweave.plan.steps import shut_from
+from fabweave.ribbon.project import Ribbons
+
+#: Through less no hand comes, and the former stays, millimetres.
+_LEAST_MM = 40.0
+
+
+def let_out(
+    former: Former,
+    mesh: PolyMesh,
+    halfedges: Halfedges,
+    ribbons: Ribbons,
+    pieces: Sequence[Piece],
+    order: Order,
+) -> Laid:
+    """Find the way out of a former, and make its plates break where they would not fit through."""
+    way = _opening(mesh, halfedges) or _gap(ribbons, pieces, order)
+    if way is None:
+        return Laid(former, None)
+    deep = _depth(*closed_triangles(mesh, halfedges), way.at, way.inward)
+    plates = tuple(snapped(plate, way.wide_mm, deep) for plate in former.plates)
+    return Laid(replace(former, plates=plates), replace(way, deep_mm=deep))
+
+
+def _opening(mesh: PolyMesh, halfedges: Halfedges) -> WayOut | None:
+    """Return the widest opening of a mesh that a hand comes through, if there is one."""
+    ways = []
+    for loop in rim_loops(halfedges):
+        points = mesh.vertices[loop]
+        middle = points.mean(axis=0)
+        after = np.roll(points, -1, axis=0)
+        normal = unit(np.cross(points - middle, after - middle).sum(axis=0))
+        if normal @ (mesh.vertices.mean(axis=0) - middle) < 0.0:
+            normal = -normal
+        side, start = after - points, middle - points
+        share = np.clip(np.sum(start * side, axis=1) / np.sum(side**2, axis=1), 0.0, 1.0)
+        away = np.linalg.norm(start - share[:, None] * side, axis=1)
+        ways.append(WayOut(middle, normal, 2.0 * float(away.min()), 0.0, None))
+    best = max(ways, key=lambda way: way.wide_mm, default=None)
+    return None if best is None or best.wide_mm < _LEAST_MM else best
+
+
+def _gap(ribbons: Ribbons, pieces: Sequence[Piece], order: Order) -> WayOut | None:
+    """Return the middle of what the last pieces leave open while a hand comes to the inside."""
+    before = shut_from(order)
+    rank = ranks(order.order.tolist())
+    there = [rank[number] < before for number in range(len(pieces))]
+    taken = np.zeros(len(ribbons.centre), dtype=np.bool_)
+    for piece, placed in zip(pieces, there, strict=True):
+        taken[piece.crossings] |= placed
+    if taken.all() or not taken.any():
+        return None
+    free = np.flatnonzero(~taken)
+    away = ribbons.centre[free][:, None] - ribbons.centre[taken][None]
+    room = np.linalg.norm(away, axis=2).min(axis=1)
+    best = int(room.argmax())
+    # Strands there reach half their breadth into it.
+    breadth = np.linalg.norm(ribbons.right - ribbons.left, axis=1).max()
+    wide = 2.0 * float(room[best]) - float(breadth)
+    at = free[best]
+    return (
+        None
+        if wide < _LEAST_MM
+        else WayOut(ribbons.centre[at], -ribbons.normal[at], wide, 0.0, before)
+    )
+
+
+def _depth(points: FloatArray, triangles: IntArray, start: FloatArray, way: FloatArray) -> float:
+    """Return how far a ray goes inside closed triangles before it meets the other side."""
+    corner = points[triangles]
+    one, two, back = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0], start - corner[:, 0]
+    across = np.cross(way, two)
+    volume = np.sum(one * across, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = np.sum(back * across, axis=1) / volume
+        turned = np.cross(back, one)
+        v, far = turned @ way / volume, np.sum(two * turned, axis=1) / volume
+    hit = far[(u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (far > 1.0)]
+    return float(hit.min(initial=np.inf)) if len(hit) else 0.0

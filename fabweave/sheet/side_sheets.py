@@ -1,0 +1,116 @@
+"""Nest and draw what is cut beside the pieces, on sheets of its own: rings, and formers."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.nesting import nest
+from fabweave.sheet.drawing import PieceDrawing, SheetDrawing
+from fabweave.sheet.kerf import kerfed_sheets
+from fabweave.sheet.settings import MachineSettings
+from fabweave.sheet.sheet_notes import sheet_notes
+from fabweave.sheet.sheets import lettered
+from fabweave.stock.material import Material
+from fabweave.stock.rotations import AUTO, parse_rotations
+from fabweave.stock.supplies import Supply
+
+
+@frozen_value
+class SideSheets:
+    """Sheets beside those of the pieces, in a folder of their own.
+
+    Parameters
+    ----------
+    folder : str
+        Its name, and that of its sheets before their numbers.
+    material : Material
+    layout : Layout
+    areas_mm2 : tuple of float
+        Of what lies on them, without holes.
+    drawings, kerfed : tuples of SheetDrawing
+        Nominal, and as they are cut, where that differs.
+    """
+
+    folder: str
+    material: Material
+    layout: Layout
+    areas_mm2: tuple[float, ...]
+    drawings: tuple[SheetDrawing, ...]
+    kerfed: tuple[SheetDrawing, ...]
+
+
+def side_sheets(
+    folder: str,
+    title: str,
+    outlines: Sequence[FloatArray],
+    areas_mm2: Sequence[float],
+    draw: Callable[[Placement], PieceDrawing],
+    supply: Supply,
+    machine: MachineSettings,
+    *,
+    ids: Sequence[str],
+    margin_mm: float,
+    rotations: str = AUTO,
+) -> SideSheets:
+    """Nest flat parts on sheets of a supply, and draw these.
+
+    Parameters
+    ----------
+    folder, title : str
+        Where they are written, and the title of the job.
+    outlines : sequence of (K, 2) float arrays
+    areas_mm2 : sequence of float
+    draw : callable
+        Draws the part that a placement names, where it stands.
+    supply : Supply
+    machine : MachineSettings
+    ids : sequence of str
+    margin_mm : float
+    rotations : str
+
+    Raises
+    ------
+    CannotMakeError
+        If a part fits no sheet, or sheets run out.
+    """
+    layout = nest(
+        outlines,
+        supply.sheets,
+        margin_mm=margin_mm,
+        gap_mm=supply.gap_mm,
+        effort="quick",
+        ids=ids,
+        rotations=parse_rotations(rotations),
+    )
+    drawn: list[list[PieceDrawing]] = [[] for _ in layout.sheets]
+    for placement in layout.placements:
+        drawn[placement.sheet].append(draw(placement))
+    drawings = tuple(
+        SheetDrawing(
+            name=sheet_name(folder, number),
+            width_mm=sheet.width_mm,
+            height_mm=sheet.height_mm,
+            pieces=tuple(own),
+            # Whichever way the grain goes.
+            notes=sheet_notes(
+                replace(sheet, grain_deg=None),
+                [f"{lettered(title)} {folder.upper()} {number + 1}/{len(layout.sheets)}"],
+                margin_mm=margin_mm,
+            ),
+        )
+        for number, (sheet, own) in enumerate(zip(layout.sheets, drawn, strict=True))
+    )
+    kerfed = kerfed_sheets(drawings, machine.kerf_mm, machine.micro_joints)
+    return SideSheets(folder, supply.material, layout, tuple(areas_mm2), drawings, kerfed)
+
+
+def sheet_name(folder: str, number: int) -> str:
+    """Return what a sheet of a folder is called; numbers count from 0.
+
+    Examples
+    --------
+    >>> sheet_name("rim", 0)
+    'rim_01'
+    """
+    return f"{folder}_{number + 1:02d}"
