@@ -43,6 +43,10 @@ _BESIDE_MM = 1e-7
 #: What is to be taken out goes through nine tenths of the way; it breaks along slits of this
 #: length and width, with bridges between them, millimetres.
 _OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM = 0.9, 8.0, 0.6, 1.5
+#: Slots begin so far outside their plates, and twice the thickness, millimetres.
+_OUT_MM = 3.0
+#: A former on which fewer of the pieces lie is none.
+_LEAST_SHARE = 0.5
 #: Sides of a quarter of a round corner.
 _QUARTER = 3
 
@@ -338,10 +342,12 @@ def build_former(
         key=lambda layout: _worth(_joined(layout, inside, strips, thickness_mm, closely=False)),
     )
     plates = _joined(best, inside, strips, thickness_mm, closely=True)
-    if not plates:
+    carried = len({mark.piece for plate in plates for mark in plate.marks})
+    if carried < _LEAST_SHARE * len(runs.thread):
         raise CannotMakeError(
-            f"a former of {thickness_mm:g} mm has no room inside; try a larger --size, a thinner "
-            "material for it, or none"
+            f"a former of {thickness_mm:g} mm has too little room inside: {carried} of "
+            f"{len(runs.thread)} pieces would lie on it; try a larger --size, a thinner material "
+            "for it, or leave --former out"
         )
     named = [replace(one, id=f"{prefix}{number}") for number, one in enumerate(plates, start=1)]
     return Former(tuple(named), thickness_mm)
@@ -372,11 +378,15 @@ class _Strips:
         self.step_mm = float(np.median(np.concatenate(steps)))
         own = np.searchsorted(ribbons.offsets, near, side="right") - 1
         at = np.searchsorted(ribbons.entry, near, side="right") - 1
-        before = at < threads.offsets[own]
-        self.owner = owner[np.where(before, threads.offsets[own + 1] - 1, at)]
+        # Before its first pass, a ring comes from its last one.
+        begin = threads.offsets[own]
+        behind = np.where(threads.closed[own], threads.offsets[own + 1] - 1, begin)
+        self.owner = owner[np.where(at < begin, behind, at)]
 
-    def marks(self, plane: Plane, outline: shapely.Polygon, reach: float) -> tuple[Mark, ...]:
-        """Return where strips pass the edge of a plate."""
+    def marks(
+        self, plane: Plane, outline: shapely.Polygon, slotted: shapely.Polygon, reach: float
+    ) -> tuple[Mark, ...]:
+        """Return where strips pass the edge of a plate, but for the mouths of its slots."""
         flat = plane.flat(self.ends)
         start, end = flat[:, 0], flat[:, 1]
         through = np.flatnonzero((start[:, 2] > 0.0) != (end[:, 2] > 0.0))
@@ -387,6 +397,7 @@ class _Strips:
         feet = shapely.get_coordinates(ways)[::2]
         away = np.linalg.norm(feet - points, axis=1)
         near = (away < reach) & (points[:, 0] > plane.least) & (away > 0.0)
+        near &= shapely.distance(slotted, shapely.points(feet)) < _BESIDE_MM
         return tuple(
             Mark(int(self.owner[through[at]]), feet[at], unit(feet[at] - points[at]))
             for at in np.flatnonzero(near).tolist()
@@ -481,15 +492,17 @@ def _slotted(
     gone: list[list[shapely.Geometry]] = [[] for _ in parts]
     joins: list[list[Join]] = [[] for _ in parts]
     links = []
+    # Beside a slot an edge may go on slanting.
+    out = 2.0 * thick + _OUT_MM
     for row, at in itertools.product(range(len(slices)), range(len(slices), len(parts))):
         across = parts[at][0]
         for number, span in enumerate(_common(parts[row], parts[at])):
             middle = (span.low + span.high) / 2.0
             # A plate that meets another twice is held once, and makes way at the other place.
             cuts = (
-                [(at, span.its[0] - 1.0, span.its[1] + 1.0)]
+                [(at, span.its[0] - out, span.its[1] + out)]
                 if number
-                else [(row, span.mine[0] - 1.0, middle), (at, middle, span.its[1] + 1.0)]
+                else [(row, span.mine[0] - out, middle), (at, middle, span.its[1] + out)]
             )
             for part, start, end in cuts:
                 ends = _on_line(parts[row], across, np.array([start, end]))
@@ -517,7 +530,7 @@ def _slotted(
                 part >= len(slices),
                 plane,
                 left,
-                strips.marks(plane, outline, reach),
+                strips.marks(plane, outline, left, reach),
                 tuple(replace(join, plate=numbers[join.plate]) for join in joins[part]),
             )
         )

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, unit
 from fabweave.mesh.halfedge import Halfedges
@@ -14,6 +15,7 @@ from fabweave.plan.loose import ranks
 from fabweave.plan.order import Order
 from fabweave.plan.steps import shut_from
 from fabweave.ribbon.project import Ribbons
+from fabweave.weave.threads import Threads
 
 #: Through less no hand comes, and the former stays, millimetres.
 _LEAST_MM = 40.0
@@ -24,11 +26,12 @@ def let_out(
     mesh: PolyMesh,
     halfedges: Halfedges,
     ribbons: Ribbons,
+    threads: Threads,
     pieces: Sequence[Piece],
     order: Order,
 ) -> Laid:
     """Find the way out of a former, and make its plates break where they would not fit through."""
-    way = _opening(mesh, halfedges) or _gap(ribbons, pieces, order)
+    way = _opening(mesh, halfedges) or _gap(ribbons, threads, pieces, order)
     if way is None:
         return Laid(former, None)
     deep = _depth(*closed_triangles(mesh, halfedges), way.at, way.inward)
@@ -54,7 +57,9 @@ def _opening(mesh: PolyMesh, halfedges: Halfedges) -> WayOut | None:
     return None if best is None or best.wide_mm < _LEAST_MM else best
 
 
-def _gap(ribbons: Ribbons, pieces: Sequence[Piece], order: Order) -> WayOut | None:
+def _gap(
+    ribbons: Ribbons, threads: Threads, pieces: Sequence[Piece], order: Order
+) -> WayOut | None:
     """Return the middle of what the last pieces leave open while a hand comes to the inside."""
     before = shut_from(order)
     rank = ranks(order.order.tolist())
@@ -65,18 +70,14 @@ def _gap(ribbons: Ribbons, pieces: Sequence[Piece], order: Order) -> WayOut | No
     if taken.all() or not taken.any():
         return None
     free = np.flatnonzero(~taken)
-    away = ribbons.centre[free][:, None] - ribbons.centre[taken][None]
-    room = np.linalg.norm(away, axis=2).min(axis=1)
+    entry = ribbons.entry[taken[threads.crossing]]
+    ends = [rail[at] for rail in (ribbons.right, ribbons.left) for at in (entry, entry + 1)]
+    room = np.asarray(cKDTree(np.concatenate(ends)).query(ribbons.centre[free])[0])
     best = int(room.argmax())
-    # Strands there reach half their breadth into it.
-    breadth = np.linalg.norm(ribbons.right - ribbons.left, axis=1).max()
-    wide = 2.0 * float(room[best]) - float(breadth)
-    at = free[best]
-    return (
-        None
-        if wide < _LEAST_MM
-        else WayOut(ribbons.centre[at], -ribbons.normal[at], wide, 0.0, before)
-    )
+    wide, at = 2.0 * float(room[best]), free[best]
+    if wide < _LEAST_MM:
+        return None
+    return WayOut(ribbons.centre[at], -ribbons.normal[at], wide, 0.0, before)
 
 
 def _depth(points: FloatArray, triangles: IntArray, start: FloatArray, way: FloatArray) -> float:

@@ -303,7 +303,15 @@ def draw_job(
     laid = (
         None
         if former is None
-        else let_out(former, woven.mesh, woven.halfedges, woven.ribbons, pieces.pieces, order)
+        else let_out(
+            former,
+            woven.mesh,
+            woven.halfedges,
+            woven.ribbons,
+            woven.weave.threads,
+            pieces.pieces,
+            order,
+        )
     )
     steps = build_steps(pieces, order)
     settled = side.form()

@@ -17,6 +17,7 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
+from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials
@@ -32,6 +33,7 @@ from fabweave.sheet.write.template import template_pdf
 from fabweave.show.job import Job
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
+from fabweave.show.manual.former import FormerPages, former_pages, write_former
 from fabweave.show.manual.painting import build_scene
 from fabweave.show.manual.parts_list import write_legend, write_map, write_parts
 from fabweave.show.manual.sheets import drawn_pieces, write_sheets
@@ -82,6 +84,7 @@ def show_job(
         step_seconds(plan, report.estimate.assembly),
         machine.paper,
         rings,
+        (job.laid, job.former_steps),
     )
     missing = [one for finish in shown for one in finish()]
     views, unmade = manual()
@@ -126,6 +129,7 @@ def manual_pdf(
     *,
     paper: str = "a4",
     rings: Sequence[RimRing] = (),
+    former: FormerPages | None = None,
 ) -> bytes:
     """Return the manual as a PDF.
 
@@ -146,6 +150,7 @@ def manual_pdf(
     paper : {"a4", "letter"}
     rings : sequence of RimRing
         Those of the last steps.
+    former : FormerPages, optional
 
     Returns
     -------
@@ -158,6 +163,8 @@ def manual_pdf(
     write_map(book, crossing_map, facts.colours)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
+    if former is not None:
+        write_former(book, former)
     write_steps(book, crossing_map, pictures, seconds, rings)
     return book.finish()
 
@@ -171,6 +178,7 @@ def write_manual(
     seconds: Sequence[float],
     paper: str,
     rings: Sequence[RimRing],
+    former: tuple[Laid | None, Sequence[str]],
 ) -> tuple[View, ...]:
     """Make the pictures of the steps, unless they are too many, and write the manual.
 
@@ -180,11 +188,21 @@ def write_manual(
         From where each step is seen, for others that show it; nothing of those without a picture.
     """
     pictures: Sequence[WholePicture] = ()
+    ribbons, weave, pieces, colours = woven
+    scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
     if len(crossing_map.steps) <= MOST_PICTURED:
-        ribbons, weave, pieces, colours = woven
-        scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
         pictures = step_pictures(scene, crossing_map)
-    data = manual_pdf(crossing_map, facts, drawings, pictures, seconds, paper=paper, rings=rings)
+    laid, texts = former
+    data = manual_pdf(
+        crossing_map,
+        facts,
+        drawings,
+        pictures,
+        seconds,
+        paper=paper,
+        rings=rings,
+        former=None if laid is None else former_pages(laid, scene, texts),
+    )
     path.write_bytes(data)
     return tuple(picture.view for picture in pictures for _ in picture.steps)
 

@@ -1,0 +1,114 @@
+"""Write how a former is put together, used and taken out, with pictures: before the first step."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.picture.camera import View, choose_view
+from fabweave.picture.render import render_scene
+from fabweave.piece.former import Laid, Plate
+from fabweave.show.manual.book import Book
+from fabweave.show.manual.painting import Painted, Scene, packed
+
+SECTION = "Former"
+#: The size of a picture in pixels, and in points.
+_PX, _WIDE = (1100, 720), 430.0
+_TEXT = 11.0
+#: Board, for slices and for spines.
+_SLICE, _SPINE = (214, 188, 148), (176, 140, 96)
+#: From where a gap is looked into: not from below the table.
+_STEEPEST_DEG, _LOWEST_DEG = 75.0, 35.0
+
+
+@frozen_value
+class FormerPages:
+    """What the manual says and shows of a former: as many pictures as texts."""
+
+    texts: tuple[str, ...]
+    pictures: tuple[Painted, ...]
+
+
+def plate_body(plate: Plate, thickness_mm: float) -> tuple[FloatArray, IntArray]:
+    """Return a plate as a closed body: its corners in space, and triangles."""
+    cut = shapely.get_parts(shapely.constrained_delaunay_triangles(plate.outline)).tolist()
+    flat = np.array([triangle.exterior.coords[:3] for triangle in cut]).reshape(-1, 3, 2)
+    turn = np.cross(np.diff(flat[:, :2], axis=1)[:, 0], np.diff(flat[:, 1:], axis=1)[:, 0]) < 0.0
+    flat[turn] = flat[turn, ::-1]
+    half = thickness_mm / 2.0 * plate.plane.frame[2]
+    middle = plate.plane.raised(flat.reshape(-1, 2))
+    sides = []
+    for ring in (plate.outline.exterior, *plate.outline.interiors):
+        here = plate.plane.raised(np.array(ring.coords))
+        start, end = here[:-1], here[1:]
+        sides += [start - half, end - half, end + half, start - half, end + half, start + half]
+    walls = [np.stack(sides[at : at + 6], axis=1).reshape(-1, 3) for at in range(0, len(sides), 6)]
+    points = np.concatenate((middle + half, middle.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) - half,
+                             *walls))  # fmt: skip
+    return points, np.arange(len(points)).reshape(-1, 3)
+
+
+def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
+    """Make the pictures of a former: alone, with half of the strips, and where it comes out.
+
+    Parameters
+    ----------
+    laid : Laid
+    scene : Scene
+        All pieces in space.
+    texts : sequence of str
+        Of each picture.
+    """
+    former, way = laid.former, laid.way
+    bodies = [plate_body(plate, former.thickness_mm) for plate in former.plates]
+    board = np.array([_SPINE if plate.spine else _SLICE for plate in former.plates])
+    points = np.concatenate([body[0] for body in bodies])
+    triangles = np.arange(len(points)).reshape(-1, 3)
+    colours = np.repeat(board, [len(body[1]) for body in bodies], axis=0)
+    above = choose_view(scene.points, scene.triangles)
+    view = View(above.azimuth_deg, max(above.elevation_deg, 25.0))
+    count = len(scene.step_of_piece)
+    order = np.argsort(scene.step_of_piece, kind="stable")
+    shown = [
+        (view, order[:0]),
+        (view, order[: count // 2]),
+        (
+            view if way is None else _into(-way.inward),
+            order if way is None else order[: way.before],
+        ),
+    ]
+    pictures = []
+    for seen, pieces in shown:
+        strips = np.isin(scene.piece, pieces)
+        own = scene.palette.tones[scene.palette.own[scene.piece[strips]], 3]
+        picture = render_scene(
+            np.concatenate((points, scene.points)),
+            np.concatenate((triangles, scene.triangles[strips] + len(points))),
+            np.concatenate((colours, own)).astype(np.uint8),
+            size_px=_PX,
+            view=seen,
+            floor=True,
+        )
+        pictures.append(packed(np.asarray(picture)))
+    return FormerPages(tuple(texts), tuple(pictures))
+
+
+def _into(outward: FloatArray) -> View:
+    """Return the view that looks into a gap, from a little above the table at least."""
+    rise = float(np.degrees(np.arcsin(np.clip(outward[2], -1.0, 1.0))))
+    turn = float(np.degrees(np.arctan2(outward[1], outward[0])))
+    return View(turn, float(np.clip(rise, _LOWEST_DEG, _STEEPEST_DEG)))
+
+
+def write_former(book: Book, pages: FormerPages) -> None:
+    """Write the former's own steps, each with its picture."""
+    book.page(SECTION)
+    high = _WIDE * _PX[1] / _PX[0]
+    for number, (text, picture) in enumerate(zip(pages.texts, pages.pictures, strict=True), 1):
+        book.room(high + 60.0, SECTION)
+        y = book.y - 20.0
+        book.text(book.left, y, f"Step 0.{number}", size=14.0, bold=True)
+        y = book.block(book.left, y - 4.0, text, book.right - book.left, size=_TEXT) - 6.0
+        book.image(picture, book.left, y - high, _WIDE, high)
+        book.y = y - high - 8.0
