@@ -170,6 +170,11 @@ def _at_odds(settings: Settings) -> Iterator[str]:
     except InputError as error:
         yield f"material: {error}"
     try:
+        if settings.pieces.former not in (None, "auto"):
+            sort_of_material(str(settings.pieces.former), settings.stock.library)
+    except InputError as error:
+        yield f"former: {error}"
+    try:
         target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
@@ -344,7 +349,9 @@ def _user_library(
     material = values.get("material", option_named("material").default)
     target = values.get("target", option_named("target").default)
     return {
-        "library": materials_in_use(parse_materials(material), known["library"]),
+        "library": materials_in_use(
+            (*parse_materials(material), ("", values.get("former") or "")), known["library"]
+        ),
         "rules": targets_in_use(target, known["rules"]),
     }
 

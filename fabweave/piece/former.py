@@ -45,6 +45,8 @@ _BESIDE_MM = 1e-7
 _OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM = 0.9, 8.0, 0.6, 1.5
 #: Slots begin so far outside their plates, and twice the thickness, millimetres.
 _OUT_MM = 3.0
+#: Points and notches of plates are twice as wide, and slots are wider, millimetres.
+_CUT_MM = 0.2
 #: A former on which fewer of the pieces lie is none.
 _LEAST_SHARE = 0.5
 #: Sides of a quarter of a round corner.
@@ -418,7 +420,7 @@ def _joined(
     spines = [sections(layout.spine_at(level)) for level in levels.tolist()]
     held = [
         {row: spans[0].long for row, part in enumerate(slices) for spine in some
-         if (spans := _common(part, spine))}
+         if (spans := _common(part, spine, thick)) and spans[0].long > _HOLD_MM}
         for some in spines
     ]  # fmt: skip
     # A tall slice rocks on a single spine.
@@ -456,25 +458,30 @@ class _Span(NamedTuple):
         return self.high - self.low
 
 
-def _common(one: _Part, other: _Part) -> list[_Span]:
-    """Return where a slice and a spine meet along the slice's first axis, the longest first."""
+def _common(one: _Part, other: _Part, thick: float) -> list[_Span]:
+    """Return where a slice and a spine meet along the slice's first axis, the longest first.
+
+    Each is taken as far as the other's thickness covers it.
+    """
     (plane, outline), (across, spine) = one, other
     reach = 4.0 * float(np.abs(shapely.bounds([outline, spine])).max())
     ends = _on_line(one, across, np.array([-reach, reach]))
     spans = []
-    for (own, _), way in ((one, plane), (other, across)):
+    for way, area in ((plane, outline), (across, spine)):
         line = shapely.LineString(way.flat(ends)[:, :2])
-        area = outline if own is plane else spine
-        cuts = shapely.get_parts(line.intersection(area)).tolist()
-        along = [[line.project(shapely.Point(xy)) - reach for xy in cut.coords] for cut in cuts]
-        spans.append([(min(run), max(run)) for run in along if len(run) > 1])
+        band = line.buffer((thick + SLOT_PLAY_MM) / 2.0, cap_style="flat")
+        runs = [
+            shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(part))) - reach
+            for part in shapely.get_parts(band.intersection(area)).tolist()
+            if part.area > 0.0
+        ]
+        spans.append([(float(run.min()), float(run.max())) for run in runs])
     shared = [
         _Span(max(mine[0], its[0]), min(mine[1], its[1]), mine, its)
         for mine in spans[0]
         for its in spans[1]
     ]
-    found = sorted((span for span in shared if span.long > 0.0), key=lambda span: -span.long)
-    return found if found and found[0].long > _HOLD_MM else []
+    return sorted((span for span in shared if span.long > 0.0), key=lambda span: -span.long)
 
 
 def _on_line(one: _Part, across: Plane, places: FloatArray) -> FloatArray:
@@ -491,30 +498,43 @@ def _slotted(
     parts = [*slices, *spines]
     gone: list[list[shapely.Geometry]] = [[] for _ in parts]
     joins: list[list[Join]] = [[] for _ in parts]
-    links = []
-    # Beside a slot an edge may go on slanting.
-    out = 2.0 * thick + _OUT_MM
     for row, at in itertools.product(range(len(slices)), range(len(slices), len(parts))):
         across = parts[at][0]
-        for number, span in enumerate(_common(parts[row], parts[at])):
+        for number, span in enumerate(_common(parts[row], parts[at], thick)):
             middle = (span.low + span.high) / 2.0
-            # A plate that meets another twice is held once, and makes way at the other place.
+            held = number == 0 and span.long > _HOLD_MM
+            # A plate that meets another twice, or hardly, makes way there. The corners of a slot's
+            # end are round, and it is so much deeper.
             cuts = (
-                [(at, span.its[0] - out, span.its[1] + out)]
-                if number
-                else [(row, span.mine[0] - out, middle), (at, middle, span.its[1] + out)]
+                [
+                    (row, span.mine[0] - _OUT_MM, middle + _CUT_MM),
+                    (at, middle - _CUT_MM, span.its[1] + _OUT_MM),
+                ]
+                if held
+                else [(at, span.its[0] - _OUT_MM, span.its[1] + _OUT_MM)]
             )
             for part, start, end in cuts:
                 ends = _on_line(parts[row], across, np.array([start, end]))
                 way = shapely.LineString(parts[part][0].flat(ends)[:, :2])
                 gone[part].append(way.buffer((thick + SLOT_PLAY_MM) / 2.0, cap_style="flat"))
-            if not number:
-                links.append((row, at))
+            if held:
                 meet = _on_line(parts[row], across, np.array([middle, middle + 1.0]))
                 mine, its = parts[row][0].flat(meet)[:, :2], across.flat(meet)[:, :2]
                 joins[row].append(Join(at, mine[0], mine[1] - mine[0]))
                 joins[at].append(Join(row, its[0], its[0] - its[1]))
-    joined = np.array(links, dtype=np.int64).reshape(-1, 2).T
+    left = []
+    for (_, outline), cuts_of in zip(parts, gone, strict=True):
+        rest = shapely.get_parts(outline.difference(shapely.union_all(cuts_of))).tolist()
+        left.append(_cuttable(max(rest, key=lambda one: one.area)))
+    # What falls off takes its slots with it.
+    there = {
+        (part, join.plate)
+        for part, own in enumerate(joins)
+        for join in own
+        if left[part].distance(shapely.Point(join.point)) < 2.0 * _CUT_MM
+    }
+    links = [(row, at) for row, at in there if row < at and (at, row) in there]
+    joined = np.array(sorted(links), dtype=np.int64).reshape(-1, 2).T
     graph = coo_array((np.ones(len(links)), (joined[0], joined[1])), shape=(len(parts), len(parts)))
     group = connected_components(graph, directed=False)[1]
     kept = np.flatnonzero(group == np.bincount(group).argmax()).tolist() if links else []
@@ -522,19 +542,28 @@ def _slotted(
     plates = []
     for part in kept:
         plane, outline = parts[part]
-        left = outline.difference(shapely.union_all(gone[part]))
-        left = max(shapely.get_parts(left).tolist(), key=lambda one: one.area)
         plates.append(
             Plate(
                 "",
                 part >= len(slices),
                 plane,
-                left,
-                strips.marks(plane, outline, left, reach),
-                tuple(replace(join, plate=numbers[join.plate]) for join in joins[part]),
+                left[part],
+                strips.marks(plane, outline, left[part], reach),
+                tuple(
+                    replace(join, plate=numbers[join.plate])
+                    for join in joins[part]
+                    if (part, join.plate) in there and (join.plate, part) in there
+                ),
             )
         )
     return plates
+
+
+def _cuttable(area: shapely.Polygon) -> shapely.Polygon:
+    """Return a polygon without the points and notches that a cut is too wide for."""
+    for off in (-_CUT_MM, 2.0 * _CUT_MM, -_CUT_MM):
+        area = area.buffer(off, quad_segs=_QUARTER)
+    return max(shapely.get_parts(area.simplify(0.02)).tolist(), key=lambda one: one.area)
 
 
 def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
@@ -571,6 +600,5 @@ def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
                 for middle in middles.tolist()
             ]
     cuts = shapely.buffer(slits, _SLIT_WIDE_MM / 2.0, cap_style="flat")
-    return replace(
-        plate, outline=plate.outline.difference(shapely.union_all(cuts)), snaps=tuple(lines)
-    )
+    outline = _cuttable(plate.outline.difference(shapely.union_all(cuts)))
+    return replace(plate, outline=outline, snaps=tuple(lines))

@@ -34,7 +34,7 @@ def plate_body(plate: Plate, thickness_mm: float) -> tuple[FloatArray, IntArray]
     """Return a plate as a closed body: its corners in space, and triangles."""
     cut = shapely.get_parts(shapely.constrained_delaunay_triangles(plate.outline)).tolist()
     flat = np.array([triangle.exterior.coords[:3] for triangle in cut]).reshape(-1, 3, 2)
-    turn = np.cross(np.diff(flat[:, :2], axis=1)[:, 0], np.diff(flat[:, 1:], axis=1)[:, 0]) < 0.0
+    turn = np.linalg.det(np.diff(flat, axis=1)) < 0.0
     flat[turn] = flat[turn, ::-1]
     half = thickness_mm / 2.0 * plate.plane.frame[2]
     middle = plate.plane.raised(flat.reshape(-1, 2))

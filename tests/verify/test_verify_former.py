@@ -1,0 +1,111 @@
+"""A former is held to the strips that it carries, to its slots, its names and its way out."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from sealing import told
+from spoiling import drop, edit_json, edit_text, more, put
+
+FORMED = (
+    "shape:sphere?n=3", "--size", "250mm", "--former", "auto", "--effort", "quick",
+    "--kerf", "0.15",
+)  # fmt: skip
+OPEN = ("shape:hemisphere", "--size", "200mm", "--former", "museum-board", "--effort", "quick")
+
+
+@pytest.fixture(scope="module")
+def formed(finished):
+    return finished(*FORMED)
+
+
+@pytest.fixture
+def copied(finished, tmp_path):
+    return finished.copy(tmp_path / "job", *FORMED)
+
+
+def record_of(folder):
+    return json.loads((folder / "former" / "former.json").read_text("utf-8"))
+
+
+def in_space(plate, points):
+    return np.array(plate["origin"]) + np.atleast_2d(points) @ np.array(plate["axes"])
+
+
+def test_a_former_carries_nearly_all_pieces_and_hangs_together(formed):
+    record = record_of(formed)
+    plan = json.loads((formed / "crossing_map.json").read_text("utf-8"))
+    carried = {strip["piece"] for plate in record["plates"] for strip in plate["strips"]}
+    assert len(carried) >= 0.9 * len(plan["pieces"])
+    slots = {(plate["id"], slot["plate"]) for plate in record["plates"] for slot in plate["slots"]}
+    assert slots == {(other, one) for one, other in slots}
+    assert {one for one, _ in slots} == {plate["id"] for plate in record["plates"]}
+
+
+def test_slots_of_two_plates_end_in_one_place_and_planes_are_square(formed):
+    plates = {plate["id"]: plate for plate in record_of(formed)["plates"]}
+    for plate in plates.values():
+        axes = np.array(plate["axes"])
+        assert np.allclose(axes @ axes.T, np.eye(2), atol=1e-9)
+        for slot in plate["slots"]:
+            other = plates[slot["plate"]]
+            end = next(one["end"] for one in other["slots"] if one["plate"] == plate["id"])
+            assert np.allclose(in_space(plate, slot["end"]), in_space(other, end), atol=1e-5)
+
+
+SPOILT = [
+    (("plates", 0, "origin", 0), more(3.0), "a strip is"),
+    (("plates", 0, "axes", 0, 0), more(0.1), "not of length 1"),
+    (("plates", 0, "sheet"), lambda _: "former_09", "could not be read"),
+    (("plates", 0, "strips", 0, "at", 0), more(4.0), "off it"),
+    (("plates", 0, "strips", 0, "piece"), lambda _: "Z99", "no such piece"),
+    (("plates", 0, "slots", 0, "end", 0), more(5.0), "their slots end"),
+    (("thickness_mm",), lambda _: 3.0, "into one another"),
+    (("way_out", "wide_mm"), more(40.0), "wide"),
+    (("way_out", "deep_mm"), more(400.0), "deep"),
+    (("way_out", "inward", 0), more(1.0), "inward"),
+    (("way_out", "before"), lambda _: 10_000, "before no piece"),
+]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("path", "change", "words"), SPOILT)
+def test_another_former_is_found(copied, path, change, words):
+    edit_json(copied / "former" / "former.json", put(*path, change))
+    assert words in str(told(copied)["former"])
+
+
+@pytest.mark.slow
+def test_a_former_that_falls_apart_or_does_not_come_out_is_found(copied):
+    def apart(document):
+        for plate in document["plates"]:
+            plate["slots"] = [] if plate["spine"] else plate["slots"]
+
+    edit_json(copied / "former" / "former.json", apart)
+    assert "only one of them" in str(told(copied)["former"])
+    edit_json(copied / "former" / "former.json", put("way_out", "wide_mm", lambda _: 20.0))
+    assert "a part is" in str(told(copied)["former"])
+
+
+@pytest.mark.slow
+def test_a_plate_that_nobody_drew_or_names_is_found(copied):
+    edit_json(copied / "former" / "former.json", drop("plates", 0))
+    assert "plates that are drawn" in str(told(copied)["former"])
+
+
+@pytest.mark.slow
+def test_a_former_that_is_gone_or_was_not_asked_for_is_found(copied):
+    edit_text(copied / "job.toml", 'former = "auto"', "")
+    assert "nobody asked for it" in str(told(copied)["former"])
+    edit_text(copied / "job.toml", "[job]", '[job]\nformer = "auto"')
+    shutil.rmtree(copied / "former")
+    assert "there is none" in str(told(copied)["former"])
+
+
+@pytest.mark.slow
+def test_an_open_object_lets_its_former_out_at_the_end(finished):
+    record = record_of(finished(*OPEN))
+    assert record["way_out"]["before"] is None
+    assert record["way_out"]["inward"][2] > 0.99  # a bowl upside down: up from its rim
+    assert 150.0 < record["way_out"]["wide_mm"] <= 200.0
