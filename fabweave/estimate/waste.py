@@ -71,7 +71,7 @@ def rim_sheets(
                 piece_area_mm2=round(sum(own), _DECIMALS),
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                machine=scaled_time(sheet_time(drawing, material), calibration),
+                machine=scaled_time(sheet_time(drawing, material), calibration.machine),
                 price=sheet_price(sheet.area_mm2, material, stated),
             )
         )
