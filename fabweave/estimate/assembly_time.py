@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from fabweave.core.records import optional, record
 from fabweave.piece.joint.kinds import KINDS
-from fabweave.plan.bill_of_materials import BillOfMaterials
+from fabweave.plan.bill_of_materials import BillOfMaterials, FastenerRow, sort_for
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PRACTISED, Span, pace_of
@@ -143,14 +143,16 @@ def assembly_time(
     joints : sequence of str
         The kind of each joint.
     bill : BillOfMaterials
-        Whose fasteners are set: each takes the middle of what the sorts take that fit.
+        Whose fasteners are set: each takes what the first sort takes that is listed for it.
     calibration : float, optional
         What the maker took for a job, divided by what was estimated; by default nobody knows.
     """
     held = [kind for kind in joints if not KINDS[kind].most_fasteners]
     set_: dict[float, int] = defaultdict(int)
+    setting_s: dict[float, float] = defaultdict(float)
     for row in bill.fasteners:
         set_[row.diameter_mm] += row.needed
+        setting_s[row.diameter_mm] += _setting_s(row, bill)
     often = {
         "sort": pieces,
         "find": pieces,
@@ -176,7 +178,7 @@ def assembly_time(
         Action(
             action=_fastening(size),
             count=set_[size],
-            each_s=median(sort.seconds for sort in hardware_for(size, bill)),
+            each_s=round(setting_s[size] / set_[size], 3) if set_[size] else 0.0,
             words=f"to set a fastener in a hole of {size:g} mm",
         )
         for size in sorted(set_)
@@ -188,6 +190,21 @@ def assembly_time(
         practised_h=round(practised, 4),
         hours=(round(quick * practised, 4), round(slow * practised, 4)),
         calibration=calibration,
+    )
+
+
+def _setting_s(row: FastenerRow, bill: BillOfMaterials) -> float:
+    """Return what setting all fasteners of a row takes.
+
+    Where nothing fits from outside, it is glued; where nothing is known at all, it takes the middle
+    of what is near.
+    """
+    outside = row.outside or 0
+    first, there = sort_for(row, outside=False), sort_for(row, outside=True)
+    near = median(sort.seconds for sort in hardware_for(row.diameter_mm, bill))
+    usual = near if first is None else first.seconds
+    return (row.needed - outside) * usual + outside * (
+        HOLDING_S["glue"] if there is None else there.seconds
     )
 
 

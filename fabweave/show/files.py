@@ -118,6 +118,7 @@ def write_plan(
         notes=job.notes,
         offcuts=offcuts,
         costs=job.costs,
+        order=job.order,
         engrave_seen_mm=job.engrave_seen_mm,
         grain=job.grain_cost,
         rim=rim_sheets(job, job.rim_layout, job.rim_drawings),

@@ -260,7 +260,8 @@ def draw_job(
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     rim = ring_sheets(pieces.rings, planned.supplies, woven.title)
-    steps = build_steps(pieces, order)
+    hardware = settings.pieces.hardware
+    steps = build_steps(pieces, order, hardware)
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = settled is not None and settled.form.settles_mm > thinnest_mm
@@ -287,7 +288,7 @@ def draw_job(
             layout.sheets,
             allotment.sheet_materials,
             steps,
-            bill_of_materials(pieces, settings.pieces.hardware),
+            bill_of_materials(pieces, hardware, order),
             calibration=settings.machine.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, steps, drawings, kerfed, seen),

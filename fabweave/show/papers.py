@@ -22,7 +22,6 @@ from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
 from fabweave.plan.extent import MOST_PICTURED, MOST_VIEWED
-from fabweave.plan.steps import job_clips, most_clips, shut_fasteners
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
@@ -112,8 +111,6 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
         portrait=job.portrait(),
         costs=cost_rows(costs),
         rim_sheets=len(job.rim_drawings),
-        shut=shut_fasteners(job.piece_set, job.order),
-        clips=most_clips(job_clips(job.piece_set, job.order)),
     )
 
 

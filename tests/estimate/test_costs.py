@@ -24,16 +24,19 @@ from fabweave.job import make_job
 from fabweave.options.file_kinds import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.bill_of_materials import (
+    INSTEAD,
     BillOfMaterials,
     FastenerRow,
     GlueRow,
     TapeRow,
     bill_of_materials,
+    buy_lines,
+    sorts_for,
 )
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.show.files import job_map, json_text
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
-from fabweave.stock.machine import MIDDLE_PACE, NOT_MEASURED, Calibration, machines
+from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, NOT_MEASURED, Calibration, machines
 from fabweave.stock.material import machine_of, material_library, material_named
 
 CARD = material_named("card")
@@ -180,6 +183,32 @@ def test_a_fastener_takes_and_costs_what_the_catalogue_says(sort):
     (action,) = (one for one in assembly_time(0, 0, 0, [], bill).actions if "fasten" in one.action)
     assert (action.count, action.each_s) == (100, sort.seconds)
     assert hardware_price(bill) == priced((102 * sort.each[0], 102 * sort.each[1]), "EUR")
+
+
+def test_hours_are_those_of_the_sort_that_is_listed_first():
+    bill = bill_with(2.5, 10, "mini-brad", "blind-rivet-2.4", "screw-m2")
+    (row,) = bill.fasteners
+    blind = replace(row, outside=4, fits=("screw-m2", "blind-rivet-2.4"))
+    none = replace(row, outside=4, fits=("screw-m2",))
+    for one, names, total in (
+        (row, ["mini-brad", "blind-rivet-2.4", "screw-m2"], 80.0),
+        (replace(blind, outside=0), ["screw-m2", "blind-rivet-2.4"], 200.0),
+        (blind, ["blind-rivet-2.4", "screw-m2"], 80.0),
+        (none, ["screw-m2"], 6 * 20.0 + 4 * HOLDING_S["glue"]),
+    ):
+        changed = replace(bill, fasteners=(one,))
+        *_, action = assembly_time(0, 0, 0, [], changed).actions
+        assert [sort.name for sort in sorts_for(one)] == names
+        assert action.count * action.each_s == pytest.approx(total)
+        # What cannot be set from outside is said, with its number.
+        ((_, text),) = buy_lines(changed)
+        assert (INSTEAD in text) == (one is none)
+        assert ("4 of them" in text) == (bool(one.outside))
+    # Thread alone goes anywhere: nothing is to be told apart.
+    thread = replace(row, outside=4, fits=("thread",), diameter_mm=1.3)
+    *_, action = assembly_time(0, 0, 0, [], replace(bill, fasteners=(thread,))).actions
+    assert action.each_s == 30.0
+    assert "of them" not in buy_lines(replace(bill, fasteners=(thread,)))[0][1]
 
 
 def test_the_time_of_hands_is_that_of_every_action():
