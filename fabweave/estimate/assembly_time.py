@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from statistics import median
 from typing import NamedTuple
 
-from fabweave.core.records import record
+from fabweave.core.records import optional, record
 from fabweave.piece.joint.kinds import KINDS
-from fabweave.plan.bill_of_materials import BillOfMaterials
+from fabweave.plan.bill_of_materials import BillOfMaterials, FastenerRow, sort_for
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
-from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
+from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PRACTISED, Span, pace_of
 
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.
@@ -31,11 +31,15 @@ class Action:
 
 @record
 class AssemblyTime:
-    """What hands do, how many hours it takes practised ones, and makers: from quick to slow."""
+    """What hands do, how many hours it takes practised ones, and makers: from quick to slow.
+
+    ``calibration`` is by what hours of makers are multiplied already, if somebody measured it.
+    """
 
     actions: tuple[Action, ...]
     practised_h: float
     hours: Span
+    calibration: float | None = optional()
 
     def often(self, action: str) -> int:
         """Return how often something is done."""
@@ -78,7 +82,10 @@ def hardware_for(hole_mm: float, bill: BillOfMaterials) -> list[Hardware]:
 
 
 def job_hands(
-    steps: Sequence[StepRecord], joints: Sequence[str], bill: BillOfMaterials
+    steps: Sequence[StepRecord],
+    joints: Sequence[str],
+    bill: BillOfMaterials,
+    calibration: float | None = None,
 ) -> AssemblyTime:
     """Return how long hands take whose steps are known.
 
@@ -89,6 +96,8 @@ def job_hands(
         The kind of each joint.
     bill : BillOfMaterials
         Whose fasteners are set.
+    calibration : float, optional
+        As of ``assembly_time``.
     """
     return assembly_time(
         sum(step.handled for step in steps),
@@ -96,11 +105,16 @@ def job_hands(
         sum(len(step.under) for step in steps),
         joints,
         bill,
+        calibration,
     )
 
 
 def planned_hands(
-    pieces: int, crossings: int, joints: Sequence[str], bill: BillOfMaterials
+    pieces: int,
+    crossings: int,
+    joints: Sequence[str],
+    bill: BillOfMaterials,
+    calibration: float | None = None,
 ) -> AssemblyTime:
     """Predict how long hands take, before the order of pieces is known.
 
@@ -109,11 +123,16 @@ def planned_hands(
     """
     placed = crossings + len(joints) // 2
     under = round(_UNDER * placed)
-    return assembly_time(pieces, placed - under, under, joints, bill)
+    return assembly_time(pieces, placed - under, under, joints, bill, calibration)
 
 
 def assembly_time(
-    pieces: int, over: int, under: int, joints: Sequence[str], bill: BillOfMaterials
+    pieces: int,
+    over: int,
+    under: int,
+    joints: Sequence[str],
+    bill: BillOfMaterials,
+    calibration: float | None = None,
 ) -> AssemblyTime:
     """Return what actions take together.
 
@@ -124,12 +143,16 @@ def assembly_time(
     joints : sequence of str
         The kind of each joint.
     bill : BillOfMaterials
-        Whose fasteners are set: each takes the middle of what the sorts take that fit.
+        Whose fasteners are set: each takes what the first sort takes that is listed for it.
+    calibration : float, optional
+        What the maker took for a job, divided by what was estimated; by default nobody knows.
     """
     held = [kind for kind in joints if not KINDS[kind].most_fasteners]
     set_: dict[float, int] = defaultdict(int)
+    setting_s: dict[float, float] = defaultdict(float)
     for row in bill.fasteners:
         set_[row.diameter_mm] += row.needed
+        setting_s[row.diameter_mm] += _setting_s(row, bill)
     often = {
         "sort": pieces,
         "find": pieces,
@@ -155,16 +178,33 @@ def assembly_time(
         Action(
             action=_fastening(size),
             count=set_[size],
-            each_s=median(sort.seconds for sort in hardware_for(size, bill)),
+            each_s=round(setting_s[size] / set_[size], 3) if set_[size] else 0.0,
             words=f"to set a fastener in a hole of {size:g} mm",
         )
         for size in sorted(set_)
     ]
     practised = sum(action.count * action.each_s for action in actions) / _HOUR_S
+    quick, slow = pace_of(calibration)
     return AssemblyTime(
         actions=tuple(action for action in actions if action.count),
         practised_h=round(practised, 4),
-        hours=(round(PACE[0] * practised, 4), round(PACE[1] * practised, 4)),
+        hours=(round(quick * practised, 4), round(slow * practised, 4)),
+        calibration=calibration,
+    )
+
+
+def _setting_s(row: FastenerRow, bill: BillOfMaterials) -> float:
+    """Return what setting all fasteners of a row takes.
+
+    Where nothing fits from outside, it is glued; where nothing is known at all, it takes the middle
+    of what is near.
+    """
+    outside = row.outside or 0
+    first, there = sort_for(row, outside=False), sort_for(row, outside=True)
+    near = median(sort.seconds for sort in hardware_for(row.diameter_mm, bill))
+    usual = near if first is None else first.seconds
+    return (row.needed - outside) * usual + outside * (
+        HOLDING_S["glue"] if there is None else there.seconds
     )
 
 
@@ -173,10 +213,13 @@ def _fastening(hole_mm: float) -> str:
     return f"fasten {hole_mm:g} mm"
 
 
-def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
+def step_seconds(
+    crossing_map: CrossingMap, hands: AssemblyTime, *, sorting: bool = True
+) -> list[float]:
     """Return about how many seconds each step takes a maker: half way from quick to slow.
 
-    A piece is sorted out of its sheet in the step that places it. Fasteners are set when the last
+    A piece is sorted out of its sheet in the step that places it, unless that was done before.
+    Fasteners are set when the last
     layer of their crossing is in place, or with the ring that they hold.
 
     Parameters
@@ -184,6 +227,8 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     crossing_map : CrossingMap
     hands : AssemblyTime
         Of the same job: all steps together take as long as it says.
+    sorting : bool
+        Whether it counts that pieces are taken out of their sheets.
     """
     holes: dict[int, list[str]] = defaultdict(list)
     for piece in crossing_map.pieces:
@@ -196,12 +241,13 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
             holes.pop(crossing.id, None)
     kind = {joint.id: joint.kind for joint in crossing_map.joints}
     each_s = {action.action: action.each_s for action in hands.actions}
+    pace = MIDDLE_PACE * (hands.calibration or 1.0)
     seconds = []
     for step in crossing_map.steps:
         made = [name for key in step.fasten for name in holes.get(key, ())]
         made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
         often = {
-            "sort": step.handled,
+            "sort": step.handled if sorting else 0,
             "find": step.handled,
             "take": step.handled,
             "over": len(step.over),
@@ -209,7 +255,7 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
             "align": len(made),
         }
         total = sum(count * each_s[name] for name, count in often.items() if count)
-        seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
+        seconds.append(pace * (total + sum(each_s[name] for name in made)))
     return seconds
 
 

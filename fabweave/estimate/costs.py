@@ -41,7 +41,16 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import mark_pieces
-from fabweave.stock.machine import CURRENCY, PACE, OneOrSpan, Span, as_span, machines
+from fabweave.stock.machine import (
+    CURRENCY,
+    NOT_MEASURED,
+    Calibration,
+    OneOrSpan,
+    Span,
+    as_span,
+    machines,
+    pace_of,
+)
 from fabweave.stock.material import Material, machine_of
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies
@@ -118,8 +127,9 @@ def assumptions_of(
         "Lines are followed one colour after another, with one acceleration, slowly round corners, "
         "and from rest to rest; loading sheets and focusing are not counted.",
         f"Hands: {', '.join(f'{each.each_s:g} s {each.words}' for each in hands.actions)}, "
-        f"practised, times {PACE[0]:g} to {PACE[1]:g} for a maker; waiting for glue is not "
-        "counted.",
+        f"practised, times {_span(pace_of(hands.calibration))} for "
+        + ("a maker" if hands.calibration is None else "one who timed a job (--calibrate)")
+        + "; waiting for glue is not counted.",
         *(text for one in rates for text in _prices(one)),
     ]
     if stock:
@@ -265,7 +275,7 @@ def job_costs(
     steps: Sequence[StepRecord],
     bill: BillOfMaterials,
     *,
-    calibration: float = 1.0,
+    calibration: Calibration = NOT_MEASURED,
 ) -> Costs:
     """Return what a job costs whose sheets are drawn.
 
@@ -281,11 +291,11 @@ def job_costs(
     steps : sequence of StepRecord
         The assembly.
     bill : BillOfMaterials
-    calibration : float
-        What the machine took, divided by what was estimated.
+    calibration : Calibration
+        What machine and hands took, divided by what was estimated.
     """
     times = [
-        scaled_time(sheet_time(drawing, material), calibration)
+        scaled_time(sheet_time(drawing, material), calibration.machine)
         for drawing, material in zip(drawings, materials, strict=True)
     ]
     stated = [0.0 if sheet.offcut and sheet.price is None else sheet.price for sheet in sheets]
@@ -304,10 +314,10 @@ def job_costs(
         times,
         materials,
         sum_prices(sheet.price for sheet in each),
-        job_hands(steps, [joint.kind.name for joint in piece_set.joints], bill),
+        job_hands(steps, [joint.kind.name for joint in piece_set.joints], bill, calibration.hands),
         bill,
         sheets=each,
-        calibration=calibration,
+        calibration=calibration.machine,
         stock=any(price for price in stated),
     )
 
@@ -317,7 +327,7 @@ def pieces_costs(
     woven: WovenObject,
     labelled: PieceSettings,
     supplies: Supplies,
-    calibration: float,
+    calibration: Calibration,
 ) -> Costs:
     """Return what a job will cost whose pieces are known, but not where they lie.
 
@@ -341,7 +351,7 @@ def pieces_costs(
     for material, members in of_material.items():
         own = [pieces[at] for at in members]
         time = piece_time(own, [marks[at] for at in members], material)
-        times.append(scaled_time(time, calibration))
+        times.append(scaled_time(time, calibration.machine))
         area = sum(piece.path.area for piece in own)
         prices.append(sheet_price((area / _FILLED[1], area / _FILLED[0]), material))
     crossings = len({int(key) for piece in pieces for key in piece.crossings})
@@ -351,10 +361,10 @@ def pieces_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_hands(len(pieces), crossings, joints, bill),
+        planned_hands(len(pieces), crossings, joints, bill, calibration.hands),
         bill,
         planned=True,
-        calibration=calibration,
+        calibration=calibration.machine,
     )
 
 

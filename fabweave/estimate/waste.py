@@ -21,6 +21,7 @@ from fabweave.piece.piece import Piece
 from fabweave.piece.split.length_curve import SplittingRecord, splitting_record
 from fabweave.plan.allotment import Allotment
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
+from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.sheet.side_sheets import SideSheets
@@ -60,7 +61,7 @@ def _side_accounts(sheets: SideSheets | None, calibration: float) -> tuple[SideS
                 piece_area_mm2=round(sum(own), _DECIMALS),
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                machine=scaled_time(sheet_time(drawing, material), calibration),
+                machine=scaled_time(sheet_time(drawing, material), calibration.machine),
                 price=sheet_price(sheet.area_mm2, material, stated),
             )
         )
@@ -152,6 +153,7 @@ def waste_report(
     notes: Sequence[str],
     offcuts: Sequence[KeptOffcut],
     costs: Costs,
+    order: Order | None = None,
     engrave_seen_mm: float | None = None,
     grain: GrainCost | None = None,
     rim: SideSheets | None = None,
@@ -168,6 +170,8 @@ def waste_report(
     allotment : Allotment
     notes, offcuts, costs
         What the report says besides.
+    order : Order, optional
+        Of assembly.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
@@ -205,7 +209,7 @@ def waste_report(
         comparison=compare_use(totals.sums, planned, layout, allotment, offcuts, grain),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
-        bill=bill_of_materials(planned.piece_set, settings.pieces.hardware),
+        bill=bill_of_materials(planned.piece_set, settings.pieces.hardware, order),
         kerf_mm=settings.machine.kerf_mm,
         splitting=splitting_record(
             planned.split_plan, planned.piece_set.pieces, planned.woven.labels

@@ -395,11 +395,15 @@ class _Strips:
         start, end = start[through], end[through]
         share = start[:, 2] / (start[:, 2] - end[:, 2])
         points = (start + share[:, None] * (end - start))[:, :2]
-        ways = shapely.shortest_line(outline.boundary, shapely.points(points))
-        feet = shapely.get_coordinates(ways)[::2]
+        places = shapely.points(points)
+        whole, feet = (
+            shapely.get_coordinates(shapely.shortest_line(area.boundary, places))[::2]
+            for area in (outline, slotted)
+        )
         away = np.linalg.norm(feet - points, axis=1)
         near = (away < reach) & (points[:, 0] > plane.least) & (away > 0.0)
-        near &= shapely.distance(slotted, shapely.points(feet)) < _BESIDE_MM
+        # Where a slot begins there is no edge.
+        near &= np.linalg.norm(feet - whole, axis=1) < 2.0 * _CUT_MM
         return tuple(
             Mark(int(self.owner[through[at]]), feet[at], unit(feet[at] - points[at]))
             for at in np.flatnonzero(near).tolist()

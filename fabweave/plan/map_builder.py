@@ -87,7 +87,7 @@ def build_crossing_map(
     """
     woven, piece_set, weave = planned.woven, planned.piece_set, planned.weave
     owners = find_owners(piece_set.pieces, weave.threads.n_crossings)
-    steps = build_steps(piece_set, order)
+    steps = build_steps(piece_set, order, planned.settings.pieces.hardware)
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(

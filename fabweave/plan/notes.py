@@ -13,13 +13,14 @@ from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
+from fabweave.plan.access import job_clips
 from fabweave.plan.bill_of_materials import bill_of_materials, bom_notes
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.ribbon_report import ribbon_notes
-from fabweave.plan.steps import job_clips, order_note
+from fabweave.plan.steps import order_note
 from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
@@ -67,7 +68,7 @@ def job_notes(
         _width_note(measure_bends(woven.ribbons).width_mm),
         *_hole_notes(pieces, planned.rules, woven.size_mm),
         *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
-        *bom_notes(bill_of_materials(pieces, settings.pieces.hardware)),
+        *bom_notes(bill_of_materials(pieces, settings.pieces.hardware, order)),
         *_label_notes(marks),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),

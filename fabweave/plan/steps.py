@@ -1,8 +1,7 @@
 """Write down the steps of the assembly: what goes where, over and under what, in words."""
 
-import itertools
-import math
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from string import digits
 
@@ -10,16 +9,16 @@ from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
+from fabweave.plan.access import job_clips, most_clips, set_outside, shut_from
+from fabweave.plan.bill_of_materials import INSTEAD, sold_at
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.loose import Clip, find_clips, find_holds, ranks, strands_of
+from fabweave.plan.loose import Clip, strands_of
 from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8
 #: ... and has at most so many pieces.
 _MOST_PIECES = 4
-#: In a closed surface no hand comes to the inside once such a share of the pieces is in place.
-_SHUT = 0.75
 _SET_OUTSIDE = "From here on no hand comes to the inside: set fasteners from outside."
 
 
@@ -43,7 +42,7 @@ class _Placing:
         return len(self.over) + len(self.under) + len(self.joints)
 
 
-def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
+def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) -> list[StepRecord]:
     """Build the steps of an order: one piece each, or a few that are only laid down; then rings.
 
     What a ring holds is fastened in its step, and not when its last layer comes.
@@ -54,12 +53,17 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
         All pieces and joints of the job.
     order : Order
         The order of its pieces.
+    hardware : str, optional
+        The sort of fastener that is to be used.
     """
+    sold = sold_at(piece_set, hardware, order)
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
     groups = _grouped(_place_all(piece_set, order))
     said = _say_clips(piece_set, order, groups)
-    if shut_fasteners(piece_set, order):
-        said[_step_at(groups)[shut_from(order)]].insert(0, _SET_OUTSIDE)
+    shut = _step_at(groups)[shut_from(order)] if set_outside(piece_set, order) else None
+    fasten = [
+        [key for placing in group for key in placing.fasten if key not in held] for group in groups
+    ]
     steps = [
         StepRecord(
             step=number,
@@ -68,38 +72,30 @@ def build_steps(piece_set: PieceSet, order: Order) -> list[StepRecord]:
             over=tuple(key for placing in group for key in placing.over),
             under=tuple(key for placing in group for key in placing.under),
             joints=tuple(key for placing in group for key in placing.joints),
-            fasten=tuple(key for placing in group for key in placing.fasten if key not in held),
+            fasten=tuple(fasten[number - 1]),
             closes=any(placing.closes for placing in group),
             effort=round(sum(placing.effort for placing in group), 2),
-            text=" ".join([*(placing.text for placing in group), *said[number - 1]]),
+            text=" ".join(
+                [
+                    *(placing.text for placing in group),
+                    *([_SET_OUTSIDE] if number - 1 == shut else []),
+                    *_say_set(fasten[number - 1], sold),
+                    *said[number - 1],
+                ]
+            ),
             ring=None,
         )
         for number, group in enumerate(groups, start=1)
     ]
-    return steps + _ring_steps(piece_set, first=len(steps) + 1)
+    return steps + _ring_steps(piece_set, sold, first=len(steps) + 1)
 
 
-def shut_fasteners(piece_set: PieceSet, order: Order) -> int:
-    """Return how many fasteners are set when no hand comes to the inside any more."""
-    holds, rank = find_holds(piece_set.pieces, piece_set.fastened), ranks(order.order.tolist())
-    from_ = shut_from(order)
-    return sum(holds.set_at(crossing, rank) >= from_ for crossing in holds.layers)
-
-
-def shut_from(order: Order) -> int:
-    """Return from which piece of an order on no hand comes to the inside; past all for none."""
-    count = len(order.order)
-    return math.ceil(_SHUT * count) if order.enclosed else count
-
-
-def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:
-    """Return the clips that hold loose ends; what a ring holds is fastened last."""
-    fastened = piece_set.fastened.copy()
-    for ring in piece_set.rings:
-        fastened[ring.crossings] = False
-    pieces = piece_set.pieces
-    clips = find_clips(pieces, find_holds(pieces, fastened), order.order.tolist())
-    return [clip for clip in clips if clip.until < len(pieces) or piece_set.rings]
+def _say_set(crossings: Sequence[int], sold: Mapping[int, Counter[str]]) -> list[str]:
+    """Say what is set at crossings, as it is sold; nothing for none."""
+    count: Counter[str] = sum((sold[key] for key in crossings if key in sold), Counter())
+    instead = count.pop(INSTEAD, 0)
+    said = [f"Set {listed([f'{n} × {name}' for name, n in count.items()])}."] if count else []
+    return said + ([f"At {agree(instead, '{n} [place|places]')}, {INSTEAD}."] if instead else [])
 
 
 def _step_at(groups: Sequence[Sequence[_Placing]]) -> list[int]:
@@ -130,13 +126,9 @@ def _say_clips(
     return said
 
 
-def most_clips(clips: Sequence[Clip]) -> int:
-    """Return how many clips are on at once, at most."""
-    changes = sorted([(clip.since, 1) for clip in clips] + [(clip.until, -1) for clip in clips])
-    return max(itertools.accumulate(change for _, change in changes), default=0)
-
-
-def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
+def _ring_steps(
+    piece_set: PieceSet, sold: Mapping[int, Counter[str]], *, first: int
+) -> list[StepRecord]:
     """Return a step for each ring: its pieces are laid, and fastened through all layers."""
     if not piece_set.rings:
         return []
@@ -151,13 +143,14 @@ def _ring_steps(piece_set: PieceSet, *, first: int) -> list[StepRecord]:
             over=(),
             under=(),
             joints=(),
-            fasten=tuple(dict.fromkeys(ring.crossings.tolist())),
+            fasten=fasten,
             closes=False,
             effort=0.0,
-            text=_say_ring(ring, names),
+            text=" ".join([_say_ring(ring, names), *_say_set(fasten, sold)]),
             ring=tuple(piece.id for piece in ring.pieces),
         )
         for number, ring in enumerate(piece_set.rings, start=first)
+        for fasten in [tuple(dict.fromkeys(ring.crossings.tolist()))]
     ]
 
 

@@ -11,9 +11,9 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.former import Former, Laid, WayOut, closed_triangles, rim_loops, snapped
 from fabweave.piece.piece import Piece
+from fabweave.plan.access import shut_from
 from fabweave.plan.loose import ranks
 from fabweave.plan.order import Order
-from fabweave.plan.steps import shut_from
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.threads import Threads
 

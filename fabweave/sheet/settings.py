@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from fabweave.sheet.kerf import MicroJoints
     from fabweave.sheet.presets import Preset
     from fabweave.sheet.targets import Target
+    from fabweave.stock.machine import Calibration
     from fabweave.stock.sheet_size import SheetSize
 
 
@@ -30,7 +31,7 @@ class MachineSettings:
     cut_order: str
     template: str
     qr: str
-    calibrate: float
+    calibrate: Calibration
     bed: SheetSize | None
 
     @property

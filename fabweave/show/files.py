@@ -127,6 +127,7 @@ def write_plan(
         notes=job.notes,
         offcuts=offcuts,
         costs=job.costs,
+        order=job.order,
         engrave_seen_mm=job.engrave_seen_mm,
         grain=job.grain_cost,
         rim=job.rim,

@@ -313,7 +313,8 @@ def draw_job(
             order,
         )
     )
-    steps = build_steps(pieces, order)
+    hardware = settings.pieces.hardware
+    steps = build_steps(pieces, order, hardware)
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = settled is not None and settled.form.settles_mm > thinnest_mm
@@ -340,7 +341,7 @@ def draw_job(
             layout.sheets,
             allotment.sheet_materials,
             steps,
-            bill_of_materials(pieces, settings.pieces.hardware),
+            bill_of_materials(pieces, hardware, order),
             calibration=settings.machine.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, steps, drawings, kerfed, seen),

@@ -108,6 +108,8 @@ def index_page(
         broken=broken.edge + broken.face + broken.vertex,
         kinds=len({piece.kind for piece in crossing_map.pieces}),
         charts=charts(report),
+        shopping=SHOPPING,
+        buy=shopping_rows(report.bill),
     )
 
 

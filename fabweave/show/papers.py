@@ -23,7 +23,6 @@ from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
 from fabweave.plan.extent import MOST_PICTURED, MOST_VIEWED
-from fabweave.plan.steps import job_clips, most_clips, shut_fasteners
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
@@ -115,8 +114,6 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
         portrait=job.portrait(),
         costs=cost_rows(costs),
         beside=tuple((sheets.folder, len(sheets.drawings)) for sheets in job.beside),
-        shut=shut_fasteners(job.piece_set, job.order),
-        clips=most_clips(job_clips(job.piece_set, job.order)),
     )
 
 
@@ -238,7 +235,12 @@ def job_viewer(
             "seconds": [
                 round(seconds, 1) for seconds in step_seconds(crossing_map, costs.assembly)
             ],
+            "timed_s": [
+                round(seconds, 3)
+                for seconds in step_seconds(crossing_map, costs.assembly, sorting=False)
+            ],
             "hours": list(costs.assembly.hours),
+            "calibration": costs.assembly.calibration or 1.0,
         },
         worst=job.grade.worst,
     )

@@ -41,6 +41,8 @@ class Hardware:
         How these lengths are called; empty where they have no names.
     outside : bool
         Whether it is set from one side, where no hand comes to the other.
+    search : str
+        What shops call it.
     assumed : tuple of str
         Which of these are estimates.
     """
@@ -56,6 +58,7 @@ class Hardware:
     each: Span
     lengths: tuple[str, ...] = ()
     outside: bool = False
+    search: str = ""
     assumed: tuple[str, ...] = ()
 
     def fits(self, hole_mm: float, grip_mm: float) -> bool:

@@ -55,3 +55,21 @@ def test_a_finished_job_is_followed_as_its_manual_shows_it(browser, made):
     assert all(len(view) == 2 for view in views)
     assert opened.page.evaluate("document.body.dataset.step") == "2"
     opened.close()
+
+
+def test_what_is_bought_stays_ticked_on_both_pages(browser, made):
+    context = browser.new_context(offline=True)
+    page = context.new_page()
+    ticks = "[...document.querySelectorAll('.buy input')].map((box) => box.checked)"
+    page.goto((made / "index.html").as_uri())
+    count = page.locator(".buy input").count()
+    assert count > 0
+    page.locator(".buy input").first.check()
+    for name in ("index.html", "waste.html"):
+        page.goto((made / name).as_uri())
+        assert page.evaluate(ticks) == [True] + [False] * (count - 1)
+        page.locator(".buy input").first.focus()
+    page.locator(".buy input").first.uncheck()
+    page.goto((made / "index.html").as_uri())
+    assert page.evaluate(ticks) == [False] * count
+    context.close()

@@ -98,7 +98,7 @@ def test_a_plate_that_nobody_drew_or_names_is_found(copied):
 def test_a_former_that_is_gone_or_was_not_asked_for_is_found(copied):
     edit_text(copied / "job.toml", 'former = "auto"', "")
     assert "nobody asked for it" in str(told(copied)["former"])
-    edit_text(copied / "job.toml", "[job]", '[job]\nformer = "auto"')
+    edit_text(copied / "job.toml", r"\[job\]", '[job]\nformer = "auto"')
     shutil.rmtree(copied / "former")
     assert "there is none" in str(told(copied)["former"])
 

@@ -12,7 +12,7 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
 from fabweave.piece.joint.kinds import KINDS, RIVET
-from fabweave.plan.bill_of_materials import BillOfMaterials, sold_for
+from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.extent import MOST_VIEWED
 from fabweave.show.manual.book import LEADING, TEXT, Book, text_width, wrapped
@@ -53,9 +53,6 @@ class Facts:
         Names and texts of what is said of times, difficulty and money.
     beside : tuple of (str, int)
         Folders with more sheets, and how many there are.
-    shut, clips : int
-        How many fasteners are set when no hand comes to the inside, and how many clips are on at
-        once, at most.
     """
 
     title: str
@@ -68,8 +65,6 @@ class Facts:
     portrait: bytes
     costs: tuple[tuple[str, str], ...]
     beside: tuple[tuple[str, int], ...] = ()
-    shut: int = 0
-    clips: int = 0
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -167,33 +162,9 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     for folder, count in facts.beside:
         sheets += agree(count, " and the {n} [sheet|sheets] in ") + f"{folder}/"
     lines = [("Sheets", f"{sheets}, cut")]
-    lines += [
-        (
-            "Fasteners",
-            f"buy {row.buy}: {sold_for(row) or 'what fits'}, for holes of {row.diameter_mm:g} mm "
-            f"with a grip of {row.grip_mm:g} mm ({row.layers} layers); {row.needed} needed, "
-            f"{row.spare} spare",
-        )
-        for row in fasteners
-    ]
-    if facts.shut:
-        outside = "; ".join(
-            f"for holes of {row.diameter_mm:g} mm {sold_for(row, outside=True) or 'thread'}"
-            for row in fasteners
-        )
-        last = agree(facts.shut, "the last {n} [is|are] set when no hand comes to the inside: ")
-        lines.append(("From outside", last + outside))
-    if facts.clips:
-        lines.append(("Clips", f"{facts.clips} small ones, for ends that are still loose"))
-    glue, tape = facts.bill.glue, facts.bill.tape
-    if glue.joints:
-        lines.append(("Glue", f"{glue.area_mm2 / 100:.0f} cm² of laps in all"))
-    if tape.joints:
-        lines.append(("Tape", f"{tape.length_mm / 1000:.2f} m in all"))
+    lines += buy_lines(facts.bill)
     tools = [KINDS[kind].tools for kind in kinds]
-    lines.append(
-        ("Tools", "; ".join([*tools, "clips or soft clamps", "a pencil to tick the boxes"]))
-    )
+    lines.append(("Tools", "; ".join([*tools, "a pencil to tick the boxes"])))
     return lines
 
 

@@ -1,6 +1,5 @@
 """Make the viewer: one web page with the woven object, its pieces, its sheets and its steps."""
 
-import hashlib
 import html
 import json
 import re
@@ -17,7 +16,7 @@ from trimesh.viewer import scene_to_html
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours
-from fabweave.core.records import optional, record, to_json
+from fabweave.core.records import fingerprint, optional, record, to_json
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
@@ -187,7 +186,8 @@ def viewer_page(
         Azimuth and elevation of the first view.
     hands : dict
         How long it takes: ``seconds`` of each step, half way from a quick to a slow maker, and
-        ``hours`` of the whole job, for both.
+        ``hours`` of the whole job, for both; ``timed_s`` is each step's with pieces sorted before,
+        and ``calibration`` the factor that is in all of it.
     step_views_deg : sequence of (float, float)
         Azimuth and elevation from which the manual shows each step; of the first ones, or of none,
         where it does not show them all.
@@ -199,12 +199,13 @@ def viewer_page(
     str
         The page. It holds the whole map, numbers rounded to a thousandth.
     """
-    shown = json.loads(json.dumps(crossing_map.to_json()), parse_float=_short)
+    told = json.dumps(crossing_map.to_json())
+    shown = json.loads(told, parse_float=_short)
     data = {
         "schema": SCHEMA,
         "title": title,
-        # What is remembered between visits is kept under this name.
-        "job": hashlib.sha256(_compact(shown).encode()).hexdigest()[:16],
+        # What is remembered between visits is kept under this name, and logs have it.
+        "job": fingerprint(told),
         "colours": _colour_runs(colours, space),
         "view_deg": list(view_deg),
         "views_deg": [list(view) for view in step_views_deg],

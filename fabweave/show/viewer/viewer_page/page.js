@@ -20,7 +20,8 @@ const PLAY_MS = 2600;
     chosen: (piece) => choose(piece),
     seen: (words) => (by("spoken").textContent = words),
   });
-  const panels = makePanels(by, plan, clock, state), finding = makeFinding(by, plan, take);
+  const log = makeLog(plan, kept);
+  const panels = makePanels(by, plan, clock, state, log), finding = makeFinding(by, plan, take);
   let colouring, playing = 0;
 
   /** The piece that the panels show: the chosen one, or the first of this step; -1 for none. */
@@ -31,7 +32,7 @@ const PLAY_MS = 2600;
 
   /** Keep what was done, and say in the address what is shown. */
   function remember() {
-    memory.write({ stepwise: state.stepwise, step: state.step, scheme: state.scheme, done: [...state.done].sort((a, b) => a - b) });
+    memory.write({ stepwise: state.stepwise, step: state.step, scheme: state.scheme, done: [...state.done].sort((a, b) => a - b), ...log.kept() });
     const parts = [state.stepwise ? `step=${state.step}` : "", state.piece < 0 ? "" : `piece=${plan.pieces[state.piece].id}`].filter(Boolean);
     const address = `#${parts.join("&")}`;
     if (location.hash === address || (!parts.length && !location.hash)) return;
@@ -202,8 +203,9 @@ const PLAY_MS = 2600;
   const next = (by) => visit(state.stepwise ? state.step + by : state.step);
 
   function setDone(step, done) {
-    if (done) state.done.add(step);
-    else state.done.delete(step);
+    if (done === state.done.has(step)) return;
+    if (done) state.done.add(step), log.tick(step);
+    else state.done.delete(step), log.untick(step);
     remember();
     update();
   }
@@ -252,6 +254,13 @@ const PLAY_MS = 2600;
   });
   by("panel-steps").addEventListener("change", (event) => {
     setDone(Number(event.target.closest("li").dataset.step), event.target.checked);
+  });
+  by("panel-steps").addEventListener("click", ({ target }) => {
+    if (target.id === "save-times") save("times.json", log.record());
+    if (target.id !== "clock") return;
+    log.toggle();
+    remember();
+    update();
   });
   by("slider").addEventListener("input", () => visit(Number(by("slider").value)));
   by("back").addEventListener("click", () => next(-1));
