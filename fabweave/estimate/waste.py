@@ -214,8 +214,8 @@ def waste_report(
         splitting=splitting_record(
             planned.split_plan, planned.piece_set.pieces, planned.woven.labels
         ),
-        rim=_side_accounts(rim, settings.machine.calibrate),
-        former=_side_accounts(former, settings.machine.calibrate),
+        rim=_side_accounts(rim, settings.machine.calibrate.machine),
+        former=_side_accounts(former, settings.machine.calibrate.machine),
     )
 
 
