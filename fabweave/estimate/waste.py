@@ -61,7 +61,7 @@ def _side_accounts(sheets: SideSheets | None, calibration: float) -> tuple[SideS
                 piece_area_mm2=round(sum(own), _DECIMALS),
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                machine=scaled_time(sheet_time(drawing, material), calibration.machine),
+                machine=scaled_time(sheet_time(drawing, material), calibration),
                 price=sheet_price(sheet.area_mm2, material, stated),
             )
         )
