@@ -12,13 +12,14 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.former import Former, Laid, WayOut, closed_triangles, rim_loops, snapped
 from fabweave.piece.piece import Piece
 from fabweave.plan.access import shut_from
-from fabweave.plan.loose import ranks
 from fabweave.plan.order import Order
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.threads import Threads
 
 #: Through less no hand comes, and the former stays, millimetres.
 _LEAST_MM = 40.0
+#: A way is wide from here on, millimetres; it is looked for at so many places of the order.
+_WIDE_MM, _TRIES = 70.0, 80
 
 
 def let_out(
@@ -60,24 +61,29 @@ def _opening(mesh: PolyMesh, halfedges: Halfedges) -> WayOut | None:
 def _gap(
     ribbons: Ribbons, threads: Threads, pieces: Sequence[Piece], order: Order
 ) -> WayOut | None:
-    """Return the middle of what the last pieces leave open while a hand comes to the inside."""
-    before = shut_from(order)
-    rank = ranks(order.order.tolist())
-    there = [rank[number] < before for number in range(len(pieces))]
-    taken = np.zeros(len(ribbons.centre), dtype=np.bool_)
-    for piece, placed in zip(pieces, there, strict=True):
-        taken[piece.crossings] |= placed
-    if taken.all() or not taken.any():
-        return None
-    free = np.flatnonzero(~taken)
-    entry = ribbons.entry[taken[threads.crossing]]
-    ends = [rail[at] for rail in (ribbons.right, ribbons.left) for at in (entry, entry + 1)]
-    room = np.asarray(cKDTree(np.concatenate(ends)).query(ribbons.centre[free])[0])
-    best = int(room.argmax())
-    wide, at = 2.0 * float(room[best]), free[best]
-    if wide < _LEAST_MM:
-        return None
-    return WayOut(ribbons.centre[at], -ribbons.normal[at], wide, 0.0, before)
+    """Return the middle of what the last pieces leave open.
+
+    They are as few as leave it wide, and more than come when no hand reaches the inside; where
+    half of them do not, the widest way counts.
+    """
+    latest, count = shut_from(order), len(pieces)
+    best: WayOut | None = None
+    for before in range(latest, count // 2, -max(1, count // _TRIES)):
+        taken = np.zeros(len(ribbons.centre), dtype=np.bool_)
+        for number in order.order[:before].tolist():
+            taken[pieces[number].crossings] = True
+        free = np.flatnonzero(~taken)
+        if not len(free):
+            continue
+        entry = ribbons.entry[taken[threads.crossing]]
+        ends = [rail[at] for rail in (ribbons.right, ribbons.left) for at in (entry, entry + 1)]
+        room = np.asarray(cKDTree(np.concatenate(ends)).query(ribbons.centre[free])[0])
+        wide, at = 2.0 * float(room.max()), free[int(room.argmax())]
+        if wide > (_LEAST_MM if best is None else best.wide_mm):
+            best = WayOut(ribbons.centre[at], -ribbons.normal[at], wide, 0.0, before)
+        if best is not None and best.wide_mm >= _WIDE_MM:
+            break
+    return best
 
 
 def _depth(points: FloatArray, triangles: IntArray, start: FloatArray, way: FloatArray) -> float:
