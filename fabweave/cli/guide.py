@@ -28,6 +28,7 @@ TOPICS = (
     "machines",
     "services",
     "assembling",
+    "former",
     "files",
     "map",
     "python",
