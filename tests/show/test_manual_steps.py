@@ -14,7 +14,16 @@ from fabweave.core.colour_space import light_of
 from fabweave.estimate.assembly_time import step_seconds
 from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
-from fabweave.show.manual.painting import BLACK, FIXED, NEW, OUTLINE, POINTS_PX, THERE, make_palette
+from fabweave.show.manual.painting import (
+    BLACK,
+    FIXED,
+    NEW,
+    OUTLINE,
+    POINTS_PX,
+    THERE,
+    make_palette,
+    table_lines,
+)
 from fabweave.show.manual.step_pictures import (
     VIEWS,
     choose_views,
@@ -31,6 +40,9 @@ LARGE = pytest.param(
     marks=pytest.mark.slow,
 )
 SMALL = {}
+KAGOME = pytest.param(
+    {"mesh": "shape:icosahedron", "pattern": "kagome", "refine": "loop:1"}, marks=pytest.mark.slow
+)
 
 
 def made(settings):
@@ -88,8 +100,9 @@ def test_a_picture_is_drawn_to_its_scale_and_holds_what_is_new(settings):
     numbers = {piece.id: at for at, piece in enumerate(crossing_map.pieces)}
     for step, picture in zip(crossing_map.steps, steps_of(pictures), strict=True):
         for key, ends in zip(step.pieces, picture.ends, strict=True):
-            assert np.all(ends >= 0.0)
-            assert np.all(ends <= picture.size)
+            inside = np.all((ends >= 0.0) & (ends <= picture.size), axis=2)
+            # What is drawn so large that not all of it has room is seen whole beside that.
+            assert inside.all() or (inside.any() and picture.place)
             true = scene.rung_ends(numbers[key]) @ picture.view.axes()[:2].T
             spans = [np.ptp(points.reshape(-1, 2), axis=0) for points in (ends, true)]
             assert spans[0] * 25.4 / 72 * picture.ratio == pytest.approx(spans[1], rel=1e-6)
@@ -100,7 +113,7 @@ def test_the_last_picture_shows_what_the_object_shows():
     """A picture is the nearest surface of what is there, as a plain z-buffer finds it."""
     _, _, scene, pictures = made(SMALL)
     whole = pictures[-1]
-    image = np.asarray(whole.painted.image)
+    image = np.asarray(whole.overview.painted.image)
     size = image.shape[1], image.shape[0]
     frame = frame_object(scene.points, whole.view, size)
     seen, _ = nearest_triangles(
@@ -223,11 +236,58 @@ def test_the_object_is_turned_in_an_eighth_of_the_steps_and_that_is_told(setting
     assert [whole.turned for whole in pictures] == turned
     assert sum(turned) <= len(crossing_map.steps) / 8
     for whole in pictures:
-        assert all(picture.view == whole.view for picture in whole.steps)
+        # Only a strip that would be seen from its edge is drawn from elsewhere.
+        assert all(picture.view == whole.view or picture.place for picture in whole.steps)
+
+
+@pytest.mark.parametrize("settings", [SMALL, KAGOME, LARGE])
+def test_early_steps_are_seen_from_a_seat_and_no_strip_from_its_edge(settings):
+    """The share of a strip that faces the eye, by the areas of its triangles in space and flat."""
+    _, crossing_map, scene, pictures = made(settings)
+    views = [(whole.view, picture) for whole in pictures for picture in whole.steps]
+    there = 0
+    for at, (step, (held, picture)) in enumerate(zip(crossing_map.steps, views, strict=True)):
+        early = there < len(crossing_map.pieces) / 4
+        assert scene.early[at] == early
+        if early:
+            assert picture.place
+            assert all(20.0 <= one.elevation_deg <= 55.0 for one in (held, picture.view))
+        there += len(step.pieces)
+        worst = {view: least_faced(scene, at, view) for view in VIEWS}
+        seats = [view for view in VIEWS if not early or 20.0 <= view.elevation_deg <= 55.0]
+        assert worst[picture.view] >= min(0.35, max(worst[view] for view in seats)) - 1e-9
+
+
+def least_faced(scene, at, view):
+    shares = []
+    for piece in np.flatnonzero(scene.step_of_piece == at):
+        corners = scene.points[scene.triangles[scene.piece == piece]]
+        sides = [corners[:, k] - corners[:, 0] for k in (1, 2)]
+        flat = [side @ view.axes()[:2].T for side in sides]
+        area = np.abs(flat[0][:, 0] * flat[1][:, 1] - flat[0][:, 1] * flat[1][:, 0]).sum()
+        shares.append(area / np.linalg.norm(np.cross(*sides), axis=1).sum())
+    return min(shares)
+
+
+def test_the_table_is_where_the_object_is_lowest_and_holds_all_of_it():
+    _, _, scene, _ = made(SMALL)
+    points = scene.points[np.unique(scene.triangles)]
+    middle, radius = scene.table
+    assert middle[2] == points[:, 2].min()
+    assert np.linalg.norm((points - middle)[:, :2], axis=1).max() <= radius
+    for view in VIEWS[:16]:
+        frame = scene.frame(view, (180, 140), table=True)
+        lines = table_lines(scene, frame)
+        for turn in np.radians(np.arange(0, 360, 15)):
+            # A line runs near both sides of the edge.
+            for reach in (0.97, 1.03):
+                place = middle + reach * radius * np.array([np.cos(turn), np.sin(turn), 0.0])
+                x, y = frame.pixels(place[None])[0, :2].astype(int)
+                assert lines[max(y - 3, 0) : y + 4, max(x - 3, 0) : x + 4].any()
 
 
 def test_words_tell_each_view_from_the_others():
-    assert len({side_words(view) for view in VIEWS}) == len(VIEWS) == 26
+    assert len({side_words(view) for view in VIEWS}) == len(VIEWS) == 34
     assert view_words(View(0.0, 35.0), turned=True) == (
         "Turn the object to see it from the right and above."
     )

@@ -43,7 +43,7 @@ def test_steps_are_seen_from_where_the_manual_shows_them(browser, led):
         opened.go_to(number)
         azimuth, rise = np.radians((view.azimuth_deg, view.elevation_deg))
         wanted = (np.cos(rise) * np.cos(azimuth), np.cos(rise) * np.sin(azimuth), np.sin(rise))
-        if way_to_eye(opened) @ wanted > 0.9999:
+        if np.allclose(way_to_eye(opened), wanted, rtol=0.0, atol=1e-6):
             followed += 1
             # What is seen from another side than before is said.
             told = opened.page.locator("#spoken").inner_text() or told
@@ -59,6 +59,29 @@ def test_steps_are_seen_from_where_the_manual_shows_them(browser, led):
     opened.settle()
     assert way_to_eye(opened) @ held < 0.9999
     opened.close()
+
+
+def test_the_first_steps_stand_on_the_table_and_it_can_be_left_out(tab, torus):
+    """What is to come is there as a ghost, and lines are drawn where nothing is seen."""
+    at = np.array([torus.step_of[label] for label in torus.ids])
+    early = np.array([np.sum(at < step) < len(at) / 4 for step in range(1, at.max() + 1)])
+    first, later = 2, int(np.argmin(early)) + 1
+    assert early[first - 1]
+    tab.page.click("#follow")
+    shown = {}
+    for on in (True, False):
+        if not on:
+            tab.page.click("#view summary")
+            tab.page.click("#table")
+            tab.page.click("#view summary")
+        for step in (first, later):
+            tab.go_to(step)
+            shown[step, on] = tab.pixels()
+            codes = np.array(tab.page.evaluate("fabweave.codes()"))
+            assert np.all((codes == 5) == ((at > step) & on & early[step - 1]))
+    changed = [np.any(shown[step, True] != shown[step, False], axis=2) for step in (first, later)]
+    assert np.mean(changed[0]) > 0.01
+    assert not changed[1].any()
 
 
 def test_what_is_in_place_is_as_strong_as_is_asked(tab, torus):

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from PIL import Image
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
@@ -22,6 +22,11 @@ from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
+
+#: While a smaller share of all pieces is in place, pictures show the table and what is to come.
+EARLY = 0.25
+#: The radius of the table by that of the object; so many squares go from its middle to its edge.
+_TABLE, _SQUARES = 1.1, 5
 
 
 @frozen_value
@@ -73,9 +78,29 @@ class Scene:
         """How many steps there are."""
         return int(self.step_of_piece.max(initial=-1)) + 1
 
-    def frame(self, view: View, size_px: tuple[int, int]) -> Frame:
-        """Return the frame that the whole object fills."""
-        return frame_object(self.points[np.unique(self.triangles)], view, size_px)
+    @property
+    def early(self) -> BoolArray:
+        """Which steps come while few pieces are in place, (S,): the object stands on the table."""
+        before = np.searchsorted(np.sort(self.step_of_piece), np.arange(self.n_steps))
+        return np.asarray(before < EARLY * len(self.step_of_piece))
+
+    def frame(self, view: View, size_px: tuple[int, int], *, table: bool = False) -> Frame:
+        """Return the frame that the whole object fills, alone or with its table."""
+        points = self.points[np.unique(self.triangles)]
+        if table:
+            middle, radius = self.table
+            turn = np.radians(np.arange(0.0, 360.0, 5.0))
+            edge = middle + radius * np.stack((np.cos(turn), np.sin(turn), 0.0 * turn), axis=1)
+            points = np.concatenate((points, edge))
+        return frame_object(points, view, size_px, 0.01 if table else 0.05)
+
+    @property
+    def table(self) -> tuple[FloatArray, float]:
+        """The middle of the round table that the finished object stands on, and its radius."""
+        points = self.points[np.unique(self.triangles)]
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle = np.array([*(low + high)[:2] / 2.0, low[2]])
+        return middle, _TABLE * float(np.linalg.norm((points - middle)[:, :2], axis=1).max())
 
     def middle_line(self, piece: int) -> FloatArray:
         """Return the middles of a piece's rungs in space, (N, 3)."""
@@ -146,9 +171,9 @@ POINTS_PX = 72.0 / 25.4 / PX_MM
 THERE, NEW = (0.62, 0.66, 0.72, 0.78), (0.08, 0.11, 0.14, 0.17)
 _LEVELS = len(THERE) + len(NEW)
 #: The first colours of every picture: paper, the outline of what is in place (4.5 against white),
-#: black, and what is still to come.
-PAPER, OUTLINE, BLACK, COMING = range(4)
-FIXED = ((255, 255, 255), (119, 119, 119), (0, 0, 0), (242, 242, 242))
+#: black, what is still to come and its outline, the lines of the table, and the shadow on it.
+PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW = range(7)
+FIXED = tuple((grey, grey, grey) for grey in (255, 119, 0, 240, 160, 215, 205))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -205,7 +230,7 @@ def _toned(light: FloatArray, luminance: float) -> FloatArray:
 
 
 def paint(
-    scene: Scene, frame: Frame, step: int, first_new: int, *, coming: bool
+    scene: Scene, frame: Frame, step: int, first_new: int, *, coming: bool, table: bool = False
 ) -> tuple[Painted, FloatArray, IntArray]:
     """Paint what is in place after a step.
 
@@ -217,7 +242,9 @@ def paint(
     step, first_new : int
         What came in steps from the one to the other is new.
     coming : bool
-        Whether what is still to come is a faint ground.
+        Whether what is still to come is a faint ground, with an outline around the whole.
+    table : bool
+        Whether the table is seen, with the shadow that what is new drops on it.
 
     Returns
     -------
@@ -238,12 +265,26 @@ def paint(
     there = seen >= 0
     triangle = placed[seen[there]]
     code = np.full(seen.shape, PAPER, dtype=np.int64)
+    if table:
+        code[table_lines(scene, frame)] = TABLE
     if coming:
         later = np.flatnonzero(inside & (scene.step > step))
         ahead, _ = nearest_triangles(
             points, scene.triangles[later], width=frame.width_px, height=frame.height_px
         )
         code[ahead >= 0] = COMING
+        body = binary_fill_holes((ahead >= 0) | there)
+        code[body & ~binary_erosion(body, border_value=1)] = GHOST
+    fresh = placed[scene.step[placed] >= first_new]
+    if table:
+        fallen = scene.points * (1.0, 1.0, 0.0) + scene.table[0] * (0.0, 0.0, 1.0)
+        shadow, _ = nearest_triangles(
+            frame.pixels(fallen),
+            scene.triangles[fresh],
+            width=frame.width_px,
+            height=frame.height_px,
+        )
+        code[shadow >= 0] = SHADOW
     levels = _levels(scene, frame, first_new)
     code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
     piece = np.full(seen.shape, -1, dtype=np.int64)
@@ -252,7 +293,6 @@ def paint(
     new[there] = scene.step[triangle] >= first_new
     _draw_ends(code, piece, near, new)
     # A strip winds around the object: hatching shows where it goes on behind what is in front.
-    fresh = placed[scene.step[placed] >= first_new]
     whole, _ = nearest_triangles(
         points, scene.triangles[fresh], width=frame.width_px, height=frame.height_px
     )
@@ -262,6 +302,23 @@ def paint(
     code[hatched] = dark[whole[hatched]]
     tones = np.concatenate((np.array(FIXED, dtype=np.uint8), scene.palette.tones.reshape(-1, 3)))
     return packed(tones[code]), near, piece
+
+
+def table_lines(scene: Scene, frame: Frame) -> BoolArray:
+    """Return which pixels show a line of the table: its edge, or those between its squares."""
+    middle, radius = scene.table
+    down, across = np.indices((frame.height_px, frame.width_px)) + 0.5
+    # Where the ray of each pixel meets the table, in squares from its middle.
+    seen = np.stack((across, down), axis=-1) - frame.pixels(middle[None])[0, :2]
+    flat = frame.axes[:2, :2] * ((1.0,), (-1.0,)) * frame.pixels_per_mm
+    place = seen @ np.linalg.inv(flat).T * (_SQUARES / radius)
+    inside = np.linalg.norm(place, axis=-1) <= _SQUARES
+    square = np.floor(place)
+    lines = np.zeros(inside.shape, dtype=bool)
+    for axis in (0, 1):
+        lines |= np.diff(inside, axis=axis, append=0).astype(bool)
+        lines |= inside & np.any(np.diff(square, axis=axis, append=np.inf), axis=-1)
+    return lines
 
 
 def _in_frame(corners: FloatArray, frame: Frame) -> BoolArray:

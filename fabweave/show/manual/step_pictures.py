@@ -225,10 +225,10 @@ class Places:
                     yield Slide(points, np.array(covered))
 
 
-#: From where steps may be seen: around at three heights, and from straight above and below; the
+#: From where steps may be seen: around at four heights, and from straight above and below; the
 #: first is the usual place.
 VIEWS = (
-    *(View(-60.0 + 45.0 * turn, rise) for rise in (35.0, -35.0, 0.0) for turn in range(8)),
+    *(View(-60.0 + 45.0 * turn, rise) for rise in (35.0, 50.0, -35.0, 0.0) for turn in range(8)),
     View(-60.0, 85.0),
     View(-60.0, -85.0),
 )
@@ -237,18 +237,61 @@ _TRIAL_PX = (180, 140)
 #: Every step is seen from where at least such a share of its new pieces is seen as from the best
 #: view: the greatest of these with which no more than this share of the steps turns the object.
 _ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
+#: Who sits at a table sees what stands on it from between these elevations.
+SITTING_DEG = (20.0, 55.0)
+#: A strip of which less of its area is turned to the eye is seen from its edge.
+FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
-def views_of_steps(scene: Scene) -> IntArray:
-    """Return the number of the view of each step: the object is turned in an eighth of them."""
-    seen = seen_from_views(scene)
-    shares = shown_shares(seen[:, :, 0], seen[:, :, 1])
-    for enough in _ENOUGH:
-        chosen = choose_views(shares, enough)
-        if np.count_nonzero(np.diff(chosen)) <= MOST_TURNS * len(chosen):
-            break
-    return chosen
+def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
+    """Choose a view for each step, so that the object is turned in an eighth of them.
+
+    Early steps are seen from where a person sits, and strips not from their edges.
+
+    Returns
+    -------
+    held, drawn : (S,) int arrays
+        How the object is held, and from where the step is drawn: that is another view where no
+        turn is left for a strip that would be seen from its edge.
+    """
+    seen, faced = seen_from_views(scene), faced_shares(scene)
+    low, high = SITTING_DEG
+    sits = np.array([low <= view.elevation_deg <= high for view in VIEWS])
+    allowed = ~scene.early | sits[:, None]
+    turned = allowed & (faced >= FACED)
+    open_views = np.where(turned.any(axis=0), turned, allowed)
+    # Better a strip from its edge than an object that is turned all the time.
+    for views in (open_views, allowed):
+        shares = np.where(
+            views, shown_shares(*(views * each for each in np.moveaxis(seen, 2, 0))), 0
+        )
+        for enough in _ENOUGH:
+            held = choose_views(shares, enough)
+            if np.count_nonzero(np.diff(held)) <= MOST_TURNS * len(held):
+                return held, _drawn_from(held, open_views, seen)
+    return held, _drawn_from(held, open_views, seen)
+
+
+def _drawn_from(held: IntArray, open_views: BoolArray, seen: FloatArray) -> IntArray:
+    """Return the view in which each step is held or, if it is no open one, the best of those."""
+    best = np.where(open_views, seen[:, :, 0], -1.0).argmax(axis=0)
+    return np.where(open_views[held, np.arange(len(held))], held, best)
+
+
+def faced_shares(scene: Scene) -> FloatArray:
+    """Return how much of the area of each step's new pieces a view has turned to it, (V, S).
+
+    That is of the piece that is turned away most; it counts what is hidden, too.
+    """
+    corners = scene.points[scene.triangles]
+    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    whole = np.bincount(scene.piece, np.linalg.norm(sides, axis=1), len(scene.step_of_piece))
+    shares = np.full((len(VIEWS), scene.n_steps), np.inf)
+    for share, view in zip(shares, VIEWS, strict=True):
+        turned = np.bincount(scene.piece, np.abs(sides @ view.axes()[2]), len(whole))
+        np.minimum.at(share, scene.step_of_piece, turned / np.maximum(whole, 1e-9))
+    return shares
 
 
 def seen_from_views(scene: Scene) -> FloatArray:
@@ -344,11 +387,18 @@ def side_words(view: View) -> str:
     if abs(view.elevation_deg) > 60.0:
         return f"straight {high}"
     side = _SIDES[math.floor((view.azimuth_deg + 90.0) / 45.0 + 0.5) % 8]
+    high = f"well {high}" if abs(view.elevation_deg) > 42.0 else high
     return f"the {side}" + (f" and {high}" if view.elevation_deg else "")
 
 
 #: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
 WHOLE, WIDE, TALL = (254.0, 134.0), (254.0, 130.0), (150.0, 138.0)
+#: A ribbon is drawn so wide, in millimetres; else only what is around its crossings is drawn.
+RIBBON_MM = 3.0
+#: What is drawn of it beyond its crossings then, in widths.
+_BEYOND = 1.5
+#: More names than that need a wide picture.
+_MANY_NAMES = 12
 #: What is new keeps so far from the border of its picture, in points: there is room for names.
 _ROOM = 15.0
 #: An object is drawn so many times smaller than it is, at the least and further on.
@@ -359,6 +409,24 @@ _SCALES = (
 #: The steps of about so many pieces share a picture of the whole object.
 _MOST_PIECES = 9
 _MM_POINTS = 25.4 / 72.0
+
+
+@frozen_value
+class Overview:
+    """A picture of the whole object, with what is new in it.
+
+    Parameters
+    ----------
+    painted : Painted
+    marks : tuple of Mark
+        The new pieces.
+    bands : (N, 2) float array
+        Places on them.
+    """
+
+    painted: Painted
+    marks: tuple[Mark, ...]
+    bands: FloatArray
 
 
 @frozen_value
@@ -383,6 +451,9 @@ class StepPicture:
     fasten : (N, 2) float array
         The crossings that are complete now.
     slides : tuple of Slide
+    place : Overview or None
+        Where that is on the object, as it is held, in a tall picture: of early steps, and of those
+        that are drawn from another side, or not all in large.
     """
 
     painted: Painted
@@ -395,6 +466,7 @@ class StepPicture:
     ends: tuple[FloatArray, ...]
     fasten: FloatArray
     slides: tuple[Slide, ...]
+    place: Overview | None
 
 
 @frozen_value
@@ -403,11 +475,7 @@ class WholePicture:
 
     Parameters
     ----------
-    painted : Painted
-    marks : tuple of Mark
-        The new pieces.
-    bands : (N, 2) float array
-        Places on them.
+    overview : Overview
     view : View
     turned : bool
         Whether it is another view than that of the steps before.
@@ -415,9 +483,7 @@ class WholePicture:
         The pictures of those steps.
     """
 
-    painted: Painted
-    marks: tuple[Mark, ...]
-    bands: FloatArray
+    overview: Overview
     view: View
     turned: bool
     steps: tuple[StepPicture, ...]
@@ -442,14 +508,15 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
         Of all steps together, in order.
     """
     drawn = Drawn(scene, crossing_map)
-    chosen = views_of_steps(scene).tolist()
+    held, seen_from = (each.tolist() for each in views_of_steps(scene))
     pictures: list[WholePicture] = []
-    for number, run in groupby(range(scene.n_steps), key=lambda at: chosen[at]):
+    for number, run in groupby(range(scene.n_steps), key=lambda at: held[at]):
         view = VIEWS[number]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
-            details = tuple(_detail(drawn, view, at) for at in own)
-            pictures.append(WholePicture(*_whole(drawn, view, own), view, turned, details))
+            details = tuple(_detail(drawn, view, VIEWS[seen_from[at]], at) for at in own)
+            overview = _overview(drawn, view, own, WHOLE)
+            pictures.append(WholePicture(overview, view, turned, details))
     return pictures
 
 
@@ -468,24 +535,36 @@ def _parted(run: Sequence[int], crossing_map: CrossingMap) -> list[list[int]]:
     return list(parts.values())
 
 
-def _whole(
-    drawn: Drawn, view: View, steps: Sequence[int]
-) -> tuple[Painted, tuple[Mark, ...], FloatArray]:
+def _overview(
+    drawn: Drawn, view: View, steps: Sequence[int], size: tuple[float, float]
+) -> Overview:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
-    frame = drawn.scene.frame(view, _pixels(WHOLE))
-    painted, _, piece = paint(drawn.scene, frame, steps[-1], steps[0], coming=steps[0] == 0)
+    early = bool(drawn.scene.early[steps[0]])
+    frame = drawn.scene.frame(view, _pixels(size), table=early)
+    painted, _, piece = paint(drawn.scene, frame, steps[-1], steps[0], coming=early, table=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, piece, number) for number in new)
-    return painted, marks, on_page(frame.pixels(lines), frame)
+    return Overview(painted, marks, on_page(frame.pixels(lines), frame))
 
 
-def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
+def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
     scene, step = drawn.scene, drawn.steps[at]
+    early = bool(scene.early[at])
     ends = [scene.rung_ends(number) for number in drawn.new(at)]
-    ratio, size, frame = _window(np.concatenate(ends).reshape(-1, 3), view)
-    painted, near, piece = paint(scene, frame, at, at, coming=False)
+    wide = np.concatenate(ends)
+    half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
+    many = len(step.over) + len(step.under) + len(step.joints) > _MANY_NAMES
+    beside = early or view != held
+    sizes = (TALL,) if beside else (WIDE,) if many else (WIDE, TALL)
+    ratio, size, frame = _window(wide.reshape(-1, 3), view, sizes)
+    if 2.0 * half / ratio < RIBBON_MM and (beside or not many):
+        closer = _window(_worked(drawn, at, _BEYOND * 2.0 * half), view, (TALL,))
+        if closer[0] < ratio:
+            beside, (ratio, size, frame) = True, closer
+    place = _overview(drawn, held, [at], TALL) if beside else None
+    painted, near, piece = paint(scene, frame, at, at, coming=False, table=early)
     places = Places(drawn, frame, near, at)
     marks = [
         *(new_mark(drawn, frame, piece, number) for number in drawn.new(at)),
@@ -495,8 +574,6 @@ def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
     spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
     spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]
     fasten = [places.middle(key) for key in step.fasten if key not in drawn.idle]
-    wide = np.concatenate(ends)
-    half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
     return StepPicture(
         painted,
         size,
@@ -507,20 +584,53 @@ def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
         half * frame.pixels_per_mm * POINTS_PX,
         tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
         np.array(fasten).reshape(-1, 2),
-        tuple(places.slides(step)),
+        tuple(_cut_off(places.slides(step), size)),
+        place,
     )
 
 
-def _window(points: FloatArray, view: View) -> tuple[float, tuple[float, float], Frame]:
+def _cut_off(slides: Iterator[Slide], size: tuple[float, float]) -> Iterator[Slide]:
+    """Yield what a picture shows of ways up to their tips, where it shows these."""
+    for slide in slides:
+        outside = ~np.all((slide.points >= 0.0) & (slide.points <= size), axis=1)
+        first = len(outside) - int(np.append(outside[::-1], True).argmax())
+        if len(outside) - first > 1:
+            yield Slide(slide.points[first:], slide.beneath[first:])
+
+
+def _worked(drawn: Drawn, at: int, beyond: float) -> FloatArray:
+    """Return what lies around a step's crossings and joints, in millimetres, (N, 3).
+
+    That is all of a piece without any.
+    """
+    step, shown = drawn.steps[at], []
+    keys = {*step.over, *step.under, *(drawn.joints[key].crossing for key in step.joints)}
+    for number in drawn.new(at):
+        piece, line = drawn.pieces[number], drawn.scene.middle_line(number)
+        spots = [
+            drawn.panel(piece.id, one.crossing, over=one.over).reshape(-1, 3).mean(axis=0)
+            for one in piece.stations
+            if one.crossing in keys
+        ]
+        if spots:
+            away = np.linalg.norm(line[:, None] - np.array(spots), axis=2).min(axis=1)
+            line = np.concatenate((spots, line[away <= beyond]))
+        shown.append(line)
+    return np.concatenate(shown)
+
+
+def _window(
+    points: FloatArray, view: View, sizes: Sequence[tuple[float, float]]
+) -> tuple[float, tuple[float, float], Frame]:
     """Return how many times smaller points are drawn, the size of their picture, and its frame.
 
-    Of a wide and of a tall picture that is taken which shows them larger.
+    Of pictures of these sizes that is taken which shows them larger.
     """
     axes = view.axes()
     across = points @ axes[:2].T
     low, high = across.min(axis=0), across.max(axis=0)
     options = []
-    for size in (WIDE, TALL):
+    for size in sizes:
         room = (np.array(size) - 2.0 * _ROOM) * _MM_POINTS
         needed = float(np.max((high - low) / room))
         ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))

@@ -14,7 +14,9 @@ from fabweave.plan.steps import listed
 from fabweave.show.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.show.manual.cards import Card, lay_card, what_is_met, write_card
 from fabweave.show.manual.step_pictures import (
+    TALL,
     WHOLE,
+    Overview,
     Slide,
     StepPicture,
     WholePicture,
@@ -40,13 +42,15 @@ _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
     "A picture of the whole object shows where the next pieces go. Then each step has a picture of "
-    "its own, seen from the same side. New pieces are dark, with a heavy outline and a black name; "
-    "hatching shows where other pieces hide them. Pieces in place are pale. A name with a disc is "
-    "a piece that the new one lies over; a name with a ring is one that it runs under. # marks a "
-    "joint. An arrow shows where an end slides under other pieces, and a circle with a cross shows "
-    "where all layers are now in place. A card shows the new piece flat, outer face up, start at "
-    "the left. It names all that crosses the piece and is in place: a disc where the piece goes "
-    "over it, a ring where it runs under. Grey lines are strands to come."
+    "its own, seen from the same side. The first ones show the table before you, the finished "
+    "object as a ghost, and a shadow right below each new piece. New pieces are dark, with a heavy "
+    "outline and a black name; hatching shows where other pieces hide them. Pieces in place are "
+    "pale. A name with a disc is a piece that the new one lies over; a name with a ring is one "
+    "that it runs under. # marks a joint. An arrow shows where an end slides under other pieces, "
+    "and a circle with a cross shows where all layers are now in place. A card shows the new piece "
+    "flat, outer face up, start at the left. It names all that crosses the piece and is in place: "
+    "a disc where the piece goes over it, a ring where it runs under. Grey lines are strands to "
+    "come."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -147,6 +151,7 @@ class _Writer:
         self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
         self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
         self._there, self._so_far = 0, 0.0
+        self._held: View | None = None
 
     def _room(self, height: float) -> tuple[float, float]:
         """Take so much room in a column; return the left and the upper end of it."""
@@ -165,6 +170,7 @@ class _Writer:
     def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
         """Write the picture of the whole object before the steps that it shows."""
         book = self._book
+        self._held = whole.view
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
@@ -177,13 +183,22 @@ class _Writer:
         progress = f"With these, {self._there} of {all_of_them} in place."
         book.block(x, end, progress, room, size=_TEXT)
         left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
-        book.image(whole.painted, left, low, *WHOLE)
-        tags = place_tags(whole.marks, WHOLE, np.zeros((0, 2)), 0.0, whole.bands)
-        self._draw_tags(tags, np.array([left, low]), ringed=True)
+        self._draw_overview(whole.overview, WHOLE, np.array([left, low]))
+
+    def _draw_overview(
+        self, overview: Overview, size: tuple[float, float], corner: FloatArray
+    ) -> None:
+        """Draw a picture of the whole object with its lower left corner at a place."""
+        left, low = corner.tolist()
+        self._book.image(overview.painted, left, low, *size)
+        tags = place_tags(overview.marks, size, np.zeros((0, 2)), 0.0, overview.bands)
+        self._draw_tags(tags, corner, ringed=True)
 
     def write(self, step: StepRecord, picture: StepPicture | None) -> None:
         """Write a step: its number, its pieces, what to do, its cards, and its picture."""
         wide, tall = picture.size if picture else (-_GUTTER, 0.0)
+        if picture and picture.place:
+            wide, tall = wide + TALL[0], max(tall, TALL[1])
         room = self._wide - wide - _GUTTER
         beside = 2 if len(step.pieces) > 1 else 1
         cards = list(self._cards(step, (room + _GUTTER) / beside - _GUTTER)) if picture else []
@@ -194,6 +209,9 @@ class _Writer:
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
+            f"The picture in large is seen from {side_words(picture.view)}."
+            if picture and picture.view != self._held
+            else "",
         ]
         rows = self._rows(step, room)
         high = self._text_top(rows) + self._told(texts, room)
@@ -206,7 +224,12 @@ class _Writer:
                 write_card(self._book, card, left, end - _CARD_GAP / 2.0)
             end -= max(card.high for card in line) + _CARD_GAP
         if picture:
-            self._draw(picture, np.array([x + self._wide - wide, y - _BELOW_LINE - tall]))
+            low = y - _BELOW_LINE
+            right = x + self._wide
+            if picture.place:
+                corner = np.array([right - wide, low - TALL[1]])
+                self._draw_overview(picture.place, TALL, corner)
+            self._draw(picture, np.array([right - picture.size[0], low - picture.size[1]]))
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""

@@ -2,6 +2,8 @@
 const SIDES = ["front", "front right", "right", "back right", "back", "back left", "left", "front left"];
 /** A press of a key or a button turns by so much, and comes nearer by so much. */
 const TURN = Math.PI / 12, NEARER = 1.25;
+/** All that is drawn, the table too, is so near to the middle, in radii of the object. */
+const TABLE_REACH = 1.6;
 
 /** A camera that goes around an object: drag, pinch, wheel, keys; z stays up.
  *
@@ -52,7 +54,7 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
   function settle() {
     rise = Math.max(-1.55, Math.min(1.55, rise));
     far = whole ? fitting() : bounded(far);
-    const reach = 1.1 * ball.radius * (1 + spread);
+    const reach = TABLE_REACH * ball.radius * (1 + spread);
     // Without perspective it does not matter how far the eye is: it stands before everything.
     const stand = lens === wide ? far : Math.max(far, 2 * reach + target.distanceTo(ball.center));
     lens.position.copy(target).addScaledVector(towards(), stand);
@@ -181,11 +183,11 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
 
   /** Say from where the object is seen. */
   function spoken() {
-    const deg = [turn, rise].map((angle) => (angle * 180) / Math.PI), high = deg[1] > 0 ? "above" : "below";
+    const deg = [turn, rise].map((angle) => (angle * 180) / Math.PI), high = (Math.abs(deg[1]) > 42 ? "well " : "") + (deg[1] > 0 ? "above" : "below");
     const side = SIDES[(((Math.floor((deg[0] + 90) / 45 + 0.5) % 8) + 8) % 8)];
     const near = far && !whole ? fitting() / far : 1;
     const zoomed = Math.abs(near - 1) > 0.1 ? `, ${near.toFixed(1)} times as large` : "";
-    if (Math.abs(deg[1]) > 60) return `Seen from straight ${high}${zoomed}.`;
+    if (Math.abs(deg[1]) > 60) return `Seen from straight ${deg[1] > 0 ? "above" : "below"}${zoomed}.`;
     return `Seen from the ${side}${Math.abs(deg[1]) < 8 ? "" : ` and ${high}`}${zoomed}.`;
   }
 

@@ -1,3 +1,5 @@
+/** While a smaller share of all pieces is in place, the table is seen, and what is to come, as in the manual. */
+const EARLY = 0.25;
 /** While steps play, each is shown for so long. */
 const PLAY_MS = 2600;
 
@@ -10,7 +12,7 @@ const PLAY_MS = 2600;
   const state = {
     stepwise: kept.stepwise === true,
     step: Math.max(1, Math.min(last, Number(kept.step) || 1)),
-    piece: -1, station: -1, sheet: 0, zoom: 1, labels: false, follow: true, later: 0,
+    piece: -1, station: -1, sheet: 0, zoom: 1, labels: false, follow: true, later: 0, table: true,
     scheme: schemes.includes(kept.scheme) ? kept.scheme : "job",
     // What is shown alone: its name, and its pieces.
     only: null,
@@ -52,14 +54,21 @@ const PLAY_MS = 2600;
     if (piece !== undefined) choose(piece, -1, true);
   }
 
+  /** Whether the object stands on the table, with what is to come as a ghost: while few pieces are in place. */
+  function standing() {
+    const before = plan.stepOf.filter((step) => step < state.step - 1).length;
+    return state.table && state.stepwise && before < EARLY * plan.pieces.length;
+  }
+
   /** How each piece is shown: step by step, or the whole object with one piece brought out. */
   function codes() {
+    const veiled = state.later || standing();
     return plan.pieces.map((_, piece) => {
       if (piece === state.piece && (!state.stepwise || plan.stepOf[piece] < state.step)) return CHOSEN;
       if (state.only && !state.only.pieces.has(piece)) return HIDDEN;
       if (!state.stepwise) return state.piece < 0 ? PLAIN : FADED;
       const away = state.step - 1 - plan.stepOf[piece];
-      return away < 0 ? (state.later ? LATER : HIDDEN) : away > 0 ? FADED : FRESH;
+      return away < 0 ? (veiled ? LATER : HIDDEN) : away > 0 ? FADED : FRESH;
     });
   }
 
@@ -82,6 +91,7 @@ const PLAY_MS = 2600;
     by("follow").setAttribute("aria-pressed", state.follow);
     by("play").setAttribute("aria-pressed", playing > 0);
     by("play").textContent = playing ? "Pause" : "Play";
+    if (space) space.stand(standing());
     if (space) space.show(how, labels(how), state.station < 0 ? null : [subject(), state.station]);
     showStep();
     panels.showPiece(subject());
@@ -307,6 +317,10 @@ const PLAY_MS = 2600;
     for (const id of ["let-go", "swaying"]) by(id).hidden = !known;
     by("gone").addEventListener("input", letGo);
     by("sway").addEventListener("change", () => space.sway(by("sway").checked));
+    by("table").addEventListener("change", () => {
+      state.table = by("table").checked;
+      update();
+    });
     by("parallel").addEventListener("change", () => space.straighten(by("parallel").checked));
     by("home").addEventListener("click", () => {
       for (const id of ["explode", "cut", "there", "later", "gone"]) by(id).value = by(id).defaultValue;

@@ -10,6 +10,10 @@ const SEEN = 0.45;
 const GLIMPSE = [150, 110], GLIMPSES_MS = 500;
 /** How far an object sways, as a share of its radius, and milliseconds for a radian. */
 const SWING = 0.08, SWING_MS = 700;
+/** The radius of the table by that of the object; so many squares go from its middle to its edge. */
+const TABLE = 1.1, SQUARES = 5;
+/** While the table is seen, the finished object is a veil as dense as this at least. */
+const GHOST = 0.125;
 /** When nothing has changed for so long, labels are placed and edges are smoothed. */
 const REST_MS = 160;
 
@@ -33,6 +37,25 @@ function makeRenderer(canvas, slow) {
   }
 }
 
+/** The lines of a round table that the finished object stands on: its edge, and those of its squares. */
+function makeTable(corners) {
+  const box = new THREE.Box3().setFromArray(corners), middle = box.getCenter(new THREE.Vector3()).setZ(box.min.z), ends = [];
+  let radius = 0;
+  for (let k = 0; k < corners.length; k += 3) radius = Math.max(radius, TABLE * Math.hypot(corners[k] - middle.x, corners[k + 1] - middle.y));
+  const line = (...places) => places.forEach(([x, y]) => ends.push(radius * x, radius * y, 0));
+  for (let k = 1 - SQUARES; k < SQUARES; k++) {
+    const at = k / SQUARES, half = Math.sqrt(1 - at * at);
+    line([at, -half], [at, half], [-half, at], [half, at]);
+  }
+  const rim = (k) => [Math.cos((k * Math.PI) / 60), Math.sin((k * Math.PI) / 60)];
+  for (let k = 0; k < 120; k++) line(rim(k), rim(k + 1));
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(ends), 3));
+  const table = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x999999 }));
+  table.position.copy(middle);
+  return table;
+}
+
 /** Show the woven object; null where the browser has no WebGL. */
 function makeSpace(canvas, over, plan, tell) {
   if (typeof THREE === "undefined") return null;
@@ -43,10 +66,10 @@ function makeSpace(canvas, over, plan, tell) {
   for (const [name, values] of Object.entries(made))
     geometry.setAttribute(name, new THREE.BufferAttribute(values, values.length / made.piece.length));
   geometry.setIndex(index);
-  const table = new Uint8Array(256 * Math.ceil(plan.pieces.length / 256) * 4);
-  const states = new THREE.DataTexture(table, 256, table.length / 1024, THREE.RGBAFormat, THREE.UnsignedByteType);
+  const rows = new Uint8Array(256 * Math.ceil(plan.pieces.length / 256) * 4);
+  const states = new THREE.DataTexture(rows, 256, rows.length / 1024, THREE.RGBAFormat, THREE.UnsignedByteType);
   const uniforms = {
-    states: { value: states }, size: { value: new THREE.Vector2(256, table.length / 1024) },
+    states: { value: states }, size: { value: new THREE.Vector2(256, rows.length / 1024) },
     paper: { value: new THREE.Color(0xffffff) }, there: { value: THERE }, later: { value: 0 }, spread: { value: 0 }, gone: { value: 0 }, swing: { value: 0 }, cut: { value: new THREE.Vector4(0, 0, 1, UNCUT) },
     // Chevrons are about as long as a strip is wide.
     pitch: { value: 0.8 * usualWidth(made.position) },
@@ -57,7 +80,9 @@ function makeSpace(canvas, over, plan, tell) {
   const shown = shader(STRIP_FRAGMENT), numbers = shader(NUMBER_FRAGMENT);
   const mesh = new THREE.Mesh(geometry, shown);
   mesh.frustumCulled = false;
-  const scene = new THREE.Scene().add(mesh);
+  const table = makeTable(made.position), scene = new THREE.Scene().add(mesh, table);
+  // Whether the table is to be seen, and how dense is asked for what is to come.
+  let standing = false, veil = 0;
 
   // A few hundred points stand for all where the whole must be kept in view.
   const every = Math.ceil(spots.length / 400);
@@ -109,6 +134,8 @@ function makeSpace(canvas, over, plan, tell) {
   function paint() {
     renderer.autoClear = !fresh;
     reach(fresh || seen());
+    // From below it would hide the object.
+    table.visible = standing && camera.towards().z > 0;
     renderer.render(scene, camera.lens);
     renderer.autoClear = true;
   }
@@ -174,6 +201,7 @@ function makeSpace(canvas, over, plan, tell) {
     const target = new THREE.WebGLRenderTarget(width, height);
     if (full) camera.lens.setViewOffset(full[0], full[1], left, top, width, height);
     mesh.material = numbers;
+    table.visible = false;
     reach(seen());
     renderer.setRenderTarget(target);
     renderer.setClearColor(0x000000, 0);
@@ -267,7 +295,7 @@ function makeSpace(canvas, over, plan, tell) {
     /** Show pieces: one code for each; labels in order of weight; a station ringed. */
     show(codes, labels, station) {
       codes.forEach((code, piece) => {
-        table[4 * piece + 3] = 50 * code;
+        rows[4 * piece + 3] = 50 * code;
       });
       states.needsUpdate = true;
       wanted = labels;
@@ -303,8 +331,15 @@ function makeSpace(canvas, over, plan, tell) {
     },
     /** Show what is in place as strong as this, and what is to come; both from 0 to 1. */
     ghost(there, later) {
-      [uniforms.there.value, uniforms.later.value] = [there, later];
+      [uniforms.there.value, veil] = [there, later];
+      uniforms.later.value = standing ? Math.max(veil, GHOST) : veil;
       drawAll();
+    },
+    /** Show the table, and what is to come as a ghost, or not. */
+    stand(on) {
+      if (on === standing) return;
+      standing = on;
+      this.ghost(uniforms.there.value, veil);
     },
     /** Colour pieces: for each its colours, each with the number of rungs that have it. */
     colour(runs) {
