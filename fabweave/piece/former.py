@@ -606,3 +606,22 @@ def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
     cuts = shapely.buffer(slits, _SLIT_WIDE_MM / 2.0, cap_style="flat")
     outline = _cuttable(plate.outline.difference(shapely.union_all(cuts)))
     return replace(plate, outline=outline, snaps=tuple(lines))
+
+
+def plate_body(plate: Plate, thickness_mm: float) -> tuple[FloatArray, IntArray]:
+    """Return a plate as a closed body: its corners in space, and triangles."""
+    cut = shapely.get_parts(shapely.constrained_delaunay_triangles(plate.outline)).tolist()
+    flat = np.array([triangle.exterior.coords[:3] for triangle in cut]).reshape(-1, 3, 2)
+    turn = np.linalg.det(np.diff(flat, axis=1)) < 0.0
+    flat[turn] = flat[turn, ::-1]
+    half = thickness_mm / 2.0 * plate.plane.frame[2]
+    middle = plate.plane.raised(flat.reshape(-1, 2))
+    sides = []
+    for ring in (plate.outline.exterior, *plate.outline.interiors):
+        here = plate.plane.raised(np.array(ring.coords))
+        start, end = here[:-1], here[1:]
+        sides += [start - half, end - half, end + half, start - half, end + half, start + half]
+    walls = [np.stack(sides[at : at + 6], axis=1).reshape(-1, 3) for at in range(0, len(sides), 6)]
+    points = np.concatenate((middle + half, middle.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) - half,
+                             *walls))  # fmt: skip
+    return points, np.arange(len(points)).reshape(-1, 3)

@@ -186,10 +186,10 @@ def write_manual(
     """
     pictures: Sequence[WholePicture] = ()
     ribbons, weave, pieces, colours = woven
-    scene = build_scene(ribbons, weave, pieces, crossing_map, colours)
+    laid, texts = former
+    scene = build_scene(ribbons, weave, pieces, crossing_map, colours, laid)
     if len(crossing_map.steps) <= MOST_PICTURED:
         pictures = step_pictures(scene, crossing_map)
-    laid, texts = former
     data = manual_pdf(
         crossing_map,
         facts,
@@ -243,6 +243,7 @@ def job_viewer(
             "calibration": costs.assembly.calibration or 1.0,
         },
         worst=job.grade.worst,
+        former=job.laid,
     )
 
 

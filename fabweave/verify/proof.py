@@ -89,7 +89,7 @@ _TASKS = (
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),
-    _Task("former", ("map", "mesh", "model"), check_former),
+    _Task("former", ("map", "mesh"), check_former),
     _Task("form", ("map",), check_form),
     _Task("simple", ("map",), check_simple),
     _Task("materials", ("map",), check_materials),

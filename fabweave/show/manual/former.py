@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import render_scene
-from fabweave.piece.former import Laid, Plate
+from fabweave.piece.former import Laid, plate_body
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import Painted, Scene, packed
 
@@ -28,25 +27,6 @@ class FormerPages:
 
     texts: tuple[str, ...]
     pictures: tuple[Painted, ...]
-
-
-def plate_body(plate: Plate, thickness_mm: float) -> tuple[FloatArray, IntArray]:
-    """Return a plate as a closed body: its corners in space, and triangles."""
-    cut = shapely.get_parts(shapely.constrained_delaunay_triangles(plate.outline)).tolist()
-    flat = np.array([triangle.exterior.coords[:3] for triangle in cut]).reshape(-1, 3, 2)
-    turn = np.linalg.det(np.diff(flat, axis=1)) < 0.0
-    flat[turn] = flat[turn, ::-1]
-    half = thickness_mm / 2.0 * plate.plane.frame[2]
-    middle = plate.plane.raised(flat.reshape(-1, 2))
-    sides = []
-    for ring in (plate.outline.exterior, *plate.outline.interiors):
-        here = plate.plane.raised(np.array(ring.coords))
-        start, end = here[:-1], here[1:]
-        sides += [start - half, end - half, end + half, start - half, end + half, start + half]
-    walls = [np.stack(sides[at : at + 6], axis=1).reshape(-1, 3) for at in range(0, len(sides), 6)]
-    points = np.concatenate((middle + half, middle.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) - half,
-                             *walls))  # fmt: skip
-    return points, np.arange(len(points)).reshape(-1, 3)
 
 
 def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:

@@ -18,6 +18,7 @@ from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.piece.development import Stretches, piece_stretches
+from fabweave.piece.former import Laid, plate_body
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
@@ -62,6 +63,8 @@ class Scene:
     palette : Palette
     stretches : Stretches
         The rungs of each piece, and its stations on them.
+    former : ((N, 3, 3) float array, (N,) int array), optional
+        The triangles of a former, and the plate of each.
     """
 
     points: FloatArray
@@ -72,6 +75,7 @@ class Scene:
     step_of_piece: IntArray
     palette: Palette
     stretches: Stretches
+    former: tuple[FloatArray, IntArray] | None = None
 
     @property
     def n_steps(self) -> int:
@@ -124,6 +128,7 @@ def build_scene(
     pieces: Sequence[Piece],
     crossing_map: CrossingMap,
     colours: Colours,
+    laid: Laid | None = None,
 ) -> Scene:
     """Put all pieces into space.
 
@@ -137,6 +142,8 @@ def build_scene(
         Whose steps they come in.
     colours : (P, 3) uint8 array
         The colour of each piece.
+    laid : Laid, optional
+        The former that strips are laid on.
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     placed = {key: at for at, step in enumerate(crossing_map.steps) for key in step.pieces}
@@ -158,7 +165,18 @@ def build_scene(
         step_of_piece,
         make_palette(colours),
         stretches,
+        None if laid is None else _plates(laid),
     )
+
+
+def _plates(laid: Laid) -> tuple[FloatArray, IntArray]:
+    """Return the triangles of a former's plates, and the plate of each."""
+    former = laid.former
+    bodies = [
+        points[triangles]
+        for points, triangles in (plate_body(one, former.thickness_mm) for one in former.plates)
+    ]
+    return np.concatenate(bodies), np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
 
 
 #: Pixels in a millimetre of a picture, 200 in an inch: where pieces end, lines are one and three of
@@ -171,9 +189,10 @@ POINTS_PX = 72.0 / 25.4 / PX_MM
 THERE, NEW = (0.62, 0.66, 0.72, 0.78), (0.08, 0.11, 0.14, 0.17)
 _LEVELS = len(THERE) + len(NEW)
 #: The first colours of every picture: paper, the outline of what is in place (4.5 against white),
-#: black, what is still to come and its outline, the lines of the table, and the shadow on it.
-PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW = range(7)
-FIXED = tuple((grey, grey, grey) for grey in (255, 119, 0, 240, 160, 215, 205))
+#: black, what is still to come and its outline, the lines of the table, the shadow on it, and the
+#: board of a former.
+PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW, BOARD = range(8)
+FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (233, 222, 203))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -285,6 +304,8 @@ def paint(
             height=frame.height_px,
         )
         code[shadow >= 0] = SHADOW
+        if scene.former is not None:
+            _draw_former(code, scene.former, frame)
     levels = _levels(scene, frame, first_new)
     code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
     piece = np.full(seen.shape, -1, dtype=np.int64)
@@ -302,6 +323,19 @@ def paint(
     code[hatched] = dark[whole[hatched]]
     tones = np.concatenate((np.array(FIXED, dtype=np.uint8), scene.palette.tones.reshape(-1, 3)))
     return packed(tones[code]), near, piece
+
+
+def _draw_former(code: IntArray, former: tuple[FloatArray, IntArray], frame: Frame) -> None:
+    """Draw a former, whose plates all strips in place will cover, whatever is nearer."""
+    corners, plate = former
+    points = frame.pixels(corners.reshape(-1, 3))
+    triangles = np.arange(len(points)).reshape(-1, 3)
+    seen, _ = nearest_triangles(points, triangles, width=frame.width_px, height=frame.height_px)
+    number = np.where(seen >= 0, plate[seen], -1)
+    code[number >= 0] = BOARD
+    for axis in (0, 1):
+        ends = np.diff(number, axis=axis, append=-1) != 0
+        code[ends & (number >= 0)] = GHOST
 
 
 def table_lines(scene: Scene, frame: Frame) -> BoolArray:

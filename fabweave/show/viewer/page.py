@@ -11,6 +11,7 @@ from itertools import accumulate, groupby, pairwise
 from typing import Any
 
 import numpy as np
+import shapely
 import trimesh
 from trimesh.viewer import scene_to_html
 
@@ -18,6 +19,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours
 from fabweave.core.records import fingerprint, optional, record, to_json
 from fabweave.piece.development import piece_stretches
+from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.grade import Place
@@ -170,6 +172,7 @@ def viewer_page(
     hands: dict[str, Any],
     step_views_deg: Sequence[tuple[float, float]] = (),
     worst: Sequence[Place] = (),
+    former: Laid | None = None,
 ) -> str:
     """Return the viewer as one HTML file that needs nothing else, neither files nor a network.
 
@@ -193,6 +196,8 @@ def viewer_page(
         where it does not show them all.
     worst : sequence of Place
         The worst places, from the grade.
+    former : Laid, optional
+        Shown with the steps for which it is inside.
 
     Returns
     -------
@@ -211,6 +216,7 @@ def viewer_page(
         "views_deg": [list(view) for view in step_views_deg],
         "hands": hands,
         "worst": [to_json(place) for place in worst],
+        "former": _former(former, len(crossing_map.pieces)),
         "plan": shown,
         "space": to_json(space),
     }
@@ -223,6 +229,27 @@ def viewer_page(
     }
     # One pass, so that nothing that is put in is looked at again.
     return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
+
+
+def _former(laid: Laid | None, n_pieces: int) -> dict[str, Any]:
+    """Return the outlines of a former's plates, and before which piece it is taken out."""
+    if laid is None:
+        return {"before": 0, "plates": []}
+    way = laid.way
+    return {
+        "before": n_pieces + 1 if way is None or way.before is None else way.before,
+        "plates": [
+            {
+                "origin": plate.plane.origin.round(_DECIMALS).tolist(),
+                "axes": plate.plane.axes.round(6).tolist(),
+                "rings": [
+                    shapely.get_coordinates(ring)[:-1].round(2).tolist()
+                    for ring in (plate.outline.exterior, *plate.outline.interiors)
+                ],
+            }
+            for plate in laid.former.plates
+        ],
+    }
 
 
 def _colour_runs(colours: Colours, space: SpaceRecord) -> list[list[list[str | int]]]:

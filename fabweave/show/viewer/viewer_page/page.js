@@ -54,15 +54,17 @@ const PLAY_MS = 2600;
     if (piece !== undefined) choose(piece, -1, true);
   }
 
-  /** Whether the object stands on the table, with what is to come as a ghost: while few pieces are in place. */
-  function standing() {
-    const before = plan.stepOf.filter((step) => step < state.step - 1).length;
-    return state.table && state.stepwise && before < EARLY * plan.pieces.length;
+  /** Whether fewer pieces than so many are in place, and the table is to be seen, or the former. */
+  function standing(few) {
+    return state.table && state.stepwise && plan.stepOf.filter((step) => step < state.step - 1).length < few;
   }
+
+  /** While few pieces are in place, the object stands on the table, and what is to come is a ghost. */
+  const early = () => standing(EARLY * plan.pieces.length);
 
   /** How each piece is shown: step by step, or the whole object with one piece brought out. */
   function codes() {
-    const veiled = state.later || standing();
+    const veiled = state.later || early();
     return plan.pieces.map((_, piece) => {
       if (piece === state.piece && (!state.stepwise || plan.stepOf[piece] < state.step)) return CHOSEN;
       if (state.only && !state.only.pieces.has(piece)) return HIDDEN;
@@ -91,7 +93,7 @@ const PLAY_MS = 2600;
     by("follow").setAttribute("aria-pressed", state.follow);
     by("play").setAttribute("aria-pressed", playing > 0);
     by("play").textContent = playing ? "Pause" : "Play";
-    if (space) space.stand(standing());
+    if (space) space.stand(early(), standing(plan.data.former.before));
     if (space) space.show(how, labels(how), state.station < 0 ? null : [subject(), state.station]);
     showStep();
     panels.showPiece(subject());

@@ -56,6 +56,23 @@ function makeTable(corners) {
   return table;
 }
 
+/** The plates of a former, thin as paper: outlines with holes, each in its plane. */
+function makeFormer(plates) {
+  const group = new THREE.Group();
+  const board = new THREE.MeshBasicMaterial({ color: 0xe4d3b4, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  const edge = new THREE.LineBasicMaterial({ color: 0x8a6d46 });
+  for (const { origin, axes, rings } of plates) {
+    const [right, up] = axes.map((axis) => new THREE.Vector3(...axis)), paths = rings.map((ring) => ring.map(([x, y]) => new THREE.Vector2(x, y)));
+    const shape = new THREE.Shape(paths[0]), plate = new THREE.Group();
+    shape.holes = paths.slice(1).map((path) => new THREE.Path(path));
+    plate.add(new THREE.Mesh(new THREE.ShapeGeometry(shape), board));
+    for (const path of paths) plate.add(new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(path), edge));
+    plate.applyMatrix4(new THREE.Matrix4().makeBasis(right, up, new THREE.Vector3().crossVectors(right, up)).setPosition(...origin));
+    group.add(plate);
+  }
+  return group;
+}
+
 /** Show the woven object; null where the browser has no WebGL. */
 function makeSpace(canvas, over, plan, tell) {
   if (typeof THREE === "undefined") return null;
@@ -80,9 +97,10 @@ function makeSpace(canvas, over, plan, tell) {
   const shown = shader(STRIP_FRAGMENT), numbers = shader(NUMBER_FRAGMENT);
   const mesh = new THREE.Mesh(geometry, shown);
   mesh.frustumCulled = false;
-  const table = makeTable(made.position), scene = new THREE.Scene().add(mesh, table);
-  // Whether the table is to be seen, and how dense is asked for what is to come.
-  let standing = false, veil = 0;
+  const table = makeTable(made.position), former = makeFormer(plan.data.former.plates);
+  const scene = new THREE.Scene().add(mesh, table, former);
+  // Whether the table is to be seen, the former, and how dense is asked for what is to come.
+  let standing = false, formed = false, veil = 0;
 
   // A few hundred points stand for all where the whole must be kept in view.
   const every = Math.ceil(spots.length / 400);
@@ -136,6 +154,7 @@ function makeSpace(canvas, over, plan, tell) {
     reach(fresh || seen());
     // From below it would hide the object.
     table.visible = standing && camera.towards().z > 0;
+    former.visible = formed;
     renderer.render(scene, camera.lens);
     renderer.autoClear = true;
   }
@@ -201,7 +220,7 @@ function makeSpace(canvas, over, plan, tell) {
     const target = new THREE.WebGLRenderTarget(width, height);
     if (full) camera.lens.setViewOffset(full[0], full[1], left, top, width, height);
     mesh.material = numbers;
-    table.visible = false;
+    table.visible = former.visible = false;
     reach(seen());
     renderer.setRenderTarget(target);
     renderer.setClearColor(0x000000, 0);
@@ -335,10 +354,10 @@ function makeSpace(canvas, over, plan, tell) {
       uniforms.later.value = standing ? Math.max(veil, GHOST) : veil;
       drawAll();
     },
-    /** Show the table, and what is to come as a ghost, or not. */
-    stand(on) {
-      if (on === standing) return;
-      standing = on;
+    /** Show the table with what is to come as a ghost, and the former, or not. */
+    stand(on, inside) {
+      if (on === standing && inside === formed) return;
+      [standing, formed] = [on, inside];
       this.ghost(uniforms.there.value, veil);
     },
     /** Colour pieces: for each its colours, each with the number of rungs that have it. */
