@@ -31,8 +31,8 @@ def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:
     for ring in piece_set.rings:
         fastened[ring.crossings] = False
     pieces = piece_set.pieces
-    clips = find_clips(pieces, find_holds(pieces, fastened), order.order.tolist())
-    return [clip for clip in clips if clip.until < len(pieces) or piece_set.rings]
+    holds, rings = find_holds(pieces, fastened), bool(piece_set.rings)
+    return find_clips(pieces, holds, order.order.tolist(), to_the_end=rings)
 
 
 def most_clips(clips: Sequence[Clip]) -> int:

@@ -337,6 +337,10 @@ class AssemblyRecord:
     last_tenth: float
 
 
+#: Where a clip is: the crossing, and the two pieces there that it holds together.
+ClipPlace: TypeAlias = tuple[int, str, str]
+
+
 @record
 class StepRecord:
     """A step of the assembly, its pieces in the order in which they are placed.
@@ -345,7 +349,8 @@ class StepRecord:
     ``under`` a new piece lies over, or slides below, what is in place. ``joints`` are made, and at
     ``fasten`` the last layer comes. ``closes`` says that a piece is joined at both ends. The last
     steps lay each a ``ring``: it has these pieces of its own, and ``fasten`` are those that it
-    holds, which wait for it.
+    holds, which wait for it. After it, ``clips`` are put on and ``unclips`` taken off; ``outside``
+    are those of ``fasten`` that no hand reaches from the inside.
     """
 
     step: int
@@ -359,11 +364,19 @@ class StepRecord:
     effort: float
     text: str
     ring: tuple[str, ...] | None = optional()
+    clips: tuple[ClipPlace, ...] | None = optional()
+    unclips: tuple[ClipPlace, ...] | None = optional()
+    outside: tuple[int, ...] | None = optional()
 
     @property
     def handled(self) -> int:
         """How many pieces are taken in hand, those of a ring, too."""
         return len(self.pieces) + len(self.ring or ())
+
+    @property
+    def clipped(self) -> tuple[ClipPlace, ...]:
+        """Where clips are put on or taken off."""
+        return (*(self.clips or ()), *(self.unclips or ()))
 
 
 @record
@@ -471,6 +484,9 @@ def _check_references(crossing_map: CrossingMap) -> None:
         ("crossing", [number for thread in threads for number in thread.crossings]),
         ("crossing", [n for step in steps for n in (*step.crossings, *step.fasten)]),
         ("crossing", [n for step in steps for n in (*step.over, *step.under)]),
+        ("crossing", [n for step in steps for n in step.outside or ()]),
+        ("crossing", [clip[0] for step in steps for clip in step.clipped]),
+        ("piece", [name for step in steps for clip in step.clipped for name in clip[1:]]),
         ("piece", [strand.piece for strand in strands]),
         ("piece", [station.partner for station in stations]),
         ("piece", [name for holder in of_pieces for name in holder.pieces]),

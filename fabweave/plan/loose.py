@@ -127,17 +127,21 @@ class Clip:
 
     Parameters
     ----------
+    crossing : int
     pieces : (int, int)
     since, until : int
         The places in the order after which it is put on, and after which it is not needed.
     """
 
+    crossing: int
     pieces: tuple[int, int]
     since: int
     until: int
 
 
-def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> list[Clip]:
+def find_clips(
+    pieces: Sequence[Piece], holds: Holds, order: Sequence[int], *, to_the_end: bool = True
+) -> list[Clip]:
     """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
 
     What is held after a piece or two anyway is held by hand. Of the crossings of a loose end, that
@@ -149,7 +153,10 @@ def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> l
     holds : Holds
     order : sequence of int
         Every piece once.
+    to_the_end : bool
+        Whether what no piece of the order comes to hold is clipped, too.
     """
+    last = len(order) if to_the_end else len(order) - 1
     rank, carriers = ranks(order), strands_of(pieces)
     waiting: dict[tuple[int, bool], int] = {}
     at: dict[tuple[int, bool], list[tuple[int, bool]]] = {}
@@ -161,7 +168,7 @@ def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> l
         for end, way in ((False, stations[:half]), (True, stations[::-1][:half])):
             at[piece, end] = way
             until = int(holds.end_from(holds.ends[piece][end], rank, len(order)))
-            if until > now + _BY_HAND:
+            if now + _BY_HAND < until <= last:
                 waiting[piece, end] = until
         waiting = {key: until for key, until in waiting.items() if until > now + _BY_HAND}
         for own in list(waiting):
@@ -179,7 +186,8 @@ def find_clips(pieces: Sequence[Piece], holds: Holds, order: Sequence[int]) -> l
                 spots, key=lambda spot: sum(_passes(at[key], spot[0]) for key in waiting)
             )
             both = [key for key in waiting if _passes(at[key], crossing)]
-            clips.append(Clip((own[0], other), now, max(waiting.pop(key) for key in both)))
+            until = max(waiting.pop(key) for key in both)
+            clips.append(Clip(crossing, (own[0], other), now, until))
     return clips
 
 

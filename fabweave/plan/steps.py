@@ -9,9 +9,9 @@ from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
-from fabweave.plan.access import job_clips, most_clips, set_outside, shut_from
+from fabweave.plan.access import job_clips, most_clips, set_outside
 from fabweave.plan.bill_of_materials import INSTEAD, sold_at
-from fabweave.plan.crossing_map import StepRecord
+from fabweave.plan.crossing_map import ClipPlace, StepRecord
 from fabweave.plan.loose import Clip, strands_of
 from fabweave.plan.order import Order
 
@@ -59,11 +59,13 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     sold = sold_at(piece_set, hardware, order)
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
     groups = _grouped(_place_all(piece_set, order))
-    said = _say_clips(piece_set, order, groups)
-    shut = _step_at(groups)[shut_from(order)] if set_outside(piece_set, order) else None
+    on, off = _clips_of(piece_set, order, groups)
     fasten = [
         [key for placing in group for key in placing.fasten if key not in held] for group in groups
     ]
+    blind = set_outside(piece_set, order)
+    outside = [tuple(key for key in keys if key in blind) for keys in fasten]
+    shut = next((at for at, keys in enumerate(outside) if keys), None)
     steps = [
         StepRecord(
             step=number,
@@ -80,10 +82,13 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
                     *(placing.text for placing in group),
                     *([_SET_OUTSIDE] if number - 1 == shut else []),
                     *_say_set(fasten[number - 1], sold),
-                    *said[number - 1],
+                    *_say_clips(on[number - 1], off[number - 1]),
                 ]
             ),
             ring=None,
+            clips=tuple(on[number - 1]) or None,
+            unclips=tuple(off[number - 1]) or None,
+            outside=outside[number - 1] or None,
         )
         for number, group in enumerate(groups, start=1)
     ]
@@ -98,31 +103,30 @@ def _say_set(crossings: Sequence[int], sold: Mapping[int, Counter[str]]) -> list
     return said + ([f"At {agree(instead, '{n} [place|places]')}, {INSTEAD}."] if instead else [])
 
 
-def _step_at(groups: Sequence[Sequence[_Placing]]) -> list[int]:
-    """Return for each piece in order in which group it is placed."""
-    return [at for at, group in enumerate(groups) for _ in group]
-
-
-def _say_clips(
+def _clips_of(
     piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]
-) -> list[list[str]]:
-    """Say for each group of pieces which clips are put on after it, and which come off."""
-    step_at = [*_step_at(groups), len(groups) - 1]
-    on: list[list[str]] = [[] for _ in groups]
-    off: list[list[str]] = [[] for _ in groups]
+) -> tuple[list[list[ClipPlace]], list[list[ClipPlace]]]:
+    """Return for each group of pieces which clips are put on after it, and which come off."""
+    step_at = [at for at, group in enumerate(groups) for _ in group]
+    on: list[list[ClipPlace]] = [[] for _ in groups]
+    off: list[list[ClipPlace]] = [[] for _ in groups]
     for clip in job_clips(piece_set, order):
-        since, until = step_at[clip.since], step_at[clip.until]
-        if since < until or clip.until == len(order.order):
-            one, other = (piece_set.pieces[at].id for at in clip.pieces)
-            on[since].append(f"{one} to {other}")
-            if clip.until < len(order.order):
-                off[until].append(f"{one} on {other}")
-    said: list[list[str]] = [[] for _ in groups]
-    for words, put, taken in zip(said, on, off, strict=True):
-        if put:
-            words.append(f"Clip {listed(put)}.")
-        if taken:
-            words.append(f"Take off the {'clips' if taken[1:] else 'clip'} of {listed(taken)}.")
+        one, other = (piece_set.pieces[at].id for at in clip.pieces)
+        since, stays = step_at[clip.since], clip.until == len(order.order)
+        if stays or since < step_at[clip.until]:
+            on[since].append((clip.crossing, one, other))
+            if not stays:
+                off[step_at[clip.until]].append((clip.crossing, one, other))
+    return on, off
+
+
+def _say_clips(on: Sequence[ClipPlace], off: Sequence[ClipPlace]) -> list[str]:
+    """Say which clips are put on, and which come off."""
+    said = [f"Clip {listed([f'{one} to {other}' for _, one, other in on])}."] if on else []
+    if off:
+        clips = "clips" if off[1:] else "clip"
+        names = listed([f"{one} on {other}" for _, one, other in off])
+        said.append(f"Take off the {clips} of {names}.")
     return said
 
 
@@ -148,6 +152,9 @@ def _ring_steps(
             effort=0.0,
             text=" ".join([_say_ring(ring, names), *_say_set(fasten, sold)]),
             ring=tuple(piece.id for piece in ring.pieces),
+            clips=None,
+            unclips=None,
+            outside=None,
         )
         for number, ring in enumerate(piece_set.rings, start=first)
         for fasten in [tuple(dict.fromkeys(ring.crossings.tolist()))]

@@ -236,6 +236,10 @@ class Cut(msgspec.Struct, frozen=True):
     labels: str = ""
 
 
+#: Where a clip is: the crossing, and the two pieces there that it holds together.
+Clip: TypeAlias = tuple[int, str, str]
+
+
 class Step(msgspec.Struct, frozen=True):
     """A step of the assembly; crossings and joints are ids."""
 
@@ -249,6 +253,11 @@ class Step(msgspec.Struct, frozen=True):
     closes: bool
     #: The pieces of the ring that is laid in it, if it lays one.
     ring: tuple[str, ...] | None = None
+    #: Where clips are put on after it, and taken off.
+    clips: tuple[Clip, ...] = ()
+    unclips: tuple[Clip, ...] = ()
+    #: Fasteners of this step that no hand reaches from the inside.
+    outside: tuple[int, ...] = ()
 
 
 class Weave(msgspec.Struct, frozen=True):

@@ -54,7 +54,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "form": "let go, standing and loaded, it is where its forces balance, as far as is said",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "materials": "every piece is on a sheet of its thread's material",
-        "steps": "done in order, the steps make the whole weave once",
+        "steps": "steps make the whole weave once, hold loose ends, and set fasteners within reach",
     }
 )
 

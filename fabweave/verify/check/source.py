@@ -83,6 +83,9 @@ def _references(plan: CrossingMap) -> Iterator[tuple[str, str, Sequence[object]]
         where = f"step {step.step}"
         yield where, "piece", step.pieces
         yield where, "crossing", (*step.crossings, *step.over, *step.under, *step.fasten)
+        clips = (*step.clips, *step.unclips)
+        yield where, "crossing", (*step.outside, *(key for key, *_ in clips))
+        yield where, "piece", [name for _, *names in clips for name in names]
         yield where, "joint", step.joints
 
 

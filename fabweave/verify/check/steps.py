@@ -1,13 +1,19 @@
-"""Replay the assembly: every piece once, every crossing and joint when its last half comes."""
+"""Replay the assembly: each piece once, crossings when their last half comes, clips, reach."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from fabweave.verify.crossing_map import CrossingMap, Piece, Step
+import numpy as np
+
+from fabweave.verify.crossing_map import Clip, CrossingMap, Piece, Step
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.report import Place, Tally
+
+#: What is held after so many more pieces is held by hand.
+_BY_HAND = 2
 
 
 @dataclass
@@ -20,6 +26,7 @@ class _Event:
     under: dict[int, set[str]] = field(default_factory=dict)
     joints: dict[int, str] = field(default_factory=dict)
     fasten: list[int] = field(default_factory=list)
+    outside: list[int] = field(default_factory=list)
     closes: bool = False
 
     @property
@@ -31,10 +38,14 @@ class _Event:
 
 @dataclass
 class _Table:
-    """The work on the table: what lies at each crossing, and which pieces are there."""
+    """The work on the table: what lies at each crossing, and as which each piece came, from 1.
+
+    A work that ``shuts`` lets no hand inside once three quarters of its pieces are in place.
+    """
 
     plan: CrossingMap
-    placed: set[str] = field(default_factory=set)
+    shuts: bool
+    placed: dict[str, int] = field(default_factory=dict)
     lies: dict[int, list[tuple[str, bool]]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -46,7 +57,8 @@ class _Table:
     def place(self, piece: Piece) -> _Event:
         """Place a piece and return what happens."""
         event = _Event(piece.id)
-        self.placed.add(piece.id)
+        shut = self.shuts and 4 * len(self.placed) >= 3 * len(self.plan.pieces)
+        self.placed[piece.id] = len(self.placed) + 1
         for station in piece.stations:
             self.lies.setdefault(station.crossing, []).append((piece.id, station.over))
         for station in piece.stations:
@@ -61,6 +73,8 @@ class _Table:
             self.missing[key] -= 1
             if self.missing[key] == 0:
                 event.fasten.append(key)
+                if shut and self.plan.crossing[key].fastened:
+                    event.outside.append(key)
         joined = 0
         for joint, mate in zip(piece.joints, (0, 1), strict=True):
             if joint is not None and self.plan.joint[joint].pieces[mate] in self.placed:
@@ -68,6 +82,59 @@ class _Table:
                 joined += 1
         event.closes = joined == 2
         return event
+
+    def sets(self, ringed: set[int]) -> dict[int, int]:
+        """Return after how many pieces each fastener is set; rings come after all."""
+        return {
+            key: len(self.plan.pieces) + 1
+            if key in ringed
+            else max(self.placed[name] for name, _ in lies)
+            for key, lies in self.lies.items()
+            if self.missing[key] == 0 and self.plan.crossing[key].fastened
+        }
+
+
+@dataclass(frozen=True)
+class _End:
+    """An end of a piece, and after how many pieces it can be clipped, and is held."""
+
+    piece: str
+    crossings: set[int]
+    since: float
+    held: float
+
+
+def _find_ends(table: _Table, sets: dict[int, int]) -> list[_End]:
+    """Return the ends of all pieces on the table: each half of its stations, at least two.
+
+    A fastener holds an end, and so do two strands, if it lies over one and under the other.
+    """
+    ends = []
+    for piece in (table.plan.piece[name] for name in table.placed):
+        half = max(math.ceil(len(piece.stations) / 2), 2)
+        for stations in (piece.stations[:half], piece.stations[-half:]):
+            over, under = (
+                min(
+                    (
+                        table.placed[name]
+                        for station in stations
+                        for name, above in table.lies[station.crossing]
+                        if station.over is way and above is not way and name != piece.id
+                    ),
+                    default=math.inf,
+                )
+                for way in (True, False)
+            )
+            crossings = {station.crossing for station in stations}
+            ends.append(
+                _End(
+                    piece.id,
+                    crossings,
+                    since=max(table.placed[piece.id], min(over, under)),
+                    held=min([max(over, under), *(sets[key] for key in crossings if key in sets)]),
+                )
+            )
+    return ends
 
 
 def check_steps(job: Job, tally: Tally) -> None:
@@ -79,7 +146,9 @@ def check_steps(job: Job, tally: Tally) -> None:
     times = Counter(name for step in plan.steps for name in step.pieces)
     for piece in plan.pieces:
         tally.at(f"piece {piece.id}").equal("how often it is placed", times[piece.id], 1)
-    table = _Table(plan)
+    # Maps of earlier versions say nothing of clips and of what hands reach.
+    says = any(step.clips or step.unclips or step.outside for step in plan.steps)
+    table = _Table(plan, shuts=says and bool(np.all(required(job.mesh).twin >= 0)))
     first: list[str] = []
     rings = job.rim.rings if job.rim is not None else []
     held = {key for step in plan.steps if step.ring is not None for key in step.fasten}
@@ -94,6 +163,8 @@ def check_steps(job: Job, tally: Tally) -> None:
         events = [table.place(plan.piece[name]) for name in step.pieces if name not in table.placed]
         first += [event.piece for event in events if not event.touches]
         _check_step(step, events, held, tally.at(f"step {step.step}"))
+    if says:
+        _check_clips(table, held, tally)
     count = _count_parts(plan)
     assembly.expect(
         len(first) == count,
@@ -121,8 +192,45 @@ def _check_ring(step: Step, ring: dict[str, Any], place: Place) -> None:
     names = [str(piece["id"]) for piece in ring["pieces"]]
     place.equal("its ring", list(step.ring or ()), names)
     place.same("crossings to fasten", step.fasten, {key for run in runs for key in run})
-    nothing = (step.pieces, step.crossings, step.over, step.under, step.joints)
+    nothing = (step.pieces, step.crossings, step.over, step.under, step.joints, step.outside)
     place.expect(not any(nothing) and not step.closes, "it does more than to lay a ring")
+
+
+def _check_clips(table: _Table, ringed: set[int], tally: Tally) -> None:
+    """Put clips on and take them off: each end has one until it is held, unless hands hold it.
+
+    What nothing holds in the end needs no clip. Only rings let clips stay to the end.
+    """
+    sets, on, placed = table.sets(ringed), dict[Clip, set[str]](), 0
+    ends, loose = sorted(_find_ends(table, sets), key=lambda end: -end.since), list[_End]()
+    for step in table.plan.steps:
+        place = tally.at(f"step {step.step}")
+        placed = max([placed, *(table.placed.get(name, 0) for name in step.pieces)])
+        for clip in step.unclips:
+            place.expect(on.pop(clip, None) is not None, f"the clip {clip}, taken off, is not on")
+        for clip in step.clips:
+            key, one, other = clip
+            lies = {lie for lie in table.lies.get(key, ()) if table.placed[lie[0]] <= placed}
+            place.expect(
+                one != other
+                and any({(one, way), (other, not way)} <= lies for way in (True, False)),
+                f"the clip {clip} joins no two strands in place, one over the other",
+            )
+            place.expect(clip not in on, f"the clip {clip} is on already")
+            on[clip] = {name for name, _ in lies}
+        for clip in on:
+            place.expect(
+                sets.get(clip[0], math.inf) > placed, f"the clip {clip} is on where a fastener is"
+            )
+        while ends and ends[-1].since <= placed:
+            loose.append(ends.pop())
+        loose = [end for end in loose if placed + _BY_HAND < end.held < math.inf]
+        for end in loose:
+            place.expect(
+                any(clip[0] in end.crossings and end.piece in names for clip, names in on.items()),
+                f"an end of {end.piece} lies loose, and has no clip",
+            )
+    tally.at("steps").expect(ringed or not on, f"clips that nobody takes off: {sorted(on)[:4]}")
 
 
 def _check_step(step: Step, events: list[_Event], held: set[int], place: Place) -> None:
@@ -137,6 +245,7 @@ def _check_step(step: Step, events: list[_Event], held: set[int], place: Place) 
         ("crossings under", step.under, [key for event in events for key in event.under]),
         ("joints made", step.joints, [key for event in events for key in event.joints]),
         ("crossings to fasten", step.fasten, fasten),
+        ("crossings set outside", step.outside, [k for event in events for k in event.outside]),
     ):
         place.same(names, stated, wanted)
     place.equal("closes", step.closes, any(event.closes for event in events))
