@@ -93,7 +93,7 @@ _TASKS = (
     _Task("form", ("map",), check_form),
     _Task("simple", ("map",), check_simple),
     _Task("materials", ("map",), check_materials),
-    _Task("steps", ("map", "mesh"), check_steps),
+    _Task("steps", ("map",), check_steps),
 )
 
 
