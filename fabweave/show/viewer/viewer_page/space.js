@@ -152,9 +152,9 @@ function makeSpace(canvas, over, plan, tell) {
   function paint() {
     renderer.autoClear = !fresh;
     reach(fresh || seen());
-    // From below it would hide the object.
-    table.visible = standing && camera.towards().z > 0;
-    former.visible = formed;
+    // Where only what changed is drawn, the table stands there already; from below it would hide the object.
+    table.visible = standing && !fresh && camera.towards().z > 0;
+    former.visible = formed && !fresh;
     renderer.render(scene, camera.lens);
     renderer.autoClear = true;
   }
