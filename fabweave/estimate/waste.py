@@ -20,8 +20,7 @@ from fabweave.nest.layout import Layout
 from fabweave.piece.piece import Piece
 from fabweave.piece.split.length_curve import SplittingRecord, splitting_record
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
-from fabweave.plan.order import Order
+from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.sheet.side_sheets import SideSheets
@@ -153,7 +152,7 @@ def waste_report(
     notes: Sequence[str],
     offcuts: Sequence[KeptOffcut],
     costs: Costs,
-    order: Order | None = None,
+    bill: BillOfMaterials,
     engrave_seen_mm: float | None = None,
     grain: GrainCost | None = None,
     rim: SideSheets | None = None,
@@ -168,10 +167,8 @@ def waste_report(
     drawings : sequence of SheetDrawing
         The sheets of the layout, as they are drawn.
     allotment : Allotment
-    notes, offcuts, costs
+    notes, offcuts, costs, bill
         What the report says besides.
-    order : Order, optional
-        Of assembly.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
@@ -209,7 +206,7 @@ def waste_report(
         comparison=compare_use(totals.sums, planned, layout, allotment, offcuts, grain),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
-        bill=bill_of_materials(planned.piece_set, settings.pieces.hardware, order),
+        bill=bill,
         kerf_mm=settings.machine.kerf_mm,
         splitting=splitting_record(
             planned.split_plan, planned.piece_set.pieces, planned.woven.labels

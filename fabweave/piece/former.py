@@ -21,6 +21,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import triangulate
 from fabweave.piece.development import Runs
+from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import facet_vertices, rung_ends
 from fabweave.weave.threads import Threads
@@ -43,7 +44,7 @@ _BESIDE_MM = 1e-7
 #: What is to be taken out goes through nine tenths of the way; it breaks along slits of this
 #: length and width, with bridges between them, millimetres.
 _OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM = 0.9, 8.0, 0.6, 1.5
-#: Slots begin so far outside their plates, and twice the thickness, millimetres.
+#: Slots begin so far outside their plates, millimetres.
 _OUT_MM = 3.0
 #: Points and notches of plates are twice as wide, and slots are wider, millimetres.
 _CUT_MM = 0.2
@@ -79,7 +80,7 @@ class Plane:
         return np.asarray((points - self.origin) @ self.frame.T)
 
     def raised(self, points: FloatArray) -> FloatArray:
-        """Return points of the plane in space, (N, 3)."""
+        """Return points of the plane in space, (..., 3)."""
         return np.asarray(self.origin + points @ self.axes)
 
 
@@ -176,10 +177,9 @@ class Laid:
 class _Inside:
     """What bounds a former: the model, closed, and all strips, from which it keeps away."""
 
-    def __init__(
-        self, mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons, layer_mm: float, thick: float
-    ) -> None:
-        self.points, self.triangles = closed_triangles(mesh, halfedges)
+    def __init__(self, woven: WovenObject, layer_mm: float, thick: float) -> None:
+        ribbons = woven.ribbons
+        self.points, self.triangles = closed_triangles(woven.mesh, woven.halfedges)
         near = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
         self.facets = rung_ends(ribbons)[facet_vertices(ribbons, near)]
         #: A lap is twice as thick: its faces are a layer away from the middle of both.
@@ -304,10 +304,7 @@ def _layouts(points: FloatArray, pitch: float, thick: float) -> list[_Layout]:
 
 
 def build_former(
-    mesh: PolyMesh,
-    halfedges: Halfedges,
-    ribbons: Ribbons,
-    threads: Threads,
+    woven: WovenObject,
     runs: Runs,
     *,
     layer_mm: float,
@@ -321,10 +318,8 @@ def build_former(
 
     Parameters
     ----------
-    mesh, halfedges
-        That the weave lies on.
-    ribbons : Ribbons
-    threads, runs
+    woven : WovenObject
+    runs : Runs
         What passes each piece carries.
     layer_mm, thickness_mm : float
         Of the thickest strip, and of the plates.
@@ -336,8 +331,8 @@ def build_former(
     CannotMakeError
         If no plate has room.
     """
-    inside = _Inside(mesh, halfedges, ribbons, layer_mm, thickness_mm)
-    strips = _Strips(ribbons, threads, runs)
+    inside = _Inside(woven, layer_mm, thickness_mm)
+    strips = _Strips(woven.ribbons, woven.weave.threads, runs)
     pitch = max(_CROSSINGS * strips.step_mm, _NEAREST_T * thickness_mm)
     best = max(
         _layouts(inside.points, pitch, thickness_mm),
@@ -608,20 +603,18 @@ def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
     return replace(plate, outline=outline, snaps=tuple(lines))
 
 
-def plate_body(plate: Plate, thickness_mm: float) -> tuple[FloatArray, IntArray]:
-    """Return a plate as a closed body: its corners in space, and triangles."""
+def plate_body(plate: Plate, thickness_mm: float) -> FloatArray:
+    """Return a plate as a closed body: the corners of its triangles in space, (F, 3, 3)."""
     cut = shapely.get_parts(shapely.constrained_delaunay_triangles(plate.outline)).tolist()
     flat = np.array([triangle.exterior.coords[:3] for triangle in cut]).reshape(-1, 3, 2)
     turn = np.linalg.det(np.diff(flat, axis=1)) < 0.0
     flat[turn] = flat[turn, ::-1]
     half = thickness_mm / 2.0 * plate.plane.frame[2]
-    middle = plate.plane.raised(flat.reshape(-1, 2))
-    sides = []
+    middle = plate.plane.raised(flat)
+    bodies = [middle + half, middle[:, ::-1] - half]
     for ring in (plate.outline.exterior, *plate.outline.interiors):
         here = plate.plane.raised(np.array(ring.coords))
         start, end = here[:-1], here[1:]
-        sides += [start - half, end - half, end + half, start - half, end + half, start + half]
-    walls = [np.stack(sides[at : at + 6], axis=1).reshape(-1, 3) for at in range(0, len(sides), 6)]
-    points = np.concatenate((middle + half, middle.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) - half,
-                             *walls))  # fmt: skip
-    return points, np.arange(len(points)).reshape(-1, 3)
+        bodies.append(np.stack((start - half, end - half, end + half), axis=1))
+        bodies.append(np.stack((start - half, end + half, start + half), axis=1))
+    return np.concatenate(bodies)

@@ -32,13 +32,14 @@ from fabweave.plan.crossing_map import (
     SheetRecord,
     SpareRecord,
     StationRecord,
+    StepRecord,
     StrandRecord,
     ThreadRecord,
     weave_record,
 )
 from fabweave.plan.order import Order
 from fabweave.plan.planned_job import PlannedJob
-from fabweave.plan.steps import build_steps, last_tenth
+from fabweave.plan.steps import last_tenth
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import Marks
@@ -56,6 +57,7 @@ def build_crossing_map(
     layout: Layout,
     drawings: Sequence[SheetDrawing],
     order: Order,
+    steps: tuple[StepRecord, ...],
     allotment: Allotment,
     *,
     offcuts: Sequence[Offcut],
@@ -74,6 +76,8 @@ def build_crossing_map(
         The sheets, in the order of the layout.
     order : Order
         Of assembly.
+    steps : tuple of StepRecord
+        In that order.
     allotment : Allotment
     offcuts : sequence of Offcut
         What is kept of sheets, as it is drawn.
@@ -87,7 +91,6 @@ def build_crossing_map(
     """
     woven, piece_set, weave = planned.woven, planned.piece_set, planned.weave
     owners = find_owners(piece_set.pieces, weave.threads.n_crossings)
-    steps = build_steps(piece_set, order, planned.settings.pieces.hardware)
     if [placement.piece for placement in layout.placements] != list(range(len(marks))):
         raise ValueError("placements must be in the order of the pieces")
     return CrossingMap(

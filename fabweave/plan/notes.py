@@ -13,8 +13,7 @@ from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
-from fabweave.plan.access import job_clips
-from fabweave.plan.bill_of_materials import bill_of_materials, bom_notes
+from fabweave.plan.bill_of_materials import BillOfMaterials, bom_notes
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
@@ -52,6 +51,7 @@ def job_notes(
     marks: Sequence[Marks],
     order: Order,
     steps: Sequence[StepRecord],
+    bill: BillOfMaterials,
     drawings: Sequence[SheetDrawing],
     kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
@@ -68,7 +68,7 @@ def job_notes(
         _width_note(measure_bends(woven.ribbons).width_mm),
         *_hole_notes(pieces, planned.rules, woven.size_mm),
         *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
-        *bom_notes(bill_of_materials(pieces, settings.pieces.hardware, order)),
+        *bom_notes(bill),
         *_label_notes(marks),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
@@ -84,7 +84,7 @@ def job_notes(
             planned.supplies.materials,
             parse_rotations(settings.stock.rotations),
         ),
-        order_note(order, steps, job_clips(pieces, order)),
+        order_note(order, steps, bill.clips),
         *layout.notes,
         *(code_notes(drawings) if settings.machine.qr != "none" else ()),
         *kerf_notes(

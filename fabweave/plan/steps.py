@@ -9,10 +9,10 @@ from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
-from fabweave.plan.access import job_clips, most_clips, set_outside
+from fabweave.plan.access import job_clips, set_outside
 from fabweave.plan.bill_of_materials import INSTEAD, sold_at
 from fabweave.plan.crossing_map import ClipPlace, StepRecord
-from fabweave.plan.loose import Clip, strands_of
+from fabweave.plan.loose import strands_of
 from fabweave.plan.order import Order
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
@@ -311,7 +311,7 @@ def last_tenth(steps: Sequence[StepRecord]) -> float:
     return float(spent / count / (effort / pieces)) if effort else 1.0
 
 
-def order_note(order: Order, steps: Sequence[StepRecord], clips: Sequence[Clip]) -> str:
+def order_note(order: Order, steps: Sequence[StepRecord], clips: int | None) -> str:
     """Say what the order costs, what naive orders would, how hard the end is, what lies loose."""
     return (
         f"assembly: effort {order.total:.0f}, where laying one strand over another counts 1: "
@@ -319,5 +319,5 @@ def order_note(order: Order, steps: Sequence[StepRecord], clips: Sequence[Clip])
         f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
         f"takes {last_tenth(steps):.1f} times the average effort; "
         + agree(int(order.loose.max(initial=0)), "{n} [piece lies|pieces lie] loose at most")
-        + (agree(most_clips(clips), ", held by {n} small [clip|clips]") if clips else "")
+        + (agree(clips, ", held by {n} small [clip|clips]") if clips else "")
     )

@@ -13,8 +13,7 @@ from fabweave.piece.former import Former, Laid, WayOut, closed_triangles, rim_lo
 from fabweave.piece.piece import Piece
 from fabweave.plan.access import shut_from
 from fabweave.plan.order import Order
-from fabweave.ribbon.project import Ribbons
-from fabweave.weave.threads import Threads
+from fabweave.ribbon.lay import WovenObject
 
 #: Through less no hand comes, and the former stays, millimetres.
 _LEAST_MM = 40.0
@@ -22,20 +21,12 @@ _LEAST_MM = 40.0
 _WIDE_MM, _TRIES = 70.0, 80
 
 
-def let_out(
-    former: Former,
-    mesh: PolyMesh,
-    halfedges: Halfedges,
-    ribbons: Ribbons,
-    threads: Threads,
-    pieces: Sequence[Piece],
-    order: Order,
-) -> Laid:
+def let_out(former: Former, woven: WovenObject, pieces: Sequence[Piece], order: Order) -> Laid:
     """Find the way out of a former, and make its plates break where they would not fit through."""
-    way = _opening(mesh, halfedges) or _gap(ribbons, threads, pieces, order)
+    way = _opening(woven.mesh, woven.halfedges) or _gap(woven, pieces, order)
     if way is None:
         return Laid(former, None)
-    deep = _depth(*closed_triangles(mesh, halfedges), way.at, way.inward)
+    deep = _depth(*closed_triangles(woven.mesh, woven.halfedges), way.at, way.inward)
     plates = tuple(snapped(plate, way.wide_mm, deep) for plate in former.plates)
     return Laid(replace(former, plates=plates), replace(way, deep_mm=deep))
 
@@ -58,14 +49,13 @@ def _opening(mesh: PolyMesh, halfedges: Halfedges) -> WayOut | None:
     return None if best is None or best.wide_mm < _LEAST_MM else best
 
 
-def _gap(
-    ribbons: Ribbons, threads: Threads, pieces: Sequence[Piece], order: Order
-) -> WayOut | None:
+def _gap(woven: WovenObject, pieces: Sequence[Piece], order: Order) -> WayOut | None:
     """Return the middle of what the last pieces leave open.
 
     They are as few as leave it wide, and more than come when no hand reaches the inside; where
     half of them do not, the widest way counts.
     """
+    ribbons, crossing = woven.ribbons, woven.weave.threads.crossing
     latest, count = shut_from(order), len(pieces)
     best: WayOut | None = None
     for before in range(latest, count // 2, -max(1, count // _TRIES)):
@@ -75,7 +65,7 @@ def _gap(
         free = np.flatnonzero(~taken)
         if not len(free):
             continue
-        entry = ribbons.entry[taken[threads.crossing]]
+        entry = ribbons.entry[taken[crossing]]
         ends = [rail[at] for rail in (ribbons.right, ribbons.left) for at in (entry, entry + 1)]
         room = np.asarray(cKDTree(np.concatenate(ends)).query(ribbons.centre[free])[0])
         wide, at = 2.0 * float(room.max()), free[int(room.argmax())]

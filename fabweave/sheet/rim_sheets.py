@@ -137,6 +137,5 @@ def ring_sheets(
         machine,
         ids=[piece.id for piece in pieces],
         margin_mm=supplies.margin_mm,
-        # Rings are bent round, whichever way the grain goes.
         rotations=supplies.rotations,
     )

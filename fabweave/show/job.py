@@ -22,7 +22,8 @@ from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.ask import complete_settings
-from fabweave.plan.bill_of_materials import bill_of_materials
+from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
+from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
 from fabweave.plan.letting_go import let_job_go
 from fabweave.plan.notes import job_notes
@@ -80,6 +81,10 @@ class Job(PlannedJob):
         How much of that is seen when it is woven; None if it was not to be hidden.
     order : Order
         The order of assembly.
+    steps : tuple of StepRecord
+        Of assembly, in that order.
+    bill : BillOfMaterials
+        What joins the pieces.
     portrait : callable
         Waits for the picture of the woven object, a PNG file, which may still be in the making.
     likeness : callable
@@ -115,6 +120,8 @@ class Job(PlannedJob):
     spare_marks: tuple[Marks, ...]
     engrave_seen_mm: float | None
     order: Order
+    steps: tuple[StepRecord, ...]
+    bill: BillOfMaterials
     portrait: Callable[[], bytes]
     likeness: Callable[[], bytes | None]
     drawings: tuple[SheetDrawing, ...]
@@ -217,10 +224,7 @@ def former_of(planned: PlannedJob) -> Former | None:
     if supply is None:
         return None
     return build_former(
-        woven.mesh,
-        woven.halfedges,
-        woven.ribbons,
-        woven.weave.threads,
+        woven,
         planned.split_plan.runs,
         layer_mm=max(material.thickness_mm for material in planned.supplies.materials),
         thickness_mm=supply.material.thickness_mm,
@@ -300,21 +304,10 @@ def draw_job(
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     former, supply = side.former(), planned.supplies.former
-    laid = (
-        None
-        if former is None
-        else let_out(
-            former,
-            woven.mesh,
-            woven.halfedges,
-            woven.ribbons,
-            woven.weave.threads,
-            pieces.pieces,
-            order,
-        )
-    )
+    laid = None if former is None else let_out(former, woven, pieces.pieces, order)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
+    bill = bill_of_materials(pieces, hardware, order)
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = settled is not None and settled.form.settles_mm > thinnest_mm
@@ -329,6 +322,8 @@ def draw_job(
         spare_marks=spare_marks,
         engrave_seen_mm=seen,
         order=order,
+        steps=tuple(steps),
+        bill=bill,
         portrait=start(portrait_png, shown, planned.colours),
         likeness=side.likeness,
         settled=settled,
@@ -341,10 +336,10 @@ def draw_job(
             layout.sheets,
             allotment.sheet_materials,
             steps,
-            bill_of_materials(pieces, hardware, order),
+            bill,
             calibration=settings.machine.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, steps, drawings, kerfed, seen),
+        notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
         former=None

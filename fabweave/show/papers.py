@@ -185,11 +185,13 @@ def write_manual(
         From where each step is seen, for others that show it; nothing of those without a picture.
     """
     pictures: Sequence[WholePicture] = ()
-    ribbons, weave, pieces, colours = woven
-    laid, texts = former
-    scene = build_scene(ribbons, weave, pieces, crossing_map, colours, laid)
-    if len(crossing_map.steps) <= MOST_PICTURED:
-        pictures = step_pictures(scene, crossing_map)
+    pages, (laid, texts) = None, former
+    few = len(crossing_map.steps) <= MOST_PICTURED
+    if few or laid is not None:
+        ribbons, weave, pieces, colours = woven
+        scene = build_scene(ribbons, weave, pieces, crossing_map, colours, laid)
+        pictures = step_pictures(scene, crossing_map) if few else ()
+        pages = None if laid is None else former_pages(laid, scene, texts)
     data = manual_pdf(
         crossing_map,
         facts,
@@ -198,7 +200,7 @@ def write_manual(
         seconds,
         paper=paper,
         rings=rings,
-        former=None if laid is None else former_pages(laid, scene, texts),
+        former=pages,
     )
     path.write_bytes(data)
     return tuple(picture.view for picture in pictures for _ in picture.steps)

@@ -21,11 +21,7 @@ def planned(name, **options):
 
 
 def former_of(job, thick=THICK):
-    woven = job.woven
-    return build_former(
-        woven.mesh, woven.halfedges, woven.ribbons, woven.weave.threads, job.split_plan.runs,
-        layer_mm=LAYER, thickness_mm=thick,
-    )  # fmt: skip
+    return build_former(job.woven, job.split_plan.runs, layer_mm=LAYER, thickness_mm=thick)
 
 
 @pytest.fixture(scope="module")

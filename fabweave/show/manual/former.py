@@ -7,7 +7,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import render_scene
-from fabweave.piece.former import Laid, plate_body
+from fabweave.piece.former import Laid
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import Painted, Scene, packed
 
@@ -36,16 +36,13 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
     ----------
     laid : Laid
     scene : Scene
-        All pieces in space.
+        All pieces in space, and the former.
     texts : sequence of str
         Of each picture.
     """
-    former, way = laid.former, laid.way
-    bodies = [plate_body(plate, former.thickness_mm) for plate in former.plates]
-    board = np.array([_SPINE if plate.spine else _SLICE for plate in former.plates])
-    points = np.concatenate([body[0] for body in bodies])
+    way, points = laid.way, scene.plate_corners.reshape(-1, 3)
+    board = np.array([_SPINE if plate.spine else _SLICE for plate in laid.former.plates])
     triangles = np.arange(len(points)).reshape(-1, 3)
-    colours = np.repeat(board, [len(body[1]) for body in bodies], axis=0)
     above = choose_view(scene.points, scene.triangles)
     view = View(above.azimuth_deg, max(above.elevation_deg, 25.0))
     count = len(scene.step_of_piece)
@@ -65,7 +62,7 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
         picture = render_scene(
             np.concatenate((points, scene.points)),
             np.concatenate((triangles, scene.triangles[strips] + len(points))),
-            np.concatenate((colours, own)).astype(np.uint8),
+            np.concatenate((board[scene.plate], own)).astype(np.uint8),
             size_px=_PX,
             view=seen,
             floor=True,

@@ -18,7 +18,7 @@ from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.piece.development import Stretches, piece_stretches
-from fabweave.piece.former import Laid, plate_body
+from fabweave.piece.former import Former, Laid, plate_body
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
@@ -63,8 +63,8 @@ class Scene:
     palette : Palette
     stretches : Stretches
         The rungs of each piece, and its stations on them.
-    former : ((N, 3, 3) float array, (N,) int array), optional
-        The triangles of a former, and the plate of each.
+    plate_corners, plate : (N, 3, 3) float array, (N,) int array
+        The triangles of a former, if there is one, and the plate of each.
     """
 
     points: FloatArray
@@ -75,7 +75,8 @@ class Scene:
     step_of_piece: IntArray
     palette: Palette
     stretches: Stretches
-    former: tuple[FloatArray, IntArray] | None = None
+    plate_corners: FloatArray
+    plate: IntArray
 
     @property
     def n_steps(self) -> int:
@@ -156,6 +157,8 @@ def build_scene(
     number[near] = np.arange(len(near))
     row = (2 * number[rung][:, None] + (0, 1)).ravel()
     piece = np.repeat(piece, 2)
+    former = Former((), 0.0) if laid is None else laid.former
+    bodies = [plate_body(plate, former.thickness_mm) for plate in former.plates]
     return Scene(
         vertices,
         triangles[row],
@@ -165,18 +168,9 @@ def build_scene(
         step_of_piece,
         make_palette(colours),
         stretches,
-        None if laid is None else _plates(laid),
+        np.concatenate([np.empty((0, 3, 3)), *bodies]),
+        np.repeat(np.arange(len(bodies)), np.array([len(body) for body in bodies], dtype=np.int64)),
     )
-
-
-def _plates(laid: Laid) -> tuple[FloatArray, IntArray]:
-    """Return the triangles of a former's plates, and the plate of each."""
-    former = laid.former
-    bodies = [
-        points[triangles]
-        for points, triangles in (plate_body(one, former.thickness_mm) for one in former.plates)
-    ]
-    return np.concatenate(bodies), np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
 
 
 #: Pixels in a millimetre of a picture, 200 in an inch: where pieces end, lines are one and three of
@@ -304,8 +298,7 @@ def paint(
             height=frame.height_px,
         )
         code[shadow >= 0] = SHADOW
-        if scene.former is not None:
-            _draw_former(code, scene.former, frame)
+        _draw_former(code, scene, frame)
     levels = _levels(scene, frame, first_new)
     code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
     piece = np.full(seen.shape, -1, dtype=np.int64)
@@ -325,13 +318,12 @@ def paint(
     return packed(tones[code]), near, piece
 
 
-def _draw_former(code: IntArray, former: tuple[FloatArray, IntArray], frame: Frame) -> None:
-    """Draw a former, whose plates all strips in place will cover, whatever is nearer."""
-    corners, plate = former
-    points = frame.pixels(corners.reshape(-1, 3))
+def _draw_former(code: IntArray, scene: Scene, frame: Frame) -> None:
+    """Draw a former, if there is one; all strips in place will cover it, whatever is nearer."""
+    points = frame.pixels(scene.plate_corners.reshape(-1, 3))
     triangles = np.arange(len(points)).reshape(-1, 3)
     seen, _ = nearest_triangles(points, triangles, width=frame.width_px, height=frame.height_px)
-    number = np.where(seen >= 0, plate[seen], -1)
+    number = np.append(scene.plate, -1)[seen]
     code[number >= 0] = BOARD
     for axis in (0, 1):
         ends = np.diff(number, axis=axis, append=-1) != 0
