@@ -710,6 +710,29 @@ class Ribbons(_Solid):
         """The weave that they follow."""
         return Weave(self.stations, self.laid)
 
+    def widget(self) -> Any:
+        """Return a widget that shows the object in a notebook: to be turned, with its shadows.
+
+        Raises
+        ------
+        InputError
+            If anywidget is not there, which the extra ``notebook`` brings.
+
+        Examples
+        --------
+        >>> import fabweave as fw
+        >>> ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+        >>> type(ribbons.widget()).__name__
+        'ObjectWidget'
+        """
+        try:
+            from fabweave.studio.widget import object_widget  # noqa: PLC0415 - it may be absent
+        except ImportError as error:
+            raise InputError(
+                f"widgets need {error.name}: pip install 'fabweave[notebook]'"
+            ) from error
+        return object_widget(self.stations)
+
     @property
     def vertices(self) -> FloatArray:
         """Ends of the cross-lines in millimetres, (2 R, 3): right and left by turns."""

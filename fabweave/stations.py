@@ -55,7 +55,11 @@ class Stations:
 
     def also(self, options: Mapping[str, Any]) -> "Stations":
         """Return the stations with more options, of which later ones win: what they leave stays."""
-        other = Stations(self.mesh, {**self.options, **options}, self.given)
+        return self.instead(self.mesh, {**self.options, **options})
+
+    def instead(self, mesh: str, options: Mapping[str, Any]) -> "Stations":
+        """Return the stations of these options and no others: what they leave as it was stays."""
+        other = Stations(mesh, options, self.given)
         before, now = views(self.settings), views(other.settings)
         for name in before:
             if before[name] != now[name]:

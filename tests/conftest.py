@@ -49,6 +49,19 @@ def piece_sets():
     return runpy.run_path(str(Path(__file__).parent / "support" / "pieces_set.py"))
 
 
+@pytest.fixture(scope="module")
+def browser():
+    reason = "the package playwright is absent"
+    """Give the system's browser, in which pages are tried."""
+    from viewer_tab import CHROMIUM, chromium  # noqa: PLC0415 - found beside the tests
+
+    playwright = pytest.importorskip("playwright.sync_api", reason=reason)
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium here")
+    with playwright.sync_playwright() as tool, chromium(tool) as started:
+        yield started
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _quick_jobs():
     """Make jobs quickly, everywhere: see ``quick_jobs``."""

@@ -14,6 +14,7 @@ from fabweave.options.table import OPTIONS
 
 #: In the order in which a reader needs them. The page of a topic is the file of its name.
 TOPICS = (
+    "studio",
     "design",
     "meshes",
     "openings",

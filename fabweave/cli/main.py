@@ -15,6 +15,7 @@ from fabweave.cli.machine import machine
 from fabweave.cli.make import make
 from fabweave.cli.materials import materials, shapes, targets
 from fabweave.cli.model import model
+from fabweave.cli.studio import studio
 from fabweave.cli.terminal import speak_plainly
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
@@ -42,6 +43,7 @@ for _command in (
     materials,
     model,
     shapes,
+    studio,
     targets,
     verify,
 ):

@@ -206,7 +206,7 @@ def try_design(
         tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     far = round(excess(planned.check.findings), 4)
-    found = candidate(verdict=verdict, figures=_figures(planned), excess=far)
+    found = candidate(verdict=verdict, figures=figures_of(planned), excess=far)
     return Trial(Tried(candidate=found, picture=png_bytes(picture)), loaded.remeshed)
 
 
@@ -254,7 +254,7 @@ def _price(
     return _rounded((costs.price.low, costs.price.high + more))
 
 
-def _figures(planned: PlannedJob) -> Figures:
+def figures_of(planned: PlannedJob) -> Figures:
     """Return what a design comes to."""
     pieces, widths = planned.piece_set.pieces, planned.check.measured["width"].value
     area = sum(piece.net_area_mm2 for piece in pieces)

@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 from jobs import run
+from PIL import Image
 from strategies import merged
 
+import fabweave as fw
+from fabweave.core.errors import InputError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
@@ -26,20 +29,32 @@ WITHOUT = {
         ("make", "shape:icosahedron", "--remesh", "quads:200", "-o", "out"), 1,
     ),
     "tubes": (("pygel3d",), ("make", "shape:icosahedron", "--remesh", "tubes:200", "-o", "out"), 1),
+    "studio": (
+        ("starlette", "uvicorn", "websockets", "zxingcpp"), ("studio", "code.png", "-o", "out"), 1,
+    ),
+    "notebook": (("anywidget",), (), 0),
 }  # fmt: skip
 
 
 def test_every_extra_is_tried():
     assert WITHOUT.keys() == EXTRAS.keys() - {"dev"}
     for extra, (modules, *_) in WITHOUT.items():
-        packages = {re.match(r"\w+", package)[0].lower() for package in EXTRAS[extra]}
-        assert packages == {module.lower() for module in modules}
+        packages = {re.match(r"[\w-]+", package)[0].lower() for package in EXTRAS[extra]}
+        assert {name.replace("-", "") for name in packages} == {one.lower() for one in modules}
+
+
+def test_a_widget_without_its_package_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.delitem(sys.modules, "fabweave.studio.widget", raising=False)
+    ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
+    with pytest.raises(InputError, match=r"fabweave\[notebook\]"):
+        ribbons.widget()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("extra", "missing"),
-    [(extra, module) for extra in ("threemf", "join") for module in WITHOUT[extra][0]]
+    [(extra, module) for extra in ("threemf", "join", "studio") for module in WITHOUT[extra][0]]
     + [(extra, ",".join(WITHOUT[extra][0])) for extra in ("quad", "tubes")],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
@@ -50,6 +65,9 @@ def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
     if extra == "join":
         cube = parse_shape("shape:cube")
         write_mesh(tmp_path / "two.obj", merged(cube, cube.with_vertices(cube.vertices + 1.0)))
+    if extra == "studio":
+        Image.new("L", (9, 9)).save(tmp_path / "code.png")
+        code = 2 if missing == "zxingcpp" else 1
     before = sorted(tmp_path.rglob("*"))
     script = (
         "import sys\n"

@@ -269,7 +269,9 @@ TYPED = {
     "clearance": _units(0.01, 3.9) | st.just("0"),
     "max_length": LENGTHS | st.just("auto"),
     "spares": st.sampled_from(["5%", "12.5 %", "2", "100%"]),
-    "fasten": st.sampled_from(["joints", "Form", "form:3mm", "ALL", "rim", "every:2", "none"]),
+    "fasten": st.sampled_from(
+        ["joints", "Form", "form:3mm", "ALL", "rim", "every:2", "none", "rim,4, 12"]
+    ),
     "fastener": st.sampled_from(
         ["screw-m3", "Thread ", "BRAD", "M3", "3.3 mm", "mini-brad, 2mm", "none"]
     ),

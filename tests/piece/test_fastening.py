@@ -29,7 +29,21 @@ def wanted(shape: str, text: str, joints=NO_JOINTS):
 
 @pytest.mark.parametrize(
     "text",
-    ["every:1", "every:0", "every", "some", "", "all:2", "every:-2", "form:", "form:0mm", "loose"],
+    [
+        "every:1",
+        "every:0",
+        "every",
+        "some",
+        "",
+        "all:2",
+        "every:-2",
+        "form:",
+        "form:0mm",
+        "loose",
+        "5",
+        "rim,",
+        "rim,x",
+    ],
 )
 def test_what_names_no_crossings_is_refused(text):
     with pytest.raises(InputError):
@@ -37,6 +51,16 @@ def test_what_names_no_crossings_is_refused(text):
     assert parse_fastening(" Every:3 ") == Fastening("every", 3)
     assert parse_fastening("form:3 mm") == Fastening("form", bound_mm=3.0)
     assert parse_fastening("form") == Fastening("form")
+
+
+@pytest.mark.parametrize("rule", ["joints", "none", "all", "rim", "every:3", "form"])
+def test_crossings_that_are_named_are_fastened_besides(rule):
+    shape, joints = "hypar?n=4", np.array([1])
+    alone, _ = wanted(shape, rule, joints)
+    also, _ = wanted(shape, f"{rule}, 7,3", joints)
+    assert set(np.flatnonzero(also)) == {3, 7, *np.flatnonzero(alone)}
+    with pytest.raises(InputError, match=str(len(alone))):
+        wanted(shape, f"{rule},{len(alone)}", joints)
 
 
 @pytest.mark.parametrize("text", ["", "bulb", "0g@top", "200", "200g@", "2kg@left", "-1g@top"])

@@ -1,17 +1,7 @@
 """The viewer of a small job, open in a real browser."""
 
 import pytest
-from viewer_tab import CHROMIUM, Scene, Tab, chromium
-
-
-@pytest.fixture(scope="module")
-def browser():
-    reason = "the package playwright is absent"
-    playwright = pytest.importorskip("playwright.sync_api", reason=reason)
-    if CHROMIUM is None:
-        pytest.skip("there is no chromium here")
-    with playwright.sync_playwright() as tool, chromium(tool) as started:
-        yield started
+from viewer_tab import Scene, Tab
 
 
 @pytest.fixture(scope="module")

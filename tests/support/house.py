@@ -14,7 +14,8 @@ from pathlib import Path
 #: The rooms of the makers, in the order in which data flows: each imports only from those before.
 FLOW = (
     "core", "stock", "mesh", "weave", "ribbon", "nest", "piece", "form", "sheet", "options", "plan",
-    "estimate", "picture", "show", "job", "stations", "design", "front_door", "remake", "cli",
+    "estimate", "picture", "show", "job", "stations", "design", "studio", "front_door", "remake",
+    "cli",
 )  # fmt: skip
 #: Those of them that are one module, and no folder.
 ALONE = ("job", "stations", "front_door", "remake")

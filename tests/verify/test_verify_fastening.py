@@ -56,7 +56,7 @@ def test_a_hole_without_a_fastener_is_found_unless_all_are_to_have_holes(job):
     assert findings(with_options(everywhere, holes="all")) == ()
 
 
-@pytest.mark.parametrize("fasten", ["all", "joints", "none", "every:2", "most"])
+@pytest.mark.parametrize("fasten", ["all", "joints", "none", "every:2", "most", "none,3"])
 def test_settings_that_say_something_else_are_found(job, fasten):
     assert findings(with_options(job, fasten=fasten))
 

@@ -152,12 +152,7 @@ class _Helper:
         return result
 
     def _start(self) -> Connection:
-        context = _context()
-        here, there = context.Pipe()
-        process = context.Process(target=_serve, args=(there,), daemon=True)
-        with _without_main():
-            process.start()
-        there.close()  # so that the end of the process closes the link
+        process, here = start_process(_serve)
         self._process, self._link = process, here
         if self._closing.is_set():
             self.stop()
@@ -192,6 +187,19 @@ def _context() -> "SpawnContext | ForkServerContext":
     package = __name__.partition(".")[0]
     context.set_forkserver_preload([m for m in list(sys.modules) if m.partition(".")[0] == package])
     return context
+
+
+def start_process(
+    serve: Callable[[Connection], None],
+) -> tuple[multiprocessing.process.BaseProcess, Connection]:
+    """Start a process that serves a link, and return it with this end of the link."""
+    context = _context()
+    here, there = context.Pipe()
+    process = context.Process(target=serve, args=(there,), daemon=True)
+    with _without_main():
+        process.start()
+    there.close()  # so that the end of the process closes the link
+    return process, here
 
 
 @contextmanager

@@ -120,7 +120,7 @@ class Shape:
         >>> SHAPES[5].make({"m": "6", "n": "4"}).n_faces
         24
         """
-        return self.build(**self._arguments(values or {}))
+        return self.build(**self.completed(values or {}))
 
     def called(self, values: Mapping[str, str]) -> str:
         """Return what a person would call the shape with these parameters.
@@ -136,14 +136,14 @@ class Shape:
         >>> SHAPES[5].called({"m": "6"}), SHAPES[1].called({}), SHAPES[0].called({})
         ('Torus, 6 by 12', 'Cube', 'Tetrahedron')
         """
-        arguments = self._arguments(values)
+        arguments = self.completed(values)
         told = self.title or self.name.capitalize()
         name, _, numbers = told.partition(", ")
         counts = {key for _, key, _, _ in Formatter().parse(numbers) if key}
         plain = all(arguments[key] == 1 for key in counts)
         return (name if plain else told).format(**arguments)
 
-    def _arguments(self, values: Mapping[str, str]) -> dict[str, float]:
+    def completed(self, values: Mapping[str, str]) -> dict[str, float]:
         """Return all parameters; those that are not given take their defaults."""
         known = [item.name for item in self.parameters]
         unknown = [name for name in values if name not in known]
@@ -361,7 +361,7 @@ def parse_shape(text: str) -> PolyMesh:
     >>> mesh.n_vertices, mesh.n_faces
     (288, 288)
     """
-    shape, values = _described(text)
+    shape, values = described(text)
     return shape.make(values)
 
 
@@ -378,11 +378,11 @@ def shape_title(text: str) -> str:
     >>> shape_title("shape:torus"), shape_title("shape:sphere?n=4&radius=9")
     ('Torus, 24 by 12', 'Sphere, 6 times 4 by 4')
     """
-    shape, values = _described(text)
+    shape, values = described(text)
     return shape.called(values)
 
 
-def _described(text: str) -> tuple[Shape, dict[str, str]]:
+def described(text: str) -> tuple[Shape, dict[str, str]]:
     """Return the shape that a text names, and the parameters that it gives."""
     if not is_shape(text):
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")

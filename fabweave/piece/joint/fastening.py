@@ -14,7 +14,9 @@ from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
 _TEXT = re.compile(
-    r"(?P<kind>joints|form|all|rim|none)|form:(?P<bound>.{1,20})|every:(?P<count>\d{1,4})", re.ASCII
+    r"((?P<kind>joints|form|all|rim|none)|form:(?P<bound>[^,]{1,20})|every:(?P<count>\d{1,4}))"
+    r"(?P<also>(,\d{1,9})*)",
+    re.ASCII,
 )
 
 
@@ -29,11 +31,14 @@ class Fastening:
         For ``every``.
     bound_mm : float or None
         For ``form``; None for what is usual.
+    also : tuple of int
+        Crossings that take one besides.
     """
 
     kind: str
     every: int = 1
     bound_mm: float | None = None
+    also: tuple[int, ...] = ()
 
 
 def parse_fastening(text: str) -> Fastening:
@@ -47,20 +52,21 @@ def parse_fastening(text: str) -> Fastening:
     Examples
     --------
     >>> parse_fastening("every:2")
-    Fastening(kind='every', every=2, bound_mm=None)
-    >>> parse_fastening("rim").kind
-    'rim'
+    Fastening(kind='every', every=2, bound_mm=None, also=())
+    >>> parse_fastening("rim, 17,4").also
+    (4, 17)
     """
-    match = _TEXT.fullmatch(text.strip().lower())
+    match = _TEXT.fullmatch("".join(text.lower().split()))
     if match is None or (match["count"] and int(match["count"]) < 2):
         raise InputError(
             f"{text[:40]!r} does not say which crossings take a fastener: write joints, form, "
             "form:3mm to go no farther than that, all, rim, none, or every:2 for one crossing of "
-            "two"
+            "two; numbers of crossings may follow, as in form,12,40"
         )
+    also = tuple(sorted({int(number) for number in match["also"].split(",")[1:]}))
     if match["bound"]:
-        return Fastening("form", bound_mm=parse_length(match["bound"]))
-    return Fastening(match["kind"] or "every", int(match["count"] or 1))
+        return Fastening("form", bound_mm=parse_length(match["bound"]), also=also)
+    return Fastening(match["kind"] or "every", int(match["count"] or 1), also=also)
 
 
 def fastened_crossings(
@@ -81,19 +87,30 @@ def fastened_crossings(
         Of the woven mesh.
     joints : (J,) int array
         The crossings with joints, which are fastened unless none are.
+
+    Raises
+    ------
+    InputError
+        If there is no crossing of a number.
     """
     threads = weave.threads
     count = threads.n_crossings
+    if fastening.also and fastening.also[-1] >= count:
+        raise InputError(
+            f"there is no crossing {fastening.also[-1]} to fasten; they are numbered from 0 to "
+            f"{count - 1}"
+        )
+    wanted = np.full(count, fastening.kind == "all")
+    wanted[list(fastening.also)] = True
     if fastening.kind in ("all", "none"):
-        return np.full(count, fastening.kind == "all")
-    wanted = np.zeros(count, dtype=np.bool_)
+        return wanted
     if fastening.kind == "every":
         over = np.flatnonzero(weave.over)
         first = np.searchsorted(over, threads.offsets[threads.thread_of_pass[over]])
         nth = np.arange(len(over)) - first
-        wanted[threads.crossing[over]] = nth % fastening.every == 0
+        wanted[threads.crossing[over]] |= nth % fastening.every == 0
     elif fastening.kind == "rim":
-        wanted = beside_edges(threads, halfedges, halfedges.twin < 0)
+        wanted |= beside_edges(threads, halfedges, halfedges.twin < 0)
     elif fastening.kind == "form":
         own = ~threads.closed & threads.woven
         ends = np.concatenate((threads.offsets[:-1][own], threads.offsets[1:][own] - 1))

@@ -110,12 +110,14 @@ def _allowed(plan: CrossingMap, fastened: set[int], job: Job) -> set[int]:
 
 def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
     """Return the crossings that are to take a fastener; None if nobody can tell."""
+    asked, *numbers = asked.split(",")
     every = _EVERY.fullmatch(asked)
+    wanted = {int(number) for number in numbers}
     if asked == "none":
-        return set()
+        return wanted
     if asked == "all":
         return {crossing.id for crossing in plan.crossings}
-    wanted = {joint.crossing for joint in plan.joints}
+    wanted |= {joint.crossing for joint in plan.joints}
     if asked == "rim":
         mesh = required(job.mesh)
         rim = _beside(mesh, mesh.twin < 0)

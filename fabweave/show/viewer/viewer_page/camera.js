@@ -260,6 +260,11 @@ function makeCamera(canvas, ball, points, firstDeg, tell) {
       lens = on ? parallel : wide;
       place();
     },
+    /** The object has changed: show all of it, if all of it was shown. */
+    refit() {
+      if (whole) target.copy(ball.center);
+      settle();
+    },
     /** Pieces are moved apart by so much of their way from the middle. */
     spread(by) {
       spread = by;

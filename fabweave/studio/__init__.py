@@ -1,0 +1,1 @@
+"""The studio: a page on which a job is changed and seen at once."""

@@ -1,0 +1,99 @@
+/** Strands in the light of a studio: a key light that casts shadows, a bright sky, and what they mirror. */
+
+const FABRIC_VERTEX = `
+attribute vec4 shade;
+attribute vec3 colour;
+attribute float owner;
+uniform float lift, chosen;
+uniform mat4 toLight;
+varying vec3 vNormal, vColour, vPlace;
+varying vec4 vLight;
+varying float vDip, vChosen;
+void main() {
+  vec3 place = position + lift * shade.w * shade.xyz;
+  vNormal = shade.xyz; vColour = colour; vDip = shade.w; vPlace = place;
+  vChosen = abs(owner - chosen) < 0.5 ? 1.0 : 0.0;
+  vLight = toLight * vec4(place, 1.0);
+  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+}`;
+
+const UNPACK = `
+uniform sampler2D depths;
+uniform float shadowing, texel;
+varying vec4 vLight;
+float far(vec2 at) { return dot(texture2D(depths, at), vec4(1.0, 1.0 / 255.0, 1.0 / 65025.0, 1.0 / 16581375.0)); }
+float lit(float bias) {
+  if (shadowing < 0.5) return 1.0;
+  vec3 at = vLight.xyz / vLight.w * 0.5 + 0.5;
+  float near = at.z - bias, sum = 0.0;
+  for (int i = -1; i < 2; i++) for (int j = -1; j < 2; j++)
+    sum += step(near, far(at.xy + texel * vec2(float(i), float(j))));
+  return sum / 9.0;
+}`;
+
+// The face side has a sheen; the back is dull and paler, as most sheets are.
+const FABRIC_FRAGMENT = `${UNPACK}
+uniform vec3 eye, key;
+uniform float dull;
+varying vec3 vNormal, vColour, vPlace;
+varying float vDip, vChosen;
+// A room that is bright above, with two windows.
+vec3 room(vec3 way) {
+  vec3 sky = mix(vec3(0.34, 0.33, 0.31), vec3(0.97, 0.98, 1.0), smoothstep(-0.6, 0.9, way.z));
+  float window = smoothstep(0.80, 0.93, dot(way, normalize(vec3(-0.5, -0.7, 0.6)))) + 0.7 * smoothstep(0.84, 0.95, dot(way, normalize(vec3(0.8, 0.3, 0.45))));
+  return sky + 1.6 * window;
+}
+void main() {
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
+  vec3 own = pow(vColour, vec3(2.2));
+  if (side < 0.0) own = mix(own, vec3(dot(own, vec3(0.3, 0.6, 0.1))), 0.45) * 0.82 + 0.03;
+  float direct = max(dot(n, key), 0.0);
+  float shadow = direct > 0.0 ? lit(0.0035 + 0.004 * (1.0 - direct)) : 1.0;
+  float deep = max(0.0, -side * vDip), open = 1.0 - 0.42 * deep * deep;
+  vec3 sky = mix(vec3(0.42, 0.40, 0.37), vec3(0.80, 0.84, 0.90), 0.5 + 0.5 * n.z);
+  vec3 light = sky * open * 0.72 + vec3(1.0, 0.97, 0.92) * 0.62 * direct * mix(0.25, 1.0, shadow);
+  float rim = pow(1.0 - max(dot(n, v), 0.0), 5.0);
+  float gloss = (side > 0.0 ? 0.035 + 0.30 * rim : 0.01 + 0.08 * rim) * (1.0 - dull) * open;
+  vec3 seen = own * light + gloss * room(reflect(-v, n)) * mix(0.45, 1.0, shadow);
+  seen = pow(seen, vec3(1.0 / 2.2));
+  if (vChosen > 0.5) seen = mix(seen, vec3(0.84, 0.37, 0.0), 0.62);
+  gl_FragColor = vec4(seen, 1.0);
+}`;
+
+const DEPTH_VERTEX = `
+attribute vec4 shade;
+uniform float lift;
+uniform mat4 toLight;
+varying float vFar;
+void main() {
+  gl_Position = toLight * vec4(position + lift * shade.w * shade.xyz, 1.0);
+  vFar = gl_Position.z / gl_Position.w * 0.5 + 0.5;
+}`;
+
+const DEPTH_FRAGMENT = `
+varying float vFar;
+void main() {
+  vec4 parts = fract(vFar * vec4(1.0, 255.0, 65025.0, 16581375.0));
+  gl_FragColor = parts - parts.yzww * vec4(1.0 / 255.0, 1.0 / 255.0, 1.0 / 255.0, 0.0);
+}`;
+
+const FLOOR_VERTEX = `
+uniform mat4 toLight;
+varying vec4 vLight;
+varying vec3 vPlace;
+void main() {
+  vPlace = (modelMatrix * vec4(position, 1.0)).xyz;
+  vLight = toLight * vec4(vPlace, 1.0);
+  gl_Position = projectionMatrix * viewMatrix * vec4(vPlace, 1.0);
+}`;
+
+// The floor is the paper, darker where light does not reach; it fades to all sides.
+const FLOOR_FRAGMENT = `${UNPACK}
+uniform vec3 middle;
+uniform float reach;
+varying vec3 vPlace;
+void main() {
+  float fade = 1.0 - smoothstep(0.55, 1.0, distance(vPlace, middle) / reach);
+  gl_FragColor = vec4(0.0, 0.0, 0.0, 0.26 * fade * (1.0 - lit(0.002)));
+}`;

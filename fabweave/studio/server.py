@@ -1,0 +1,316 @@
+"""Serve the studio to browsers of this machine: one page, its scripts, and a socket each.
+
+Only this machine reaches it, and only by an address that holds a secret; pages of other sites are
+turned away by Host and Origin. Nothing is written but under the folder given at start.
+"""
+
+import asyncio
+import hashlib
+import json
+import re
+import secrets
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from fabweave.core.errors import FabweaveError, InputError
+from fabweave.mesh.io.files import READABLE
+from fabweave.options.settings import settings_from_options
+from fabweave.show.viewer.page import three_script
+from fabweave.studio.state import State, opened
+from fabweave.studio.work import designs, look, make, plan
+from fabweave.studio.worker import Told, Work, Worker, framed
+
+#: No larger file is taken; and no longer wish.
+_MOST_BYTES, _LONGEST_WISH = 256 * 2**20, 2**20
+#: What is under way is interrupted for a newer wish of the same page once it took so long, seconds.
+_PATIENCE_S = 0.8
+#: What may be dropped on a page.
+_TAKEN = (*READABLE, "toml", "png", "jpg", "jpeg")
+_TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+#: Pages may load what is served here and nothing else; finished jobs have their scripts in them.
+_OWN = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'"  # fmt: skip  # noqa: E501 - one policy
+_JOBS = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; frame-src 'self'; object-src 'self'; frame-ancestors 'self'"  # fmt: skip  # noqa: E501 - one policy
+
+
+class Page:
+    """A page in some browser, as far as the server knows it."""
+
+    def __init__(self, socket: WebSocket) -> None:
+        """Take a socket that was accepted."""
+        self._socket, self._one = socket, asyncio.Lock()
+
+    async def tell(self, to: str, number: int, told: Told) -> None:
+        """Send what is told of a wish; a page that is gone is no matter."""
+        values = {"to": to, "n": number, **told[0]}
+        with suppress(WebSocketDisconnect, RuntimeError, OSError):
+            async with self._one:
+                if told[1]:
+                    await self._socket.send_bytes(framed(values, told[1]))
+                else:
+                    await self._socket.send_text(json.dumps(values))
+
+
+@dataclass
+class Desk:
+    """One worker, and the latest wish of each page that waits for it.
+
+    Parameters
+    ----------
+    name : str
+    work : callable
+        What its worker does with a wish.
+    patience_s : float or None
+        When a newer wish of a page ends the one before; None for never.
+    """
+
+    name: str
+    work: Work
+    patience_s: float | None
+    worker: Worker = field(default_factory=Worker)
+    waiting: dict[Page, dict[str, Any]] = field(default_factory=dict)
+    busy: tuple[Page, int] | None = None
+    since: float = 0.0
+    _woken: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def ask(self, page: Page, wish: dict[str, Any]) -> None:
+        """Take a wish; an older one of the same page is forgotten."""
+        self.waiting[page] = wish
+        self._woken.set()
+        if self.busy and self.busy[0] is page and self.patience_s is not None:
+            loop = asyncio.get_running_loop()
+            left = self.patience_s - (loop.time() - self.since)
+            loop.call_later(max(left, 0.0), self._hurry, self.busy)
+
+    def _hurry(self, about: tuple[Page, int]) -> None:
+        if self.busy == about and about[0] in self.waiting:
+            self.worker.interrupt()
+
+    def stop(self, page: Page) -> None:
+        """Forget what a page wished, and stop what is done for it."""
+        self.waiting.pop(page, None)
+        if self.busy and self.busy[0] is page:
+            self.worker.interrupt()
+
+    async def serve(self) -> None:
+        """Do what is wished, for one page after another, until it is cancelled."""
+        try:
+            while True:
+                await self._woken.wait()
+                if not self.waiting:
+                    self._woken.clear()
+                    continue
+                page = next(iter(self.waiting))
+                wish = self.waiting.pop(page)
+                number = wish["n"]
+                self.busy, self.since = (page, number), asyncio.get_running_loop().time()
+                async for told in self.worker.do(self.work, wish):
+                    await page.tell(self.name, number, told)
+                self.busy = None
+                await page.tell(self.name, number, ({"done": True}, {}))
+        finally:
+            self.worker.end()
+
+
+class Guard:
+    """Turn away whoever does not come from a page of this server."""
+
+    def __init__(self, app: ASGIApp, hosts: frozenset[str]) -> None:
+        """Guard an app that answers to these hosts."""
+        self._app, self._hosts = app, hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what is good, with headers that keep it so."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        origin = headers.get("origin")
+        own = origin is None or origin.removeprefix("http://") in self._hosts
+        needed = scope["type"] == "websocket" or scope.get("method") not in ("GET", "HEAD")
+        if headers.get("host") not in self._hosts or not own or (needed and origin is None):
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": 1008})
+                return
+            await PlainTextResponse("This is not for other pages.", 403)(scope, receive, send)
+            return
+        jobs = "/jobs/" in scope["path"]
+
+        async def sealed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                more = MutableHeaders(scope=message)
+                more["Content-Security-Policy"] = _JOBS if jobs else _OWN
+                more["X-Content-Type-Options"] = "nosniff"
+                more["Referrer-Policy"] = "no-referrer"
+                more["Cross-Origin-Resource-Policy"] = "same-origin"
+                more["Cache-Control"] = "no-store"
+            await send(message)
+
+        await self._app(scope, receive, sealed)
+
+
+def studio_app(
+    state: State, folder: Path, *, token: str, hosts: frozenset[str], stop: Callable[[], None]
+) -> ASGIApp:
+    """Return the studio as a web application.
+
+    Parameters
+    ----------
+    state : State
+        What a new page shows.
+    folder : Path
+        Where jobs and dropped files go; nothing is written elsewhere.
+    token : str
+        The secret that all addresses begin with.
+    hosts : set of str
+        As which it may be addressed, with the port.
+    stop : callable
+        Ends the server.
+    """
+    desks = {
+        "look": Desk("look", look, _PATIENCE_S),
+        "plan": Desk("plan", plan, 0.0),
+        "designs": Desk("designs", designs, None),
+        "make": Desk("make", make, None),
+    }
+
+    @asynccontextmanager
+    async def running(_app: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(desk.serve()) for desk in desks.values()]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def live(socket: WebSocket) -> None:
+        await socket.accept()
+        page = Page(socket)
+        try:
+            while True:
+                told = await socket.receive_text()
+                if len(told) <= _LONGEST_WISH:
+                    await _asked(desks, page, told, folder)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            for desk in desks.values():
+                desk.stop(page)
+
+    async def take(request: Request) -> Response:
+        try:
+            return JSONResponse(await _taken(request, folder))
+        except FabweaveError as error:
+            return JSONResponse({"error": str(error)}, 400)
+        except OSError as error:
+            why = f"{folder} cannot take the file: {error.strerror or error}"
+            return JSONResponse({"error": why}, 507)
+
+    async def end(_request: Request) -> Response:
+        asyncio.get_running_loop().call_later(0.2, stop)
+        return JSONResponse({})
+
+    async def first(_request: Request) -> Response:
+        return JSONResponse({**state.to_json(), "folder": str(folder)})
+
+    (folder / "jobs").mkdir(parents=True, exist_ok=True)
+    app = Starlette(
+        routes=[
+            Mount(
+                f"/{token}",
+                routes=[
+                    Route("/", partial(_file, "studio.html")),
+                    Route("/state", first),
+                    Route("/take", take, methods=["POST"]),
+                    Route("/end", end, methods=["POST"]),
+                    WebSocketRoute("/live", live),
+                    Mount("/jobs", StaticFiles(directory=folder / "jobs", html=True)),
+                    Route("/{name}", _script),
+                ],
+            )
+        ],
+        lifespan=running,
+    )
+    return Guard(app, hosts)
+
+
+async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) -> None:
+    """Pass on what a page asks; what makes no sense is answered, and changes nothing."""
+    number = 0
+    try:
+        asked = json.loads(told)
+        number, desk = int(asked["n"]), desks[asked["to"]]
+        if asked.get("stop"):
+            desk.stop(page)
+            return
+        state = State.of(asked)
+        settings_from_options(state.mesh, **state.options)
+    except FabweaveError as error:
+        await page.tell(asked["to"], number, ({"error": str(error), "done": True}, {}))
+        return
+    except (ValueError, KeyError, TypeError) as error:
+        await page.tell("look", number, ({"error": f"no wish: {error}", "done": True}, {}))
+        return
+    view = {name: asked.get(name) for name in ("have", "yarns", "faces")}
+    desk.ask(page, {**state.to_json(), **view, "n": number, "folder": str(folder / "jobs")})
+
+
+async def _taken(request: Request, folder: Path) -> dict[str, Any]:
+    """Keep a file that was dropped, and return the state that it means.
+
+    InputError is raised for what is too large, is no such file, or does not read.
+    """
+    name = _UNSAFE.sub("-", request.query_params.get("name", "")).strip(".-")[-80:]
+    if name.rpartition(".")[2].lower() not in _TAKEN:
+        raise InputError(
+            f"{name or 'this'} is no mesh, job.toml or photograph of a code; drop one of "
+            f"{', '.join(_TAKEN)}"
+        )
+    data = bytearray()
+    async for part in request.stream():
+        data += part
+        if len(data) > _MOST_BYTES:
+            raise InputError(f"{name} has more than {_MOST_BYTES >> 20} MB; simplify the mesh")
+    digest = hashlib.sha256(data).hexdigest()[:8]
+    path = folder / "models" / digest / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    return (await asyncio.to_thread(opened, path)).to_json()
+
+
+async def _script(request: Request) -> Response:
+    return await _file(request.path_params["name"], request)
+
+
+async def _file(name: str, _request: Request) -> Response:
+    """Return one of the files of the page: its own, or one that it shares with the viewer."""
+    kind = _TYPES.get(name.rpartition(".")[2])
+    if name == "three.js":
+        return Response(three_script(), media_type="text/javascript")
+    if kind and re.fullmatch(r"[a-z]+\.[a-z]+", name):
+        for place in ("fabweave.studio", "fabweave.show.viewer"):
+            inner = "page" if place.endswith("studio") else "viewer_page"
+            file = resources.files(place).joinpath(inner, name)
+            if file.is_file():
+                return Response(file.read_text("utf-8"), media_type=kind)
+    return PlainTextResponse("There is no such file.", 404)
+
+
+def new_token() -> str:
+    """Return a secret that nobody guesses."""
+    return secrets.token_urlsafe(24)

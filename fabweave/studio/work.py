@@ -1,0 +1,314 @@
+"""What the processes of the studio do for its pages: look, plan, and make.
+
+Each keeps the stations of the last wish, and makes anew only what another wish changes.
+"""
+
+import hashlib
+import time
+from base64 import b64encode
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.colour_space import Colours
+from fabweave.core.errors import InputError
+from fabweave.core.job_folder import clear_abandoned
+from fabweave.core.records import to_json
+from fabweave.design.candidate import figures_of, words
+from fabweave.design.making import make_or_advise
+from fabweave.design.search import Trials, explore, plan_designs
+from fabweave.estimate.texts import hours_text
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.options.command import long_command
+from fabweave.options.settings import Settings, job_toml
+from fabweave.picture.bodies import yarn_bodies
+from fabweave.picture.model_job import YarnOptions, spin_object
+from fabweave.picture.surfaces import polygon_triangles, ribbon_triangles, rung_colours
+from fabweave.piece.development import piece_stretches
+from fabweave.plan.order import plan_order
+from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
+from fabweave.plan.steps import build_steps
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.project import following_rung
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.stations import Stations, views
+from fabweave.studio.controls import controls
+from fabweave.studio.state import state_of_command
+from fabweave.studio.worker import Told
+
+#: Meshes that are kept, so that what is undone is there at once; and bars of the histogram.
+_KEPT_MESHES, _BARS, _LEAST_SPAN_MM = 8, 24, 0.1
+#: So many designs are tried, which are free in these options.
+_DESIGNS, _FREE = 12, ("remesh", "refine", "pattern", "width")
+#: Progress is told so often at the most, seconds.
+_TELL_S = 0.1
+
+Tell = Callable[[Told], None]
+
+
+def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
+    """Return the stations of a wish, with what is known of the last ones and of earlier meshes."""
+    before, mesh, options = kept.get("stations"), wish["mesh"], wish["options"]
+    now = Stations(mesh, options) if before is None else before.instead(mesh, options)
+    meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
+    key = repr(views(now.settings)["loaded"])
+    if "loaded" not in vars(now):
+        if key in meshes:
+            now.know(loaded=meshes[key])
+        meshes[key] = now.loaded
+        while len(meshes) > _KEPT_MESHES:
+            del meshes[next(iter(meshes))]
+    kept["stations"] = now
+    return now
+
+
+def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+    """Tell what the object of a wish looks like, what makes it, and what can be changed.
+
+    Where an exact twill may not exist, the vote of the paper is shown until the search ends.
+    """
+    stations = stations_for(kept, wish)
+    if "weave" not in vars(stations) and wish["options"].get("pattern") == "twill":
+        first = stations.also({"twill_method": "voting"})
+        if first.weave.weave.broken.total:
+            tell(_seen(first, wish, first.ribbons, better=True))
+    tell(_seen(stations, wish, stations.ribbons))
+
+
+def _seen(
+    stations: Stations, wish: dict[str, Any], woven: WovenObject, *, better: bool = False
+) -> Told:
+    """Return a woven object as a page shows it."""
+    settings, complete = stations.settings, stations.completed[0]
+    threads = woven.weave.threads
+    spun = wish.get("yarns", False)
+    arrays = _yarns(stations, woven) if spun else strips(woven, stations.colours(woven))
+    told = {
+        "title": woven.title,
+        "crossings": threads.n_crossings,
+        "threads": threads.n_threads,
+        "faces": woven.mesh.n_faces,
+        "broken": woven.weave.broken.total,
+        "notes": [*woven.source.notes, *woven.result.notes],
+        "better": better,
+        "layer_mm": float(np.max(stations.completed[1].thickness_mm(woven.bunches), initial=0.0)),
+        "command": long_command(settings),
+        "toml": job_toml(settings, {}),
+        "controls": [asdict(one) for one in controls(settings, complete, woven)],
+    }
+    if wish.get("faces"):
+        arrays |= _faces(stations)
+    return _packed(told, arrays, wish.get("have", ""))
+
+
+def strips(woven: WovenObject, colours: Colours) -> dict[str, np.ndarray[Any, Any]]:
+    """Return ribbons: the ends of rungs, which way they look, how far over, and triangles."""
+    ribbons, weave = woven.ribbons, woven.weave
+    points, triangles, _ = ribbon_triangles(ribbons)
+    middle = (ribbons.right + ribbons.left) / 2.0
+    rungs = np.arange(ribbons.n_rungs)
+    after = following_rung(ribbons.offsets, ribbons.closed)
+    after = np.where(after < 0, rungs, after)
+    before = rungs.copy()
+    before[after[after != rungs]] = rungs[after != rungs]
+    normal = np.cross(middle[after] - middle[before], ribbons.left - ribbons.right)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    panel = np.repeat(ribbons.entry, 2) + np.tile([0, 1], len(ribbons.entry))
+    height = np.repeat(np.where(weave.over, 1.0, -1.0), 2)
+    dip = np.interp(rungs, panel, height)
+    shade = np.column_stack((normal * 127.0, dip * 127.0)).round().astype(np.int8)
+    return {
+        "position": points.astype("<f4"),
+        "shade": np.repeat(shade, 2, axis=0),
+        "colour": np.repeat(rung_colours(ribbons, colours), 2, axis=0),
+        "index": triangles.astype("<u4"),
+        "crossing": ribbons.centre.astype("<f4"),
+    }
+
+
+def _yarns(stations: Stations, woven: WovenObject) -> dict[str, np.ndarray[Any, Any]]:
+    """Return yarns, as far as they are shown as ribbons are."""
+    bodies = yarn_bodies(
+        spin_object(woven, YarnOptions(None, 8)), woven.labels, stations.colours(woven)
+    )
+    first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
+    normals = [one.vertices * 0.0 if one.normals is None else one.normals for one in bodies]
+    shade = np.zeros((int(first[-1]), 4), dtype=np.int8)
+    shade[:, :3] = (np.concatenate(normals) * 127.0).round()
+    return {
+        "position": np.concatenate([body.vertices for body in bodies]).astype("<f4"),
+        "shade": shade,
+        "colour": np.concatenate([body.colours for body in bodies]),
+        "index": np.concatenate(
+            [one.all_triangles + at for one, at in zip(bodies, first[:-1].tolist(), strict=True)]
+        ).astype("<u4"),
+        "crossing": woven.ribbons.centre.astype("<f4"),
+    }
+
+
+def _faces(stations: Stations) -> dict[str, np.ndarray[Any, Any]]:
+    """Return the mesh before any face was left out, with the number of each triangle's face."""
+    whole = stations.also({"leave_out": None, "rim": None})
+    mesh = whole.loaded.mesh
+    points, triangles, _, face = polygon_triangles(mesh)
+    return {
+        "face_position": points[triangles].astype("<f4"),
+        "face": face.astype("<u4"),
+    }
+
+
+def _packed(told: dict[str, Any], arrays: dict[str, np.ndarray[Any, Any]], have: str = "") -> Told:
+    """Return what is told with arrays behind it; triangles that a page has are left out."""
+    index = arrays.get("index")
+    if index is not None:
+        told["shape"] = hashlib.blake2b(index.tobytes(), digest_size=8).hexdigest()
+        if told["shape"] == have:
+            del arrays["index"]
+    return told, arrays
+
+
+def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+    """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps."""
+    stations = stations_for(kept, wish)
+    settings, supplies = stations.completed
+    # What cannot be built is shown, too, and why.
+    planned = plan_job(
+        stations.ribbons, settings.but(force=True), supplies, progress_of(tell, "plan"),
+        depth=Depth.NEAR,
+    )  # fmt: skip
+    tell(_figures(planned))
+    if not wish.get("yarns"):
+        tell(_cut(planned))
+    tell(_sheets(planned, tell))
+    tell(_steps(planned))
+
+
+def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:
+    """Return what tells of progress, seldom."""
+    last = [0.0]
+
+    def progress(what: str, done: int, total: int) -> None:
+        if (now := time.monotonic()) - last[0] > _TELL_S:
+            last[0] = now
+            tell(({"progress": {"of": of, "what": what, "done": done, "total": total}}, {}))
+
+    return progress
+
+
+def _figures(planned: PlannedJob) -> Told:
+    """Return verdict, figures and widths, and each piece flat."""
+    figures, verdict = figures_of(planned), replace(planned.verdict, forced=False)
+    widths = planned.check.measured["width"].value
+    low = float(widths.min())
+    # Of one width alone there is one bar.
+    span = low, max(float(widths.max()), low + _LEAST_SPAN_MM)
+    count, edges = np.histogram(widths, bins=_BARS, range=span)
+    pieces = planned.piece_set.pieces
+    colours = planned.piece_colours
+    return {
+        "verdict": {"level": verdict.level,
+                    "reasons": [to_json(reason) for reason in verdict.reasons]},
+        "figures": to_json(figures),
+        "hours": "" if figures.hours is None else hours_text(figures.hours),
+        "widths": {"from": round(float(edges[0]), 2), "to": round(float(edges[-1]), 2),
+                   "count": count.tolist()},
+        "pieces": [
+            {
+                "id": piece.id,
+                "kind": int(kind),
+                "colour": "#" + bytes(colour).hex(),
+                "outline": piece.outline.round(2).tolist(),
+                "holes": piece.holes[:, 1:4].round(2).tolist(),
+            }
+            for piece, kind, colour in zip(pieces, planned.kinds, colours, strict=True)
+        ],
+        "fastened": np.flatnonzero(planned.piece_set.fastened).tolist(),
+    }, {}  # fmt: skip
+
+
+def _cut(planned: PlannedJob) -> Told:
+    """Return ribbons as they are cut, and which piece each rung belongs to."""
+    woven = planned.woven
+    arrays = strips(woven, planned.colours)
+    stretches = piece_stretches(woven.ribbons, woven.weave, planned.piece_set.pieces)
+    owner = np.zeros(woven.ribbons.n_rungs, dtype="<u4")
+    owner[stretches.rung] = np.repeat(
+        np.arange(len(planned.piece_set.pieces)), np.diff(stretches.offsets)
+    )
+    return _packed({"cut": True}, arrays | {"owner": owner})
+
+
+def _sheets(planned: PlannedJob, tell: Tell) -> Told:
+    """Return where pieces lie when they are nested quickly."""
+    quick = replace(planned, settings=planned.settings.but(effort="quick"))
+    layout = nest_job(quick, progress_of(tell, "sheets"))
+    return {
+        "sheets": [{"width": sheet.width_mm, "height": sheet.height_mm} for sheet in layout.sheets],
+        "placed": [
+            [int(origin), place.sheet, round(place.x_mm, 2), round(place.y_mm, 2),
+             round(place.rotation_deg, 4)]
+            for origin, place in zip(planned.origins.tolist(), layout.placements, strict=True)
+        ],
+    }, {}  # fmt: skip
+
+
+def _steps(planned: PlannedJob) -> Told:
+    """Return the steps of assembly."""
+    woven, piece_set = planned.woven, planned.piece_set
+    order = plan_order(
+        piece_set.pieces, woven.ribbons.centre, woven.ribbons.normal, piece_set.fastened,
+        enclosed=bool(np.all(woven.halfedges.twin >= 0)), effort="quick",
+        seed=planned.settings.search.seed,
+    )  # fmt: skip
+    steps = build_steps(piece_set, order, planned.settings.pieces.hardware)
+    return {"steps": [{"pieces": list(step.pieces), "text": step.text} for step in steps]}, {}
+
+
+def designs(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+    """Try designs of the model of a wish, and tell each that can be built, with its picture.
+
+    What is decided about mesh, pattern and width is left to them; all else they keep.
+    """
+    options = {name: value for name, value in wish["options"].items() if name not in _FREE}
+    settings = Stations(wish["mesh"], options).settings
+    trials = Trials(settings, progress_of(tell, "designs"))
+    planned = plan_designs(trials, _DESIGNS)
+    for number, one in enumerate(planned):
+        trials.progress("designs", number, len(planned))
+        (tried,) = explore(trials, [one])
+        candidate = tried.candidate
+        if candidate.figures is None or tried.picture is None or not candidate.makeable:
+            continue
+        told = {
+            "name": candidate.name,
+            "words": f"{candidate.verdict.level}; {words(candidate.figures)}",
+            "state": state_of_command(candidate.command).to_json(),
+            "picture": f"data:image/png;base64,{b64encode(tried.picture).decode()}",
+        }
+        tell(({"design": told}, {}))
+
+
+def make(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+    """Make the job of a wish in a new folder, as the command line does, and tell where it is."""
+    settings = Stations(wish["mesh"], wish["options"]).settings
+    folder = new_folder(Path(wish["folder"]), settings)
+    clear_abandoned(folder)
+    finished, _, chosen = make_or_advise(settings, folder, progress_of(tell, "make"))
+    verdict = finished.job.verdict
+    tell(({"made": folder.name, "chosen": chosen, "verdict": verdict.headline,
+           "level": verdict.level}, {}))  # fmt: skip
+
+
+def new_folder(parent: Path, settings: Settings) -> Path:
+    """Return the path of a folder that is not there yet, named after the mesh."""
+    mesh = settings.mesh.source
+    name = mesh.partition("?")[0].removeprefix("shape:") if is_shape(mesh) else Path(mesh).stem
+    for number in range(1, 10_000):
+        folder = parent / (name if number == 1 else f"{name}-{number}")
+        if not folder.exists():
+            return folder
+    raise InputError(f"{parent} has too many jobs of {name}; move some of them elsewhere")

@@ -1,0 +1,261 @@
+"""The page of the studio in a real browser: every control, undo, tools, tabs, files, the job."""
+
+import random
+import time
+
+import pytest
+from live_studio import Studio
+
+from fabweave.options.settings import settings_from_options
+
+pytestmark = pytest.mark.apt
+OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+class Tab:
+    """An open page of a studio, with all that went wrong in it."""
+
+    def __init__(self, browser, studio, size=(1280, 800), **options):
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce", **options
+        )
+        self.page, self.studio = self.context.new_page(), studio
+        self.wrong, self.requests = [], []
+        self.page.on("console", self._told)
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(studio.address)
+        self.settle()
+
+    def _told(self, message):
+        if message.type in ("error", "warning") and "GPU stall" not in message.text:
+            self.wrong.append(message.text)
+
+    def until(self, condition, seconds=90.0):
+        """Wait for what is asked of the page; its policy forbids to evaluate texts in it."""
+        late = time.monotonic() + seconds
+        while not self.page.evaluate(condition):
+            assert time.monotonic() < late, condition
+            time.sleep(0.03)
+
+    def settle(self):
+        """Wait until the object and all that it comes to are there."""
+        self.until("Boolean(window.studio && studio.plan.steps)")
+        self.until("document.getElementById('busy').hidden && !document.querySelector('.stale')")
+
+    def state(self):
+        return self.page.evaluate("studio.state")
+
+    def close(self):
+        self.context.close()
+        assert self.wrong == []
+        assert all(self.studio.host in address or address.startswith(("blob:", "data:"))
+                   for address in self.requests)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory):
+    started = Studio(tmp_path_factory.mktemp("studio"), "shape:torus?m=8&n=4")
+    yield started
+    code, _, wrong = started.end()
+    assert (code, wrong) == (0, "")
+
+
+@pytest.fixture
+def tab(browser, studio):
+    opened = Tab(browser, studio)
+    yield opened
+    opened.close()
+
+
+def fields(tab, kind):
+    """Return the names of the controls of a kind."""
+    return tab.page.evaluate(
+        f"[...document.querySelectorAll('#controls {kind}')].map((one) => one.dataset.field)"
+    )
+
+
+def test_every_slider_changes_one_option_and_undo_takes_it_back(tab):
+    first = tab.state()
+    names = fields(tab, "input[type=range]")
+    assert {"size-Size", "width-Open", "thickness-Thick"} <= set(names)
+    for name in names:
+        slider = tab.page.locator(f'#controls input[type=range][data-field="{name}"]')
+        slider.focus()
+        slider.press("ArrowRight")
+        after = tab.state()
+        option = name.split("-")[0]
+        changed = {
+            key for key in {*first["options"], *after["options"]}
+            if first["options"].get(key) != after["options"].get(key)
+        }  # fmt: skip
+        assert changed == set() if option == "mesh" else changed == {option}
+        assert (first["mesh"] != after["mesh"]) == (option == "mesh")
+        settings_from_options(after["mesh"], **after["options"])
+        tab.page.locator("#undo").click()
+        assert tab.state() == first
+    tab.settle()
+
+
+def test_every_choice_can_be_made(tab):
+    for name in fields(tab, "select"):
+        if name == "mesh-Model":
+            continue
+        field = tab.page.locator(f'#controls select[data-field="{name}"]')
+        for value in field.locator("option").evaluate_all("(all) => all.map((o) => o.value)")[:3]:
+            field.select_option(value)
+            state = tab.state()
+            settings_from_options(state["mesh"], **state["options"])
+            assert (state["options"].get(name.split("-")[0]) or "") in (value, "")
+        tab.page.evaluate("document.getElementById('undo').click()")
+    tab.page.locator('select[data-field="mesh-Model"]').select_option("shape:octahedron")
+    tab.until("studio.seen.title === 'Octahedron'")
+    tab.settle()
+
+
+def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(tab):
+    dice, seen = random.Random(4), [tab.state()]  # noqa: S311 - no secret
+    size = tab.page.locator('input[type=number][data-field="size-Size"]')
+    for _ in range(50):
+        size.fill(str(dice.randrange(150, 900)))
+        size.press("Enter")
+        if (now := tab.state()) != seen[-1]:
+            seen.append(now)
+    tab.page.reload()
+    tab.until("Boolean(window.studio && studio.seen)")
+    for states in (seen[::-1], seen):
+        for state in states[1:]:
+            tab.page.locator("#undo" if states is not seen else "#redo").click()
+            assert tab.state() == state
+    tab.settle()
+
+
+def tap(tab, x=0.5, y=0.35):
+    """Tap a place of the object, a share of the way across and down."""
+    box = tab.page.locator("#object").bounding_box()
+    tab.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+
+
+def test_a_strand_shows_its_piece_and_a_piece_its_strand(tab):
+    for y in (0.3, 0.4, 0.5, 0.6, 0.7):
+        tap(tab, 0.42, y)
+        if words := tab.page.locator("#chosen").inner_text():
+            break
+    assert "sheet" in words
+    assert "step" in words
+    assert tab.page.locator("#panel-strips .piece.chosen").count() == 1
+    tab.page.locator("#tab-sheets").click()
+    assert tab.page.locator("#panel-sheets .piece.chosen").count() == 1
+    other = tab.page.locator("#panel-sheets .piece:not(.chosen)").first
+    other.dispatch_event("click")
+    assert tab.page.locator("#chosen").inner_text() != words
+    tab.page.locator("#tab-steps").click()
+    tab.page.locator("#panel-steps button").first.click()
+    assert "step 1" in tab.page.locator("#chosen").inner_text()
+
+
+def test_a_face_is_left_out_and_a_crossing_fastened_by_a_tap(tab):
+    tab.page.locator('[data-tool="fasten"]').click()
+    for y in (0.3, 0.4, 0.5, 0.6):
+        tap(tab, 0.42, y)
+        if "fasten" in tab.state()["options"]:
+            break
+    rule, number = tab.state()["options"]["fasten"].split(",")
+    assert rule == "form"
+    tab.settle()
+    assert int(number) in tab.page.evaluate("studio.plan.fastened")
+    tap(tab, 0.42, y)
+    assert "fasten" not in tab.state()["options"]
+    tab.page.locator('[data-tool="leave"]').click()
+    tab.until("document.body.dataset.seen && studio.seen.arrays.some((one) => one.name === 'face')")
+    before = tab.page.evaluate("studio.seen.faces")
+    tap(tab, 0.42, y)
+    assert tab.state()["options"]["leave_out"].isdigit()
+    tab.until(f"studio.seen.faces === {before - 1}")
+    tap(tab, 0.42, y)
+    assert "leave_out" not in tab.state()["options"]
+    tab.settle()
+
+
+def test_variants_are_kept_and_come_back(tab):
+    first = tab.state()
+    tab.page.locator("#keep").click()
+    size = tab.page.locator('input[type=number][data-field="size-Size"]')
+    size.fill("444")
+    size.press("Enter")
+    assert tab.state() != first
+    tab.page.locator("[data-kept]").click()
+    assert tab.state() == first
+    tab.page.locator("[data-gone]").click()
+    assert tab.page.locator("[data-kept]").count() == 0
+    tab.settle()
+
+
+def test_yarns_shadows_and_both_themes_are_drawn(tab):
+    pictures = set()
+    for button in ("#shadows", "#shadows", "#theme", "#theme", "#yarns", "#yarns"):
+        tab.page.locator(button).click()
+        time.sleep(0.6)
+        pictures.add(tab.page.locator("#object").screenshot())
+    assert len(pictures) >= 4
+    tab.settle()
+
+
+def test_a_file_is_dropped_and_bad_ones_are_told(tab):
+    job = b'[job]\nmesh = "shape:cube"\nsize = "90mm"\n'
+    for name, data in (("tetra.obj", OBJ), ("job.toml", job)):
+        tab.page.locator("#open").set_input_files(
+            {"name": name, "mimeType": "application/octet-stream", "buffer": data}
+        )
+        title = "Tetra" if name.endswith("obj") else "Cube"
+        tab.until(f"studio.seen.title === '{title}'")
+    tab.page.locator("#open").set_input_files(
+        {"name": "bad.toml", "mimeType": "text/plain", "buffer": b"[job"}
+    )
+    tab.until("document.getElementById('hint').classList.contains('wrong')")
+    # What the server refuses is told by the browser, too.
+    tab.wrong = [words for words in tab.wrong if "400" not in words]
+    tab.settle()
+
+
+def test_an_answer_that_is_late_leaves_the_old_object_until_the_new_one_is_there(tab):
+    before = tab.page.evaluate("studio.seen.n")
+    tab.page.evaluate("""() => {
+      const field = document.querySelector('select[data-field="refine-Refine"]');
+      field.value = "catmull-clark:2";
+      field.dispatchEvent(new Event("change", { bubbles: true }));
+    }""")
+    assert tab.page.evaluate("studio.seen.n") == before
+    tab.page.locator("#undo").click()
+    tab.settle()
+    assert tab.page.evaluate("studio.seen.crossings") == 64
+
+
+def test_a_job_is_made_and_opens_in_the_page(browser, tmp_path):
+    studio = Studio(tmp_path / "studio", "shape:octahedron")
+    tab = Tab(browser, studio)
+    try:
+        tab.page.locator("#make").click()
+        tab.until("!document.getElementById('job-frame').hidden", 180.0)
+        frame = tab.page.frame_locator("#job-frame")
+        assert "Octahedron" in frame.locator("h1").inner_text()
+        assert (studio.folder / "jobs" / "octahedron" / "verify.json").is_file()
+        tab.page.locator("#job-close").click()
+        tab.page.locator("#end").click()
+        tab.until("document.body.innerText.includes('has ended')")
+    finally:
+        tab.close()
+        assert studio.process.wait(timeout=20) == 0
+        studio.process.communicate()
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (820, 1180), (390, 844)])
+def test_nothing_hangs_over_the_sides(browser, studio, size):
+    tab = Tab(browser, studio, size)
+    wide = tab.page.evaluate("[document.documentElement.scrollWidth, innerWidth]")
+    assert wide[0] <= wide[1]
+    names = tab.page.evaluate("""() => [...document.querySelectorAll("button, input, select, canvas, a, svg")]
+      .filter((one) => one.offsetParent && !(one.getAttribute("aria-label") || one.textContent.trim() || one.title || one.closest("label")))
+      .map((one) => one.outerHTML)""")  # noqa: E501 - a script
+    assert names == []
+    tab.close()

@@ -1,0 +1,249 @@
+"""The studio answers its own pages, and no others; what ends in the middle is told in words."""
+
+import glob
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from live_studio import Studio
+from spoilt_input import spoilt
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from fabweave.options.settings import settings_from_options
+from fabweave.studio.work import new_folder
+
+TORUS = "shape:torus?m=8&n=4"
+OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory):
+    started = Studio(tmp_path_factory.mktemp("studio"))
+    yield started
+    code, out, wrong = started.end()
+    assert (code, wrong) == (0, "")
+    assert "ended" in out
+
+
+@pytest.fixture
+def page(studio):
+    opened = studio.page()
+    yield opened
+    opened.close()
+
+
+def children(process):
+    """Return the processes below one, whichever of its threads started them."""
+    listed = glob.glob(f"/proc/{process}/task/*/children")
+    own = [int(word) for path in listed for word in Path(path).read_text("ascii").split()]
+    return own + [below for child in own for below in children(child)]
+
+
+def test_the_first_state_is_what_was_named(studio):
+    status, headers, body = studio.ask("state")
+    assert status == 200
+    assert json.loads(body)["mesh"].startswith("shape:torus")
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "Access-Control-Allow-Origin" not in headers
+
+
+@pytest.mark.parametrize("name", ["", "studio.js", "studio.css", "three.js", "camera.js"])
+def test_all_that_the_page_needs_is_served(studio, name):
+    assert studio.ask(name)[0] == 200
+
+
+@pytest.mark.parametrize(
+    ("path", "more"),
+    [
+        ("state", {"host": "evil.example"}),
+        ("state", {"origin": "http://evil.example"}),
+        ("state", {"origin": "null"}),
+        ("take?name=a.obj", {"method": "POST", "body": OBJ, "origin": False}),
+        ("end", {"method": "POST", "origin": "http://evil.example"}),
+    ],
+)
+def test_pages_of_others_are_turned_away(studio, path, more):
+    assert studio.ask(path, **more)[0] == 403
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/", "/state", "/wrong/state", "../state", "jobs/../../state.py", "studio.py", "..%2fstate.py",
+     "jobs/%2e%2e/%2e%2e/etc/passwd"],
+)  # fmt: skip
+def test_nothing_is_served_without_the_secret_or_from_elsewhere(studio, path):
+    assert studio.ask(path)[0] in (404, 405)
+
+
+@pytest.mark.parametrize("origin", [None, "http://evil.example", "null"])
+def test_sockets_of_others_are_turned_away(studio, origin):
+    with (
+        pytest.raises((InvalidStatus, ConnectionClosed)),
+        connect(f"ws://{studio.host}{studio.path}live", origin=origin) as socket,
+    ):
+        socket.recv(timeout=10)
+
+
+def test_a_wish_is_answered_and_a_bad_one_told_in_words(page):
+    seen = page.all_told("look", TORUS, {"size": "200mm"})
+    assert seen[0]["crossings"] == 64
+    for options in ({"size": "wide"}, {"nothing": "1"}, {"width": "open:2"}):
+        told, *_ = page.all_told("look", TORUS, options)
+        assert told["error"]
+    told, *_ = page.all_told("look", "shape:nothing")
+    assert "nothing" in told["error"]
+    for bad in ("", "{}", "[]", '{"n": 1}', '{"n": "x", "to": "look"}', '{"n": 3, "to": "no"}'):
+        page.socket.send(bad)
+        assert page.told()["error"]
+
+
+def test_the_latest_wish_wins(page):
+    for size in range(200, 230):
+        last = page.wish("look", TORUS, {"size": f"{size}mm"})
+    answered = []
+    while not answered or answered[-1]["n"] != last or not answered[-1].get("done"):
+        answered.append(page.told())
+    seen = [one["n"] for one in answered if "crossings" in one]
+    assert seen[-1] == last
+    assert len(seen) < 30
+    assert seen == sorted(seen)
+
+
+def test_what_takes_long_can_be_stopped(page):
+    page.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})
+    assert "progress" in page.told()
+    page.wish("plan", stop=True)
+    begun = time.monotonic()
+    while not (told := page.told()).get("stopped"):
+        assert not told.get("done")
+    assert time.monotonic() - begun < 10.0
+    assert page.told()["done"]
+
+
+def test_a_process_that_is_killed_is_told_and_replaced(studio, page):
+    page.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})
+    assert "progress" in page.told()
+    before = {pid: cpu(pid) for pid in children(studio.process.pid)}
+    time.sleep(1.0)
+    os.kill(max(before, key=lambda pid: cpu(pid) - before[pid]), signal.SIGKILL)
+    while "error" not in (told := page.told()):
+        pass
+    assert "ended" in told["error"]
+    while not page.told().get("done"):
+        pass
+    assert "figures" in page.all_told("plan", TORUS, {"size": "200mm"})[0]
+
+
+def cpu(pid):
+    """Return the seconds that a process has worked."""
+    parts = Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()
+    return (int(parts[11]) + int(parts[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_two_pages_at_once_have_what_each_wished(studio, page):
+    other = studio.page()
+    one, two = page.wish("look", TORUS, {}), other.wish("look", "shape:octahedron", {})
+    assert page.told()["crossings"] == 64
+    assert other.told()["crossings"] == 12
+    assert (one, two) != (0, 0)
+    # A page that is closed in the middle holds up no other.
+    other.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})
+    other.close()
+    assert "figures" in page.all_told("plan", TORUS, {"size": "200mm"})[0]
+
+
+def test_a_mesh_that_is_dropped_can_be_seen_and_is_kept_below_the_folder(studio, page):
+    status, state = studio.take("../../cone of mine.obj", OBJ)
+    assert status == 200
+    inside = studio.folder.resolve()
+    assert str(inside) in os.path.realpath(state["mesh"])
+    assert page.all_told("look", state["mesh"], state["options"])[0]["crossings"] == 6
+
+
+def test_files_that_are_spoilt_are_refused_in_words(studio, page):
+    draw = random.Random(5)  # noqa: S311 - no secret
+    for number in range(12):
+        status, state = studio.take(f"m{number}.obj", spoilt(OBJ, draw))
+        assert status == 200
+        told = page.all_told("look", state["mesh"], state["options"])
+        assert any("crossings" in one or one.get("error") for one in told)
+        assert not any("defect" in one.get("error", "") for one in told)
+    for name, data in (("a.exe", OBJ), ("a.toml", b"[job"), ("a.png", b"\x89PNG"), ("", OBJ)):
+        status, told = studio.take(name, data)
+        assert status == 400
+        assert told["error"]
+
+
+@pytest.mark.slow
+def test_a_hundred_spoilt_files_of_all_kinds_are_refused_in_words(studio, page):
+    draw = random.Random(11)  # noqa: S311 - no secret
+    job = (
+        b'fabweave = "0.1.0"\n[job]\nmesh = "shape:torus?m=8&n=4"\nsize = "200mm"\nwidth = "even"\n'
+    )
+    for number in range(100):
+        kind, data = draw.choice((("obj", OBJ), ("toml", job), ("png", b"\x89PNG\r\n\x1a\n")))
+        status, state = studio.take(f"m{number}.{kind}", spoilt(data, draw))
+        assert status in (200, 400)
+        if status == 200:
+            told = page.all_told("look", state["mesh"], state["options"])
+            assert not any("defect" in one.get("error", "") for one in told)
+
+
+def test_where_nothing_can_be_written_that_is_said(tmp_path):
+    started = Studio(tmp_path / "studio")
+    try:
+        (tmp_path / "studio" / "models").write_text("in the way")
+        status, told = started.take("a.obj", OBJ)
+        assert status == 507
+        assert "cannot take the file" in told["error"]
+    finally:
+        assert started.end()[0] == 0
+
+
+def test_a_job_that_is_made_is_what_the_command_line_makes_of_job_toml(studio, page, tmp_path):
+    mesh = "shape:octahedron"
+    options = {"size": "200mm", "width": "even,15mm", "effort": "quick", "fasten": "joints,3"}
+    seen, _ = page.all_told("look", mesh, options)
+    *_, made, done = page.all_told("make", mesh, options)
+    assert done["done"]
+    folder = studio.folder / "jobs" / made["made"]
+    (tmp_path / "job.toml").write_text(seen["toml"], "utf-8")
+    subprocess.run(
+        [sys.executable, "-m", "fabweave", "make", "--config", str(tmp_path / "job.toml"), "-q",
+         "-o", str(tmp_path / "again")],
+        check=True,
+    )  # fmt: skip
+    for name in ("contents.json", "crossing_map.json", "sheets/sheet_01.dxf"):
+        assert (folder / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+    status, headers, _ = studio.ask(f"jobs/{made['made']}/index.html")
+    assert status == 200
+    assert "script-src 'unsafe-inline'" in headers["Content-Security-Policy"]
+    # The next one stands beside it.
+    settings = settings_from_options(mesh, **options)
+    assert new_folder(folder.parent, settings).name == "octahedron-2"
+
+
+def test_the_page_can_end_the_studio(tmp_path):
+    started = Studio(tmp_path / "studio")
+    assert started.ask("end", "POST")[0] == 200
+    out, wrong = started.process.communicate(timeout=20)
+    assert (started.process.returncode, wrong) == (0, "")
+    assert "ended" in out
+
+
+@pytest.mark.parametrize("model", ["nothing.obj", "shape:nothing"])
+def test_what_is_not_there_is_one_message(model, tmp_path):
+    ran = subprocess.run(
+        [sys.executable, "-m", "fabweave", "studio", model, "-o", str(tmp_path / "s")],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 2
+    assert len(ran.stderr.splitlines()) == 1
+    assert not (tmp_path / "s").exists()

@@ -1,0 +1,178 @@
+"""What the studio tells of a wish is what the rooms make of the same options."""
+
+import random
+
+import numpy as np
+import pytest
+from live_studio import unpacked
+from meshes_shared import shared_mesh
+
+from fabweave.core.errors import FabweaveError
+from fabweave.options.settings import settings_from_job, settings_from_options
+from fabweave.stations import Stations
+from fabweave.studio.controls import controls
+from fabweave.studio.state import State, state_of_command, state_of_job
+from fabweave.studio.work import look, plan
+from fabweave.studio.worker import framed
+
+TORUS = "shape:torus?m=8&n=4"
+
+
+def told(work, mesh, kept=None, **options):
+    found = []
+    wish = {"n": 1, "mesh": mesh, "options": options}
+    work({} if kept is None else kept, wish, found.append)
+    return [dict(values, **arrays) for values, arrays in found]
+
+
+def test_what_is_seen_are_the_ribbons_of_the_same_options():
+    (seen,) = told(look, TORUS, size="300mm", width="even,9mm")
+    ribbons = Stations(TORUS, {"size": "300mm", "width": "even,9mm"}).ribbons.ribbons
+    # What a page reads is what was sent.
+    sent = unpacked(framed({}, {name: seen[name] for name in ("position", "shade", "index")}))
+    for name in ("position", "shade", "index"):
+        assert (sent[name] == seen[name].ravel()).all()
+    position = seen["position"].reshape(-1, 2, 3)
+    assert np.abs(position[:, 0] - ribbons.right).max() < 1e-4
+    assert np.abs(position[:, 1] - ribbons.left).max() < 1e-4
+    assert seen["crossings"] == 64
+    shade = seen["shade"].reshape(-1, 2, 4) / 127.0
+    lengths = np.linalg.norm(shade[:, 0, :3], axis=1)
+    assert np.abs(lengths - 1.0).max() < 0.02
+    # As often over as under: the mean height of all panels is that of the surface.
+    assert abs(shade[ribbons.entry, 0, 3].sum()) < 1e-9
+    corner = position.reshape(-1, 3)[seen["index"].reshape(-1, 3)]
+    facing = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = shade.reshape(-1, 4)[seen["index"].reshape(-1, 3)[:, 0], :3]
+    assert (np.einsum("ij,ij->i", facing, normal) > 0.0).all()
+
+
+def test_only_what_changes_is_made_anew():
+    kept = {}
+    told(look, TORUS, kept, size="300mm")
+    weave = kept["stations"].weave
+    told(look, TORUS, kept, size="300mm", width="even,7mm")
+    assert kept["stations"].weave is weave
+    told(look, TORUS, kept, size="310mm")
+    other = kept["stations"].loaded
+    told(look, TORUS, kept, size="300mm")
+    assert kept["stations"].loaded is not other
+    # What is undone is there at once: its mesh was kept.
+    assert len(kept["meshes"]) == 2
+
+
+def test_triangles_that_a_page_has_are_not_sent_again():
+    wish = {"n": 1, "mesh": TORUS, "options": {}}
+    found = []
+    look({}, wish, found.append)
+    look({}, {**wish, "have": found[0][0]["shape"]}, found.append)
+    assert set(found[0][1]) - set(found[1][1]) == {"index"}
+
+
+def test_a_plan_tells_what_the_pieces_are_and_where_they_lie():
+    figures, cut, sheets, steps = (
+        one for one in told(plan, TORUS, size="200mm") if "progress" not in one
+    )
+    planned = Stations(TORUS, {"size": "200mm"}).planned
+    assert [one["id"] for one in figures["pieces"]] == [one.id for one in planned.piece_set.pieces]
+    assert figures["figures"]["pieces"] == len(planned.piece_set.pieces)
+    assert sum(figures["widths"]["count"]) == len(planned.check.measured["width"].value)
+    # Every rung belongs to a piece, and each piece has some.
+    assert set(cut["owner"]) == set(range(len(figures["pieces"])))
+    assert len(cut["owner"]) == planned.woven.ribbons.n_rungs
+    assert sorted(piece for piece, *_ in sheets["placed"]) == list(range(len(figures["pieces"])))
+    named = [id_ for step in steps["steps"] for id_ in step["pieces"]]
+    assert sorted(named) == sorted(one["id"] for one in figures["pieces"])
+
+
+def test_ribbons_of_one_width_are_one_bar():
+    made = told(plan, "shape:octahedron", size="200mm", width="even,9mm")
+    first = next(one for one in made if "verdict" in one)
+    assert sorted(first["widths"]["count"])[-2] == 0
+
+
+def test_what_cannot_be_built_is_told_with_its_reasons():
+    first = next(one for one in told(plan, TORUS, size="40mm") if "verdict" in one)
+    assert first["verdict"]["level"] == "not makeable"
+    assert first["verdict"]["reasons"]
+
+
+def test_an_inexact_twill_is_voted_first_and_searched_then():
+    # Around a vertex with three edges no 2/2 twill closes.
+    found = told(look, "shape:sphere?n=4", size="200mm", pattern="twill")
+    assert [one["better"] for one in found] == [True, False]
+    assert found[1]["broken"] <= found[0]["broken"]
+
+
+def test_yarns_are_told_as_closed_tubes():
+    found = []
+    look({}, {"n": 1, "mesh": TORUS, "options": {}, "yarns": True}, found.append)
+    ((_, arrays),) = found
+    index = arrays["index"].reshape(-1, 3)
+    sides = np.concatenate([index[:, [k, (k + 1) % 3]] for k in range(3)])
+    there = set(map(tuple, sides.tolist()))
+    assert there == {(end, start) for start, end in there}
+
+
+def walked(steps, seed, mesh, options):
+    """Yield the states of a random walk over the controls, each of which can be seen."""
+    draw, kept, state = random.Random(seed), {}, State(mesh, options)  # noqa: S311 - no secret
+    told(look, state.mesh, kept, **state.options)
+    for _ in range(steps):
+        stations = kept["stations"]
+        one = draw.choice(controls(stations.settings, stations.completed[0], stations.ribbons))
+        if one.kind == "choice":
+            value = draw.choice(one.choices)[0]
+        elif one.kind == "range":
+            # Near what is there: sizes of metres and hundreds of quads take long.
+            most = min(one.most, 500.0 if one.unit == "mm" else 60.0)
+            near = min(max(float(one.value) * draw.choice((0.8, 0.95, 1.1, 1.25)), one.least), most)
+            value = f"{round(near / one.step) * one.step:.6g}"
+        else:
+            value = draw.choice(("600x400mm", "20x30in", "300x300mm"))
+        said = one.template.replace("{}", value) if value else None
+        before = kept["stations"]
+        if one.option == "mesh":
+            following = State(said, {"size": "200mm"})
+        else:
+            following = State.of(
+                {"mesh": state.mesh, "options": {**state.options, one.option: said}}
+            )
+        try:
+            (*_, seen) = told(look, following.mesh, kept, **following.options)
+        except FabweaveError:
+            kept["stations"] = before
+            continue
+        state = following
+        yield state, seen
+
+
+def same_from_its_files(state, seen, folder):
+    """The job.toml and the command that a page shows mean the very settings that it has."""
+    settings = settings_from_options(state.mesh, **state.options)
+    path = folder / "job.toml"
+    path.write_text(seen["toml"], "utf-8")
+    assert settings_from_job(path) == settings
+    again = state_of_job(path)
+    assert settings_from_options(again.mesh, **again.options) == settings
+    command = state_of_command(seen["command"])
+    assert settings_from_options(command.mesh, **command.options) == settings
+
+
+def test_walks_over_the_controls_end_in_what_job_toml_says(tmp_path):
+    for state, seen in walked(40, 7, TORUS, {"size": "200mm"}):
+        same_from_its_files(state, seen, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_long_walks_over_the_controls_end_in_what_job_toml_says(seed, tmp_path):
+    for state, seen in walked(100, seed, TORUS, {"size": "200mm"}):
+        same_from_its_files(state, seen, tmp_path)
+
+
+@pytest.mark.slow
+def test_walks_on_a_found_model_end_in_what_job_toml_says(tmp_path):
+    mesh = str(shared_mesh("spot.obj"))
+    for state, seen in walked(30, 3, mesh, {"size": "300mm", "remesh": "quads:200"}):
+        same_from_its_files(state, seen, tmp_path)
