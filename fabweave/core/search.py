@@ -15,8 +15,11 @@ class Search:
         Of all random numbers.
     layout : str or None
         A crossing map whose layout is kept instead of looking for one.
+    pin : str or None
+        Pieces that stay where they were put, see :func:`fabweave.nest.pins.parse_pins`.
     """
 
     effort: str
     seed: int
     layout: str | None = None
+    pin: str | None = None

@@ -244,6 +244,20 @@ CUTTING_OPTIONS = (
         making=True,
     ),
     Option(
+        "pin",
+        SEARCH,
+        text(
+            "ID@SHEET:X,Y,DEG",
+            "pieces with their places, such as 'A3@1:120,40,90'",
+            "fabweave.nest.pins.parse_pins",
+            form=lambda told: "".join(told.split()),
+        ),
+        "Pieces that stay where you put them: sheet, x and y in millimetres and degrees, as "
+        "crossing_map.json tells placements, with / between several. The others are nested around "
+        "them. In the studio, drag a piece on its sheet.",
+        making=True,
+    ),
+    Option(
         "colours",
         PIECES,
         choice("fabweave.weave.strand_colours.STRATEGIES"),

@@ -14,7 +14,7 @@ from fabweave.core.messages import agree, few_of
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.search import Search
 from fabweave.nest.layout import Layout, Placement
-from fabweave.nest.nesting import nest
+from fabweave.nest.pins import nest_around, parse_pins
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import PieceRecord, read_crossing_map
 from fabweave.stock.rotations import FREE, Rotations, parse_rotations
@@ -294,7 +294,7 @@ def nest_pieces(
     Raises
     ------
     InputError
-        If a layout that is given cannot be taken.
+        If a layout that is given cannot be taken, or a piece cannot stay where it is pinned.
     CannotMakeError
         If a piece fits no sheet of its material, or the sheets of one run out.
     """
@@ -321,8 +321,12 @@ def nest_pieces(
             few = [outlines[piece] for piece in group], [ids[piece] for piece in group]
             require_kept(path, part, *few, supplies.as_nested(supply.sheets))
         return recorded
+    pins = parse_pins(search.pin) if search.pin else ()
+    if strange := [pin.id for pin in pins if pin.id not in ids]:
+        raise InputError(f"there is no piece {few_of(strange)} to be pinned; leave it out of --pin")
     parts = [
-        nest(
+        nest_around(
+            pins,
             [outlines[piece] for piece in group],
             supplies.as_nested(supply.sheets),
             margin_mm=supplies.margin_mm,
@@ -336,6 +340,12 @@ def nest_pieces(
         )
         for supply, group in zip(supplies.each, groups, strict=True)
     ]
+    for part, group in zip(parts, groups, strict=True) if pins else ():
+        own = [outlines[piece] for piece in group]
+        if faults := check_layout(part, own, ids=[ids[piece] for piece in group]):
+            raise InputError(
+                f"pieces cannot stay where they are pinned: {'; '.join(faults[:_NAMED])}"
+            )
     if len(parts) == 1:
         return parts[0]
     named = [

@@ -173,18 +173,33 @@ def _packed(told: dict[str, Any], arrays: dict[str, np.ndarray[Any, Any]], have:
 
 def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps."""
-    stations = stations_for(kept, wish)
-    settings, supplies = stations.completed
-    # What cannot be built is shown, too, and why.
-    planned = plan_job(
-        stations.ribbons, settings.but(force=True), supplies, progress_of(tell, "plan"),
-        depth=Depth.NEAR,
-    )  # fmt: skip
+    planned = _planned(kept, stations_for(kept, wish), tell)
     tell(_figures(planned))
     if not wish.get("yarns"):
         tell(_cut(planned))
     tell(_sheets(planned, tell))
     tell(_steps(planned))
+
+
+def _planned(kept: dict[str, Any], stations: Stations, tell: Tell) -> PlannedJob:
+    """Return the pieces of some stations; what cannot be built has them, too.
+
+    Where only the search for a layout changed, they are as they were.
+    """
+    settings, supplies = stations.completed
+    settings = settings.but(force=True)
+    seen = views(stations.settings)
+    key = repr([seen[name] for name in seen if name != "layout"])
+    if kept.get("planned", ("", None))[0] == key:
+        before: PlannedJob = kept["planned"][1]
+        old = before.settings
+        settings = settings.but(rotations=old.stock.rotations, up=old.mesh.up)
+        return replace(before, settings=settings)
+    planned = plan_job(
+        stations.ribbons, settings, supplies, progress_of(tell, "plan"), depth=Depth.NEAR
+    )
+    kept["planned"] = key, planned
+    return planned
 
 
 def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:

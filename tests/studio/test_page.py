@@ -177,6 +177,38 @@ def test_a_face_is_left_out_and_a_crossing_fastened_by_a_tap(tab):
     tab.settle()
 
 
+def test_a_piece_that_is_dragged_stays_and_the_rest_is_nested_around_it(tab):
+    tab.page.locator("#tab-sheets").click()
+    piece = tab.page.locator("#panel-sheets .piece").first
+    name = piece.evaluate("(one) => studio.plan.pieces[Number(one.dataset.piece)].id")
+    sheet = tab.page.locator("#panel-sheets svg").first.bounding_box()
+    # Somewhere on the outline's inside, found by trying.
+    x, y = piece.evaluate("""(one) => {
+      const box = one.getBoundingClientRect();
+      for (let k = 0; k < 400; k++) {
+        const at = [box.x + box.width * ((k % 20) + 0.5) / 20, box.y + box.height * (Math.floor(k / 20) + 0.5) / 20];
+        if (document.elementFromPoint(...at) === one) return at;
+      }
+    }""")  # noqa: E501 - a script
+    tab.page.mouse.move(x, y)
+    tab.page.mouse.down()
+    tab.page.mouse.move(x + 0.35 * sheet["width"], y - 5, steps=4)
+    tab.page.mouse.up()
+    pinned = tab.state()["options"]["pin"]
+    assert pinned.startswith(f"{name}@1:")
+    tab.settle()
+    assert tab.page.locator("#panel-sheets .pinned").count() == 1
+    placed = tab.page.evaluate("studio.plan.placed")
+    number = tab.page.evaluate("studio.plan.pieces.map((one) => one.id)").index(name)
+    _, _, x_mm, y_mm, turn = next(place for place in placed if place[0] == number)
+    assert pinned == f"{name}@1:{x_mm:g},{y_mm:g},{turn:g}" or pinned.startswith(
+        f"{name}@1:{x_mm:g}"
+    )
+    tab.page.locator("#panel-sheets .pinned").dblclick(force=True)
+    tab.until("!studio.state.options.pin")
+    tab.settle()
+
+
 def test_variants_are_kept_and_come_back(tab):
     first = tab.state()
     tab.page.locator("#keep").click()

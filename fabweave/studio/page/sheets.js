@@ -8,8 +8,8 @@ function piecePath({ outline, holes }) {
   return `M${outline.map((point) => point.join(" ")).join("L")}Z${holes.map(round).join("")}`;
 }
 
-function pieceShape(piece, number, transform) {
-  return `<path class="piece" data-piece="${number}" tabindex="-1" fill="${piece.colour}" fill-rule="evenodd" transform="${transform}" d="${piecePath(piece)}"><title>${escapedText(piece.id)}, kind ${piece.kind}</title></path>`;
+function pieceShape(piece, number, transform, more = "") {
+  return `<path class="piece ${more}" data-piece="${number}" tabindex="-1" fill="${piece.colour}" fill-rule="evenodd" transform="${transform}" d="${piecePath(piece)}"><title>${escapedText(piece.id)}, kind ${piece.kind}</title></path>`;
 }
 
 /** Strips in rows, as wide as there is room. */
@@ -31,14 +31,49 @@ function drawStrips(panel, pieces, wide) {
   panel.innerHTML = `<svg role="img" aria-label="${pieces.length} strips, flat" width="${wide}" height="${(wide * high) / across}" viewBox="0 0 ${across} ${high}">${drawn.join("")}</svg>`;
 }
 
-/** Sheets beside one another, each with its pieces. */
-function drawSheets(panel, pieces, sheets, placed, high) {
+const lying = (sheet, [, , x, y, turn]) => `translate(${x} ${sheet.height - y}) scale(1 -1) rotate(${turn})`;
+
+/** Sheets beside one another, each with its pieces; those that are pinned are told by their ids. */
+function drawSheets(panel, pieces, sheets, placed, high, pinned) {
   panel.innerHTML = `<div class="sheets">${sheets.map((sheet, number) => {
     const on = placed.filter(([, at]) => at === number);
-    const shapes = on.map(([piece, , x, y, turn]) => pieceShape(pieces[piece], piece, `translate(${x} ${sheet.height - y}) scale(1 -1) rotate(${turn})`));
-    return `<figure><svg role="img" aria-label="Sheet ${number + 1}" height="${high}" width="${(high * sheet.width) / sheet.height}" viewBox="0 0 ${sheet.width} ${sheet.height}">${shapes.join("")}</svg>
+    const shapes = on.map((place) => pieceShape(pieces[place[0]], place[0], lying(sheet, place), pinned.has(pieces[place[0]].id) ? "pinned" : ""));
+    return `<figure><svg role="img" data-sheet="${number}" aria-label="Sheet ${number + 1}" height="${high}" width="${(high * sheet.width) / sheet.height}" viewBox="0 0 ${sheet.width} ${sheet.height}">${shapes.join("")}</svg>
       <figcaption>Sheet ${number + 1}: ${sheet.width.toFixed(0)} × ${sheet.height.toFixed(0)} mm, ${on.length} pieces</figcaption></figure>`;
   }).join("")}</div>`;
+}
+
+/** Let pieces be dragged on their sheets; while one is held, R turns it. Tells where it is let go. */
+function dragPieces(panel, plan, drop) {
+  let held = null;
+  const move = (event) => {
+    if (!held) return;
+    const [x, y] = [held.scale * (event.clientX - held.from[0]), held.scale * (event.clientY - held.from[1])];
+    held.moved = held.moved || Math.hypot(event.clientX - held.from[0], event.clientY - held.from[1]) > 5;
+    if (!held.moved) return;
+    held.now = [held.place[0], held.place[1], held.place[2] + x, held.place[3] - y, held.now[4]];
+    held.shape.setAttribute("transform", lying(held.sheet, held.now));
+  };
+  panel.addEventListener("pointerdown", (event) => {
+    const shape = event.target.closest(".piece"), { sheets, placed } = plan();
+    if (!shape || !placed || event.button) return;
+    const drawing = shape.closest("svg"), number = Number(drawing.dataset.sheet), place = placed.find(([piece, at]) => piece === Number(shape.dataset.piece) && at === number);
+    if (!place) return;
+    held = { shape, place, now: place, sheet: sheets[number], scale: sheets[number].width / drawing.clientWidth, from: [event.clientX, event.clientY], moved: false };
+    shape.setPointerCapture(event.pointerId);
+  });
+  panel.addEventListener("pointermove", move);
+  panel.addEventListener("pointerup", () => {
+    if (held && held.moved) drop(held.now);
+    held = null;
+  });
+  panel.addEventListener("pointercancel", () => (held = null));
+  document.addEventListener("keydown", (event) => {
+    if (!held || event.key.toLowerCase() !== "r") return;
+    held.now = [...held.now.slice(0, 4), (held.now[4] + 15) % 360];
+    held.moved = true;
+    held.shape.setAttribute("transform", lying(held.sheet, held.now));
+  });
 }
 
 /** How often ribbons are how wide. */

@@ -3,7 +3,7 @@ const REST = 500, LATE_MS = 900;
 /** So many states can be undone, and so many variants are kept. */
 const MOST_STATES = 200, MOST_KEPT = 24;
 /** What another model has no use for. */
-const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "load", "bodies", "twists", "layout"];
+const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "load", "bodies", "twists", "layout", "pin"];
 
 /** Tie the page together: a state is a mesh and options, as a job.toml has them. */
 (async function () {
@@ -160,7 +160,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       overlays();
     } else if (head.sheets) {
       Object.assign(plan, head);
-      drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36));
+      drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36), new Set(pins().map((pin) => pin.split("@")[0])));
     } else if (head.steps) {
       plan.steps = head.steps;
       by("panel-steps").innerHTML = `<ol>${head.steps.map(({ pieces, text }) => `<li><button type="button" data-id="${escapedText(pieces[0] || "")}">${escapedText(text)}</button></li>`).join("")}</ol>`;
@@ -314,6 +314,16 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     }
     return undefined;
   }
+
+  const pins = () => String(state.options.pin || "").split("/").filter(Boolean);
+
+  /** Pin a piece where it was dragged to, or let it go again. */
+  function pin(id, place) {
+    const others = pins().filter((one) => one.split("@")[0] !== id), own = place ? [`${id}@${place[1] + 1}:${place.slice(2).map((value) => +value.toFixed(2)).join(",")}`] : [];
+    change({ mesh: state.mesh, options: { ...state.options, pin: [...others, ...own].join("/") || null } });
+  }
+  dragPieces(by("panel-sheets"), () => plan, (place) => pin(plan.pieces[place[0]].id, place));
+  by("panel-sheets").addEventListener("dblclick", ({ target }) => target.closest(".pinned") && pin(plan.pieces[Number(target.dataset.piece)].id, null));
 
   for (const button of document.querySelectorAll("[data-tool]"))
     button.addEventListener("click", () => {

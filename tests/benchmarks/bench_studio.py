@@ -1,0 +1,134 @@
+"""Time the studio in a browser: from input to frame for each control, while dragging, and memory.
+
+Run by hand: ``python tests/benchmarks/bench_studio.py [minutes of random use]``. The browser draws
+in software; a bound for the server alone stands beside each time: the ribbons made in this process.
+"""
+
+import random
+import resource
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from live_studio import Studio
+from viewer_tab import ARGUMENTS, CHROMIUM
+
+from fabweave.stations import Stations
+
+SIZES = {500: "shape:torus?m=25&n=10", 2000: "shape:torus?m=40&n=25", 8000: "shape:torus?m=80&n=50"}
+#: Sets a control as a hand does, and waits until what it changes is drawn.
+CHANGE = """([field, value]) => new Promise((done) => {
+  const input = document.querySelector(`#controls [data-field="${field}"]:not([type=number])`);
+  const before = studio.seen.n, begun = performance.now();
+  input.value = value;
+  input.dispatchEvent(new Event(input.type === "range" ? "input" : "change", { bubbles: true }));
+  (function wait() {
+    if (studio.seen.n > before) requestAnimationFrame(() => requestAnimationFrame(() => done(performance.now() - begun)));
+    else requestAnimationFrame(wait);
+  })();
+})"""  # noqa: E501 - a script
+#: Drags a slider to and fro for some seconds, and counts how often the object moved.
+DRAG = """([field, seconds]) => new Promise((done) => {
+  const input = document.querySelector(`#controls [data-field="${field}"][type=range]`);
+  const seen = new Set(), begun = performance.now();
+  const [low, high] = [Number(input.min), Number(input.max)];
+  (function step() {
+    const part = (performance.now() - begun) / 1000;
+    seen.add(studio.seen.n);
+    if (part > seconds) return done((seen.size - 1) / seconds);
+    input.value = low + (high - low) * (0.35 + 0.1 * Math.sin(2 * part));
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+    requestAnimationFrame(step);
+  })();
+})"""
+#: What a choice offers, of a few; nothing of sliders.
+KNOWN = """(field) => {
+  const input = document.querySelector(`#controls [data-field="${field}"]`);
+  return input.options && [...input.options].slice(0, 4).map((one) => one.value).reverse();
+}"""
+CONTROLS = {
+    "size-Size": ("310", "330", "350"), "width-Open": ("0.3", "0.4", "0.5"),
+    "thickness-Thick": ("0.3", "0.5", "0.6"), "pattern-Pattern": ("twill", "plain", "twill"),
+    "colours-Colours": ("direction", "piece", "safe"), "material-Material": ("birch-veneer", "card"),
+    "refine-Refine": ("mid-edge:1", ""),
+}  # fmt: skip
+
+
+def opened(browser, studio):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(studio.address)
+    while not page.evaluate("Boolean(window.studio && studio.seen)"):
+        time.sleep(0.05)
+    time.sleep(1.0)
+    return page
+
+
+def bound_s(mesh):
+    """Return how long the ribbons take to be laid anew in this process."""
+    stations = Stations(mesh, {"size": "300mm"})
+    _ = stations.ribbons
+    times = []
+    for share in (0.3, 0.4, 0.5):
+        begun = time.perf_counter()
+        _ = stations.also({"width": f"open:{share}"}).ribbons
+        times.append(time.perf_counter() - begun)
+    return statistics.median(times)
+
+
+def table(browser):
+    for crossings, mesh in SIZES.items():
+        studio = Studio(Path(tempfile.mkdtemp()) / "studio", mesh)
+        page = opened(browser, studio)
+        print(f"\n{crossings} crossings; ribbons alone {1000 * bound_s(mesh):.0f} ms")
+        for field, values in CONTROLS.items():
+            if crossings > 2000 and field == "refine-Refine":
+                continue
+            known = page.evaluate(KNOWN, field)
+            times = [page.evaluate(CHANGE, [field, value]) for value in known or values]
+            print(f"  {field.partition('-')[0]:12} dragged: {rate:.1f} objects a second")
+        page.close()
+        studio.end()
+
+
+def memory(browser, minutes):
+    studio = Studio(Path(tempfile.mkdtemp()) / "studio", SIZES[500])
+    page, dice = opened(browser, studio), random.Random(1)  # noqa: S311 - no secret
+    begun, marks, changes = time.monotonic(), 0, 0
+    while (gone := time.monotonic() - begun) < 60.0 * minutes:
+        field = dice.choice([name for name in CONTROLS if name != "refine-Refine"])
+        page.evaluate(CHANGE, [field, dice.choice(CONTROLS[field][-2:]) if "-Size" not in field
+                               else str(dice.randrange(200, 500))])  # fmt: skip
+        changes += 1
+        time.sleep(dice.choice((0.0, 0.0, 1.5)))
+        if gone > marks * 60.0 * minutes / 5:
+            marks += 1
+            heap = page.evaluate("performance.memory.usedJSHeapSize") / 1e6
+            print(f"  after {gone / 60:4.1f} min, {changes} changes: processes", end=" ")
+            print(f"{_mb(studio.process.pid):.0f} MB, page {heap:.0f} MB")
+    page.close()
+    studio.end()
+
+
+def _mb(pid):
+    """Return the resident memory of a process and all below it."""
+    total = 0
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
+        total += sum(_mb(int(child)) for child in path.read_text("ascii").split())
+    pages = int(Path(f"/proc/{pid}/statm").read_text("ascii").split()[1])
+    return total + pages * resource.getpagesize() / 1e6
+
+
+if __name__ == "__main__":
+    with sync_playwright() as tool:
+        running = tool.chromium.launch(
+            executable_path=CHROMIUM, args=[*ARGUMENTS, "--enable-precise-memory-info"]
+        )
+        table(running)
+        if len(sys.argv) > 1:
+            memory(running, float(sys.argv[1]))
+        running.close()
