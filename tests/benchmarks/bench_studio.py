@@ -54,7 +54,7 @@ KNOWN = """(field) => {
 CONTROLS = {
     "size-Size": ("310", "330", "350"), "width-Open": ("0.3", "0.4", "0.5"),
     "thickness-Thick": ("0.3", "0.5", "0.6"), "pattern-Pattern": ("twill", "plain", "twill"),
-    "colours-Colours": ("direction", "piece", "safe"), "material-Material": ("birch-veneer", "card"),
+    "colours-Colours": ("direction", "piece"), "material-Material": ("birch-veneer", "card"),
     "refine-Refine": ("mid-edge:1", ""),
 }  # fmt: skip
 
@@ -90,6 +90,10 @@ def table(browser):
                 continue
             known = page.evaluate(KNOWN, field)
             times = [page.evaluate(CHANGE, [field, value]) for value in known or values]
+            name = field.partition("-")[0]
+            print(f"  {name:12} input to frame {statistics.median(times):6.0f} ms")
+        for field in ("width-Open", "size-Size"):
+            rate = page.evaluate(DRAG, [field, 6.0])
             print(f"  {field.partition('-')[0]:12} dragged: {rate:.1f} objects a second")
         page.close()
         studio.end()
