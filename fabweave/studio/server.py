@@ -202,12 +202,12 @@ def studio_app(
         await socket.accept()
         page = Page(socket)
         try:
-            while True:
-                told = await socket.receive_text()
-                if len(told) <= _LONGEST_WISH:
-                    await _asked(desks, page, told, folder)
-        except WebSocketDisconnect:
-            pass
+            # A page that is gone is found out by what is sent to it, too.
+            with suppress(WebSocketDisconnect, RuntimeError):
+                while True:
+                    told = await socket.receive_text()
+                    if len(told) <= _LONGEST_WISH:
+                        await _asked(desks, page, told, folder)
         finally:
             for desk in desks.values():
                 desk.stop(page)

@@ -40,8 +40,8 @@ class Tab:
 
     def settle(self):
         """Wait until the object and all that it comes to are there."""
-        self.until("Boolean(window.studio && studio.plan.steps)")
-        self.until("document.getElementById('busy').hidden && !document.querySelector('.stale')")
+        self.until("Boolean(window.studio && studio.settled)")
+        assert not self.page.locator(".stale").count()
 
     def state(self):
         return self.page.evaluate("studio.state")
@@ -113,7 +113,9 @@ def test_every_choice_can_be_made(tab):
     tab.settle()
 
 
-def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(tab):
+def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(browser, studio):
+    # Few pixels are drawn sooner.
+    tab = Tab(browser, studio, (720, 500))
     dice, seen = random.Random(4), [tab.state()]  # noqa: S311 - no secret
     size = tab.page.locator('input[type=number][data-field="size-Size"]')
     for _ in range(50):
@@ -128,6 +130,7 @@ def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(tab):
             tab.page.locator("#undo" if states is not seen else "#redo").click()
             assert tab.state() == state
     tab.settle()
+    tab.close()
 
 
 def tap(tab, x=0.5, y=0.35):

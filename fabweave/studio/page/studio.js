@@ -91,7 +91,10 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   /** When nothing changes for a while, find out what it comes to. */
   function rest() {
     clearTimeout(resting);
-    resting = setTimeout(() => ask("plan", { yarns }), REST);
+    resting = setTimeout(() => {
+      resting = 0;
+      ask("plan", { yarns });
+    }, REST);
   }
 
   function progress(to, { what, done, total }) {
@@ -471,7 +474,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     document.body.innerHTML = "<main><p style='padding:2rem'>The studio has ended. This page can be closed.</p></main>";
   });
 
-  window.studio = { get fps() { return scene ? scene.fps : 0; }, get state() { return state; }, get seen() { return seen; }, get plan() { return plan; } };
+  window.studio = { get fps() { return scene ? scene.fps : 0; }, get state() { return state; }, get seen() { return seen; }, get plan() { return plan; }, get settled() { return Boolean(plan.steps && !flight.look && !flight.plan && !dirty && !resting); } };
   remember();
   drawShelf();
   connect();
