@@ -8,6 +8,7 @@ from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import render_scene
 from fabweave.piece.former import Laid
+from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import Painted, Scene, packed
 
@@ -23,10 +24,11 @@ _STEEPEST_DEG, _LOWEST_DEG = 75.0, 35.0
 
 @frozen_value
 class FormerPages:
-    """What the manual says and shows of a former: as many pictures as texts."""
+    """What the manual says and shows of a former: as many pictures as texts, and its leaving."""
 
     texts: tuple[str, ...]
     pictures: tuple[Painted, ...]
+    leaving: Leaving
 
 
 def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
@@ -68,7 +70,7 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
             floor=True,
         )
         pictures.append(packed(np.asarray(picture)))
-    return FormerPages(tuple(texts), tuple(pictures))
+    return FormerPages(tuple(texts), tuple(pictures), scene.leaving)
 
 
 def _into(outward: FloatArray) -> View:
