@@ -23,8 +23,8 @@ class Mark:
     Parameters
     ----------
     text : str
-    kind : {"new", "over", "under", "joint"}
-        A new piece; a piece that it lies over or runs under; or a joint.
+    kind : {"new", "over", "under", "joint", "start"}
+        A new piece; a piece that it lies over or runs under; a joint; or the start of a new piece.
     at : (2,) float array
         Where it is.
     along : (2,) float array
@@ -105,24 +105,22 @@ def on_page(pixels: FloatArray, frame: Frame) -> FloatArray:
     return np.asarray((flat * (1.0, -1.0) + (0.0, frame.height_px)) * POINTS_PX)
 
 
+def seen_mark(text: str, seen: BoolArray, frame: Frame) -> Mark | None:
+    """Return the name of something near the middle of where it is seen, if it is seen."""
+    down, across = np.nonzero(seen)
+    if not len(down):
+        return None
+    best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
+    at = on_page(np.array([across[best] + 0.5, down[best] + 0.5]), frame)
+    return Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
+
+
 def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> Mark:
     """Return the name of a new piece, near the middle of what is seen of it."""
-    seen = np.flatnonzero(piece == number)
-    if len(seen):
-        down, across = np.divmod(seen, frame.width_px)
-        best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
-        at = np.array([across[best] + 0.5, down[best] + 0.5])
-    else:
-        line = frame.pixels(drawn.scene.middle_line(number))
-        at = line[len(line) // 2, :2]
-    return Mark(
-        drawn.pieces[number].id,
-        "new",
-        on_page(at, frame),
-        np.array([0.0, 1.0]),
-        0.0,
-        not len(seen),
-    )
+    text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
+    at = on_page(frame.pixels(line)[len(line) // 2], frame)
+    unseen = Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=True)
+    return seen_mark(text, piece == number, frame) or unseen
 
 
 class Places:
@@ -131,6 +129,7 @@ class Places:
     def __init__(self, drawn: Drawn, frame: Frame, near: FloatArray, at: int) -> None:
         self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
         self._new = set(drawn.steps[at].pieces)
+        self._corner = np.array([frame.width_px, 0.0])
 
     def middle(self, crossing: int) -> FloatArray:
         """Return where a crossing is."""
@@ -193,6 +192,15 @@ class Places:
             at = on_page(middle, self._frame)
             up = np.array([0.0, 1.0])
             yield Mark(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
+
+    def starts(self, step: StepRecord) -> Iterator[Mark]:
+        """Yield the starts of the new pieces that the picture shows."""
+        for key in step.pieces:
+            line = self._frame.pixels(self._drawn.scene.middle_line(self._drawn.number[key])[:2])
+            at, after = on_page(line, self._frame)
+            if np.all((at > 0.0) & (at < on_page(self._corner, self._frame))):
+                along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
+                yield Mark("start", "start", at, along, 0.0, self._hidden(line.mean(axis=0)))
 
     def _hidden(self, pixel: FloatArray) -> bool:
         """Return whether something well in front of a place is seen there, or it is not shown."""
@@ -583,6 +591,7 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
         *places.neighbours(step),
         *places.joints(step),
+        *places.starts(step),
     ]
     spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
     spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]

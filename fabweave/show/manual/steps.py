@@ -284,12 +284,11 @@ class _Writer:
         return end
 
     def _cards(self, step: StepRecord, room: float) -> Iterator[Card]:
-        """Yield the cards of a step's pieces that meet something."""
+        """Yield the cards of a step's pieces."""
         by_kind = self._map.cut.labels == "kinds"
         for piece in map(self._pieces.__getitem__, step.pieces):
             met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
-            if met:
-                yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
+            yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
 
     def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
         """Draw the pieces of a ring with their upper left corner at a place."""
