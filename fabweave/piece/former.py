@@ -165,6 +165,11 @@ class WayOut:
     deep_mm: float
     before: int | None
 
+    @property
+    def gap(self) -> str:
+        """What it is called."""
+        return "opening" if self.before is None else "gap"
+
 
 @frozen_value
 class Laid:

@@ -181,6 +181,20 @@ def sort_for(row: FastenerRow, *, outside: bool) -> Hardware | None:
     return next((sort for sort in sorts_for(row) if sort.outside or not outside), None)
 
 
+def set_with(bill: BillOfMaterials) -> dict[str, str]:
+    """Return the sorts that steps name, and the tool of each; what is done instead has its own."""
+    tools = {}
+    for row in bill.fasteners:
+        outside = row.outside or 0
+        for way, count in ((False, row.needed - outside), (True, outside)):
+            sort = sort_for(row, outside=way)
+            if sort is not None and count:
+                tools[sort.name] = sort.tool
+            elif way and count:
+                tools[INSTEAD] = "glue, or a needle, thread and scissors"
+    return tools
+
+
 def _sold(row: FastenerRow, sorts: Sequence[Hardware]) -> str:
     """Name what is sold for the grip of a row, of some sorts."""
     sold = [str(sort.length_for(row.grip_mm)) for sort in sorts]

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, IntArray, unit
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.former import Former, Laid, WayOut, closed_triangles, rim_loops, snapped
 from fabweave.piece.piece import Piece
 from fabweave.plan.access import shut_from
+from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.order import Order
 from fabweave.ribbon.lay import WovenObject
 
@@ -29,6 +30,31 @@ def let_out(former: Former, woven: WovenObject, pieces: Sequence[Piece], order: 
     deep = _depth(*closed_triangles(woven.mesh, woven.halfedges), way.at, way.inward)
     plates = tuple(snapped(plate, way.wide_mm, deep) for plate in former.plates)
     return Laid(replace(former, plates=plates), replace(way, deep_mm=deep))
+
+
+@frozen_value
+class Leaving:
+    """When a former comes out: the first step without it, and what is said of that in which step.
+
+    Without a way out it is there after the last step, too, and nothing is said.
+    """
+
+    until: int
+    step: int
+    told: str
+
+
+def leaving(laid: Laid, steps: Sequence[StepRecord]) -> Leaving:
+    """Find the step before which a former is taken out: that of a piece, or after all strips."""
+    way, placed, last = laid.way, 0, len(steps)
+    if way is None:
+        return Leaving(last + 1, last, "")
+    for step in steps:
+        placed += len(step.pieces)
+        if not step.pieces or (way.before is not None and placed > way.before):
+            told = f"First take the former out through the {way.gap} (step 0.3)."
+            return Leaving(step.step, step.step, told)
+    return Leaving(last + 1, last, f"Then take the former out through the {way.gap} (step 0.3).")
 
 
 def _opening(mesh: PolyMesh, halfedges: Halfedges) -> WayOut | None:

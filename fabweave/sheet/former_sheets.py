@@ -184,14 +184,11 @@ def former_steps(laid: Laid, order: Sequence[str]) -> list[str]:
     ]
     if way is None:
         return [*told, "The former stays inside: no way out is wide enough for a hand."]
-    apart = "break it along the rows of slits, and" if breaks else "pull it apart, and"
+    apart = "break the former along its rows of slits" if breaks else "pull the former apart"
     where = (
         "When all strips are in place"
         if way.before is None
         else f"Before you place {order[way.before]}"
     )
-    gap = "opening" if way.before is None else "gap that is still open"
-    return [
-        *told,
-        f"{where}, {apart} take it out through the {gap}, which is {way.wide_mm:.0f} mm wide.",
-    ]
+    out = f"take its parts out through the {way.gap}, which is {way.wide_mm:.0f} mm wide"
+    return [*told, f"{where}, {apart}, and {out}."]

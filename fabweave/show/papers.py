@@ -162,7 +162,9 @@ def manual_pdf(
     write_sheets(book, crossing_map, drawings)
     if former is not None:
         write_former(book, former)
-    write_steps(book, crossing_map, pictures, seconds, rings)
+    write_steps(
+        book, crossing_map, pictures, seconds, rings, None if former is None else former.leaving
+    )
     return book.finish()
 
 
@@ -203,7 +205,7 @@ def write_manual(
         former=pages,
     )
     path.write_bytes(data)
-    return tuple(picture.view for picture in pictures for _ in picture.steps)
+    return tuple(step.view for picture in pictures for step in picture.steps)
 
 
 def job_viewer(

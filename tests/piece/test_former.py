@@ -1,5 +1,7 @@
 """A former's plates are sections of the inside: held against solids whose sections are known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import shapely
@@ -8,9 +10,20 @@ from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.options.settings import settings_from_options
-from fabweave.piece.former import Plane, Plate, build_former, closed_triangles, rim_loops, snapped
+from fabweave.piece.former import (
+    Former,
+    Laid,
+    Plane,
+    Plate,
+    WayOut,
+    build_former,
+    closed_triangles,
+    rim_loops,
+    snapped,
+)
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.plan.planned_job import plan_job
+from fabweave.plan.way_out import leaving
 
 LAYER, THICK = 0.4, 1.2
 
@@ -90,3 +103,18 @@ def test_a_plate_breaks_into_parts_that_the_way_lets_out(wide, high, way, deep):
     assert bool(broken.snaps) == (
         min(wide, high) > 0.9 * way or max(wide, high) > max(deep, 0.9 * way)
     )
+
+
+@pytest.mark.parametrize(
+    ("before", "until", "step", "gap"),
+    [(2, 2, 2, "gap"), (0, 1, 1, "gap"), (None, 4, 3, "opening")],
+)
+def test_a_former_is_taken_out_before_the_step_of_its_piece_or_after_all(before, until, step, gap):
+    steps = [SimpleNamespace(step=at, pieces=own) for at, own in ((1, "A"), (2, "BC"), (3, "D"))]
+    way = WayOut(np.zeros(3), np.eye(3)[2], 70.0, 90.0, before)
+    said = leaving(Laid(Former((), 1.0), way), steps)
+    assert (said.until, said.step) == (until, step)
+    assert f"out through the {gap} (step 0.3)." in said.told
+    assert leaving(Laid(Former((), 1.0), None), steps).told == ""
+    ring = [*steps, SimpleNamespace(step=4, pieces=())]
+    assert leaving(Laid(Former((), 1.0), way), ring).step == (4 if before is None else step)

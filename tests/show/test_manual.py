@@ -105,6 +105,23 @@ def test_cover_has_the_figures():
     assert sum(needed) == holes > 0
 
 
+@pytest.mark.parametrize("sort", ["thread", "blind-rivet-2.4", "mini-brad"])
+def test_the_cover_names_the_tools_of_what_the_steps_set(sort):
+    made = drawn_job()
+    facts = facts_of(made.job)
+    (row, *_) = facts.bill.fasteners
+    bill = replace(facts.bill, fasteners=(replace(row, fits=(sort,), outside=None),))
+    book = manual_book.Book("a4", "Torus")
+    write_cover(book, made.plan, replace(facts, bill=bill))
+    page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
+    text = " ".join(page.extract_text().split())
+    tools = {"thread": "a needle and scissors", "blind-rivet-2.4": "riveting pliers"}
+    assert "a pencil to tick the boxes" in text
+    for one, tool in tools.items():
+        assert (f"{tool}; a pencil" in text) == (sort == one)
+    assert ("knot its ends" in text) == (sort == "thread")
+
+
 def test_the_map_tells_the_step_of_each_piece():
     crossing_map = drawn_job().plan
     told = re.findall(r"\b([A-Z]+\d+) (\d+)[, ]", section("Threads and their pieces"))

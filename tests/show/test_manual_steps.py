@@ -16,6 +16,7 @@ from fabweave.picture.camera import View, frame_object
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.show.manual.painting import (
     BLACK,
+    BOARD,
     FIXED,
     NEW,
     OUTLINE,
@@ -161,8 +162,13 @@ def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
             if one.crossing in getattr(step, word):
                 others = strands[one.crossing, not one.over]
                 wanted |= {(word, other) for other in others if other in there}
-        assert {(mark.kind, mark.text) for mark in picture.marks} == wanted
-        assert {tag.mark.text for tag in tags_of(picture)} == {text for _, text in wanted}
+        starts = [mark.at for mark in picture.marks if mark.kind == "start"]
+        assert {(mark.kind, mark.text) for mark in picture.marks} - {("start", "start")} == wanted
+        shown = [ends[0].mean(axis=0) for ends in picture.ends]
+        shown = [at for at in shown if np.all((at > 0.0) & (at < picture.size))]
+        assert np.array(starts) == pytest.approx(np.array(shown), abs=0.5)
+        named = {tag.mark.text for tag in tags_of(picture)} - {"start"}
+        assert named == {text for _, text in wanted}
 
 
 @pytest.mark.parametrize("settings", [SMALL, LARGE])
@@ -217,10 +223,14 @@ def test_what_a_view_shows_is_what_is_seen_when_it_is_placed():
         there = np.flatnonzero(scene.step <= step)
         there = there[np.argsort(scene.step[there], kind="stable")]
         found, _ = nearest_triangles(points, scene.triangles[there], width=180, height=140)
-        pieces = scene.piece[there[found[found >= 0]]]
+        shown = there[found[found >= 0]]
+        inner = scene.normals[shown] @ VIEWS[0].axes()[2] < 0.0
         new = np.flatnonzero(scene.step_of_piece == step)
-        areas = [np.count_nonzero(pieces == one) for one in new]
-        assert seen[step].tolist() == [min(areas), sum(areas)]
+        outside, inside = (
+            [np.count_nonzero(scene.piece[shown[way]] == one) for one in new]
+            for way in (~inner, inner)
+        )
+        assert seen[step].tolist() == [min(outside), sum(outside), sum(inside)]
 
 
 def test_a_view_that_hides_a_piece_is_left():
@@ -236,7 +246,7 @@ def test_the_object_is_turned_in_an_eighth_of_the_steps_and_that_is_told(setting
     assert [whole.turned for whole in pictures] == turned
     assert sum(turned) <= len(crossing_map.steps) / 8
     for whole in pictures:
-        # Only a strip that would be seen from its edge is drawn from elsewhere.
+        # What is drawn from elsewhere is shown as it is held, too.
         assert all(picture.view == whole.view or picture.place for picture in whole.steps)
 
 
@@ -251,11 +261,75 @@ def test_early_steps_are_seen_from_a_seat_and_no_strip_from_its_edge(settings):
         assert scene.early[at] == early
         if early:
             assert picture.place
-            assert all(20.0 <= one.elevation_deg <= 55.0 for one in (held, picture.view))
+            assert 20.0 <= held.elevation_deg <= 55.0
         there += len(step.pieces)
         worst = {view: least_faced(scene, at, view) for view in VIEWS}
         seats = [view for view in VIEWS if not early or 20.0 <= view.elevation_deg <= 55.0]
         assert worst[picture.view] >= min(0.35, max(worst[view] for view in seats)) - 1e-9
+
+
+TUBE = {"mesh": "shape:tube"}
+FORMED = {"mesh": "shape:sphere?n=3", "size_mm": 250.0, "former": "auto"}
+
+
+@pytest.mark.parametrize("settings", [SMALL, FORMED, TUBE])
+def test_what_is_seen_from_inside_is_told_and_is_rare_on_closed_objects(settings):
+    """What is seen in large, found anew with the former as one more thing that hides."""
+    job, plan, scene, pictures = made(settings)
+    told = 0
+    for at, picture in enumerate(steps_of(pictures)):
+        outer = shares_seen_from_outside(job, scene, at, picture)
+        low = [plan.pieces[piece].id for piece, share in outer.items() if share < 0.5]
+        assert list(picture.inside) == low
+        told += bool(low)
+    assert 0 < told < len(plan.steps) / 4 if settings is TUBE else told <= len(plan.steps) / 10
+
+
+def shares_seen_from_outside(job, scene, at, picture):
+    """The outer share of what is seen of each new piece in the picture of a step."""
+    corners = np.concatenate([ends.reshape(-1, 2) for ends in picture.ends])
+    new = np.flatnonzero(scene.step_of_piece == at)
+    ends = np.concatenate([scene.rung_ends(piece).reshape(-1, 3) for piece in new])
+    # The picture's scale and place, from where the ends of the new pieces' rungs are in it.
+    frame = frame_object(ends, picture.view, (100, 100))
+    flat = frame.pixels(ends)
+    per_point = np.ptp(corners, axis=0).max() / np.ptp(flat[:, :2], axis=0).max() / POINTS_PX
+    high, wide = picture.painted.height_px, picture.painted.width_px
+    left, top = corners[0] / POINTS_PX * (1.0, -1.0) - flat[0, :2] * per_point + (0.0, high)
+
+    def placed(points):
+        return frame.pixels(points) * per_point + (left, top, 0.0)
+
+    plates = scene.plate_corners.reshape(-1, 3)
+    inside = job.laid is not None and at + 1 < scene.leaving.until
+    there = np.flatnonzero(scene.step <= at)
+    there = there[np.argsort(-scene.step[there], kind="stable")]
+    boards = np.arange(len(plates) if inside else 0).reshape(-1, 3) + len(scene.points)
+    found, _ = nearest_triangles(
+        placed(np.concatenate((scene.points, plates))),
+        np.concatenate((scene.triangles[there], boards)),
+        width=wide,
+        height=high,
+    )
+    shown = there[found[(found >= 0) & (found < len(there))]]
+    outer = scene.normals[shown] @ picture.view.axes()[2] > 0.0
+    return {
+        piece: outer[own].mean() if (own := scene.piece[shown] == piece).any() else 1.0
+        for piece in new
+    }
+
+
+def test_a_former_is_drawn_until_it_is_taken_out():
+    _, plan, scene, pictures = made(FORMED)
+    leaves = scene.leaving.until
+    assert 1 < leaves <= len(plan.steps)
+    drawn = [
+        bool((np.asarray(picture.painted.image) == FIXED[BOARD]).all(axis=2).any())
+        for picture in steps_of(pictures)
+    ]
+    assert all(drawn[: len(drawn) // 3])
+    assert not any(drawn[leaves - 1 :])
+    assert luminance(FIXED)[BOARD] > THERE[-1]
 
 
 def least_faced(scene, at, view):

@@ -15,5 +15,6 @@ def drawn_job(mesh="shape:torus?m=8&n=4", *, size_mm=300.0, **changed):
     """Return a job, its crossing map (``plan``), its scene, and the pictures of its steps."""
     job = make_job(Settings.of(mesh, size_mm=size_mm, effort="quick", **changed))
     plan = job_map(job)
-    scene = build_scene(job.woven.ribbons, job.weave, job.piece_set.pieces, plan, job.piece_colours)
+    pieces, colours = job.piece_set.pieces, job.piece_colours
+    scene = build_scene(job.woven.ribbons, job.weave, pieces, plan, colours, job.laid)
     return SimpleNamespace(job=job, plan=plan, scene=scene, pictures=step_pictures(scene, plan))

@@ -149,7 +149,7 @@ class JointKind:
     note : str
         What notes call any number of them, as for :func:`fabweave.core.messages.agree`.
     tools : str
-        What the manual recommends to have at hand.
+        What the manual recommends to have at hand, besides what sets fasteners.
     laps : bool
         Whether the two pieces lie on one another at the crossing, under the strand above.
     shape : callable, optional
@@ -169,7 +169,7 @@ class JointKind:
     title: str
     ties: tuple[str, str]
     note: str
-    tools: str
+    tools: str = ""
     laps: bool = False
     shape: Callable[[float, float], Interlock] | None = None
     room_mm: Callable[[float], float] | None = None
@@ -184,8 +184,6 @@ RIVET = JointKind(
     title="a lap with a fastener under the strand above",
     ties=("lap its end on {}", "lap its start on {}"),
     note="[lap|laps]",
-    tools="for the fasteners: your fingers for brads, a screwdriver for Chicago screws, or a "
-    "rivet setter that reaches the middle of a strip",
     laps=True,
     most_fasteners=4,
 )

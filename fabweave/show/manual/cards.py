@@ -162,7 +162,8 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
     left = tag[0] + _ARROW
     outline, places = _levelled(piece, left, wide)
     across, room = _across(outline, places)
-    rows = _rows([one.wide for one in met], places[[one.station for one in met], 0], wide)
+    stations = np.array([one.station for one in met], dtype=np.int64)
+    rows = _rows([one.wide for one in met], places[stations, 0], wide)
     tall = float(outline[:, 1].max())
     n_above, n_below = (len({row for row, _ in rows if row % 2 == side}) for side in (0, 1))
     top = tall + (_LEAD + _ROW * n_above if n_above else 0.0)
@@ -183,8 +184,7 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
         name = np.array((start, middle))
         at = places[one.station]
         names.append(Named(one, at + shift, strand + shift, name + shift, lead + shift))
-    there = {one.station for one in met}
-    coming = [edges + shift for at, edges in enumerate(across) if at not in there]
+    coming = [edges + shift for at, edges in enumerate(across) if at not in stations]
     first = np.array((tag[0] / 2.0, places[0, 1]))
     return Card(
         piece.id, back, first + shift, outline + shift, tuple(coming), tuple(names),

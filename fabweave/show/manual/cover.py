@@ -11,8 +11,8 @@ from PIL import Image
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.core.messages import agree
-from fabweave.piece.joint.kinds import KINDS, RIVET
-from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines
+from fabweave.piece.joint.kinds import KINDS
+from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines, set_with
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.plan.extent import MOST_VIEWED
 from fabweave.show.manual.book import LEADING, TEXT, Book, text_width, wrapped
@@ -80,7 +80,7 @@ def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
     parts = [
         _Part("", _overview(crossing_map, facts)),
         _Part(TABLE, _on_the_table(crossing_map, facts), indent=16.0),
-        _Part(PROCEED, _proceed(crossing_map), beside=16.0),
+        _Part(PROCEED, _proceed(crossing_map, facts.bill), beside=16.0),
     ]
     natural = wide * picture.height_px / picture.width_px
     # A long verdict makes the picture smaller, down to a half, and then runs on to a second page.
@@ -154,21 +154,19 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
 
 def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return what has to be there before the first step, each line with its name."""
-    fasteners = facts.bill.fasteners
-    kinds = sorted({joint.kind for joint in crossing_map.joints})
-    if fasteners and RIVET.name not in kinds:
-        kinds.append(RIVET.name)
     sheets = agree(len(crossing_map.sheets), "the {n} [sheet|sheets]")
     for folder, count in facts.beside:
         sheets += agree(count, " and the {n} [sheet|sheets] in ") + f"{folder}/"
     lines = [("Sheets", f"{sheets}, cut")]
     lines += buy_lines(facts.bill)
-    tools = [KINDS[kind].tools for kind in kinds]
-    lines.append(("Tools", "; ".join([*tools, "a pencil to tick the boxes"])))
+    kinds = sorted({joint.kind for joint in crossing_map.joints})
+    tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]
+    told = dict.fromkeys(tool for tool in tools if tool not in ("", "fingers"))
+    lines.append(("Tools", "; ".join([*told, "a pencil to tick the boxes"])))
     return lines
 
 
-def _proceed(crossing_map: CrossingMap) -> list[tuple[str, str]]:
+def _proceed(crossing_map: CrossingMap, bill: BillOfMaterials) -> list[tuple[str, str]]:
     """Return what is done, in order, each line with its number."""
     viewer = _VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""
     lines = [
@@ -176,9 +174,17 @@ def _proceed(crossing_map: CrossingMap) -> list[tuple[str, str]]:
         "of its sheet.",
         f"Sort them: {_piles(crossing_map)}.",
         f"Follow the steps.{viewer}",
-        "Leave a fastener loose as long as a layer is still to come, and tighten it when the step "
-        "shows that all layers are in place.",
     ]
+    if bill.fasteners:
+        lines.append(
+            "Set a fastener in the step that names it, when all layers are in place. Until then, "
+            "hold the place with a clip."
+        )
+    if "thread" in set_with(bill):
+        lines.append(
+            "Lead the thread through the hole and around the edges of the strips, draw it tight, "
+            "and knot its ends twice."
+        )
     return [(str(number), line) for number, line in enumerate(lines, start=1)]
 
 

@@ -6,14 +6,18 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.picture.camera import View, choose_view
-from fabweave.picture.render import render_scene
+from fabweave.picture.render import object_frame, render_scene
 from fabweave.piece.former import Laid
+from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import Book
-from fabweave.show.manual.painting import Painted, Scene, packed
+from fabweave.show.manual.painting import POINTS_PX, Painted, Scene, packed
+from fabweave.show.manual.step_pictures import Mark, seen_mark
+from fabweave.show.manual.tags import place_tags
 
 SECTION = "Former"
 #: The size of a picture in pixels, and in points.
-_PX, _WIDE = (1100, 720), 430.0
+_PX = (1194, 782)
+_SIZE = (_PX[0] * POINTS_PX, _PX[1] * POINTS_PX)
 _TEXT = 11.0
 #: Board, for slices and for spines.
 _SLICE, _SPINE = (214, 188, 148), (176, 140, 96)
@@ -23,10 +27,15 @@ _STEEPEST_DEG, _LOWEST_DEG = 75.0, 35.0
 
 @frozen_value
 class FormerPages:
-    """What the manual says and shows of a former: as many pictures as texts."""
+    """What the manual says and shows of a former: as many pictures as texts, and its leaving.
+
+    ``marks`` are the names of the plates that the first picture shows.
+    """
 
     texts: tuple[str, ...]
     pictures: tuple[Painted, ...]
+    marks: tuple[Mark, ...]
+    leaving: Leaving
 
 
 def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
@@ -68,7 +77,11 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
             floor=True,
         )
         pictures.append(packed(np.asarray(picture)))
-    return FormerPages(tuple(texts), tuple(pictures))
+    frame = object_frame(points, triangles, view, _PX, floor=True)
+    plate, _ = scene.former_seen(frame, -1)
+    ids = [one.id for one in laid.former.plates]
+    marks = [seen_mark(text, plate == number, frame) for number, text in enumerate(ids)]
+    return FormerPages(tuple(texts), tuple(pictures), tuple(filter(None, marks)), scene.leaving)
 
 
 def _into(outward: FloatArray) -> View:
@@ -81,11 +94,17 @@ def _into(outward: FloatArray) -> View:
 def write_former(book: Book, pages: FormerPages) -> None:
     """Write the former's own steps, each with its picture."""
     book.page(SECTION)
-    high = _WIDE * _PX[1] / _PX[0]
+    wide, high = _SIZE
     for number, (text, picture) in enumerate(zip(pages.texts, pages.pictures, strict=True), 1):
         book.room(high + 60.0, SECTION)
         y = book.y - 20.0
         book.text(book.left, y, f"Step 0.{number}", size=14.0, bold=True)
         y = book.block(book.left, y - 4.0, text, book.right - book.left, size=_TEXT) - 6.0
-        book.image(picture, book.left, y - high, _WIDE, high)
+        book.image(picture, book.left, y - high, wide, high)
+        if number == 1:
+            corner = np.array([book.left, y - high])
+            for tag in place_tags(pages.marks, _SIZE, np.empty((0, 2)), 0.0, np.empty((0, 2))):
+                book.line(tag.line + corner, width=0.8)
+                x, y = (tag.middle + corner).tolist()
+                book.tag(x, y, tag.mark.text, dark=False)
         book.y = y - high - 8.0

@@ -21,6 +21,7 @@ from fabweave.piece.development import Stretches, piece_stretches
 from fabweave.piece.former import Former, Laid, plate_body
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.way_out import Leaving, leaving
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -65,6 +66,8 @@ class Scene:
         The rungs of each piece, and its stations on them.
     plate_corners, plate : (N, 3, 3) float array, (N,) int array
         The triangles of a former, if there is one, and the plate of each.
+    leaving : Leaving
+        When that comes out.
     """
 
     points: FloatArray
@@ -77,6 +80,7 @@ class Scene:
     stretches: Stretches
     plate_corners: FloatArray
     plate: IntArray
+    leaving: Leaving
 
     @property
     def n_steps(self) -> int:
@@ -98,6 +102,15 @@ class Scene:
             edge = middle + radius * np.stack((np.cos(turn), np.sin(turn), 0.0 * turn), axis=1)
             points = np.concatenate((points, edge))
         return frame_object(points, view, size_px, 0.01 if table else 0.05)
+
+    def former_seen(self, frame: Frame, step: int) -> tuple[IntArray, FloatArray]:
+        """Return which plate each pixel shows when a step is done, or -1, and how near it is."""
+        points = frame.pixels(self.plate_corners.reshape(-1, 3))
+        triangles = np.arange(len(points) if step + 1 < self.leaving.until else 0).reshape(-1, 3)
+        seen, near = nearest_triangles(
+            points, triangles, width=frame.width_px, height=frame.height_px
+        )
+        return np.append(self.plate, -1)[seen], near
 
     @property
     def table(self) -> tuple[FloatArray, float]:
@@ -170,6 +183,7 @@ def build_scene(
         stretches,
         np.concatenate([np.empty((0, 3, 3)), *bodies]),
         np.repeat(np.arange(len(bodies)), np.array([len(body) for body in bodies], dtype=np.int64)),
+        Leaving(0, 0, "") if laid is None else leaving(laid, crossing_map.steps),
     )
 
 
@@ -186,7 +200,7 @@ _LEVELS = len(THERE) + len(NEW)
 #: black, what is still to come and its outline, the lines of the table, the shadow on it, and the
 #: board of a former.
 PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW, BOARD = range(8)
-FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (233, 222, 203))
+FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (246, 240, 228))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -213,6 +227,25 @@ class Painted:
         """The picture in RGB."""
         pixels = np.frombuffer(zlib.decompress(self.packed), dtype=np.uint8)
         return Image.fromarray(pixels.reshape(self.height_px, self.width_px, 3))
+
+
+@frozen_value
+class Shown:
+    """What a picture shows, pixel by pixel.
+
+    Parameters
+    ----------
+    near : (height, width) float array
+        How near it is, in pixels; minus infinity where there is nothing.
+    piece : (height, width) int array
+        What piece it is; -1 where there is none.
+    inner : (height, width) bool array
+        Whether the inner face of that is seen.
+    """
+
+    near: FloatArray
+    piece: IntArray
+    inner: BoolArray
 
 
 def packed(pixels: Colours) -> Painted:
@@ -244,8 +277,8 @@ def _toned(light: FloatArray, luminance: float) -> FloatArray:
 
 def paint(
     scene: Scene, frame: Frame, step: int, first_new: int, *, coming: bool, table: bool = False
-) -> tuple[Painted, FloatArray, IntArray]:
-    """Paint what is in place after a step.
+) -> tuple[Painted, Shown]:
+    """Paint what is in place after a step, and the former that is still inside.
 
     Parameters
     ----------
@@ -258,14 +291,6 @@ def paint(
         Whether what is still to come is a faint ground, with an outline around the whole.
     table : bool
         Whether the table is seen, with the shadow that what is new drops on it.
-
-    Returns
-    -------
-    painted : Painted
-    nearness : (height, width) float array
-        How near what is seen is, in pixels; minus infinity where there is nothing.
-    piece : (height, width) int array
-        What piece it is; -1 where there is none.
     """
     points = frame.pixels(scene.points)
     inside = _in_frame(points[:, :2][scene.triangles], frame)
@@ -275,7 +300,9 @@ def paint(
     seen, near = nearest_triangles(
         points, scene.triangles[placed], width=frame.width_px, height=frame.height_px
     )
-    there = seen >= 0
+    plate, board = scene.former_seen(frame, step)
+    shut = board > near
+    there = (seen >= 0) & ~shut
     triangle = placed[seen[there]]
     code = np.full(seen.shape, PAPER, dtype=np.int64)
     if table:
@@ -298,14 +325,16 @@ def paint(
             height=frame.height_px,
         )
         code[shadow >= 0] = SHADOW
-        _draw_former(code, scene, frame)
+    code[shut] = BOARD
     levels = _levels(scene, frame, first_new)
     code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
     piece = np.full(seen.shape, -1, dtype=np.int64)
     piece[there] = scene.piece[triangle]
-    new = np.zeros(seen.shape, dtype=bool)
+    new, inner = np.zeros((2, *seen.shape), dtype=bool)
     new[there] = scene.step[triangle] >= first_new
-    _draw_ends(code, piece, near, new)
+    inner[there] = scene.normals[triangle] @ frame.axes[2] < 0.0
+    near = np.maximum(near, board)
+    _draw_ends(code, np.where(shut, len(scene.step_of_piece) + plate, piece), near, new)
     # A strip winds around the object: hatching shows where it goes on behind what is in front.
     whole, _ = nearest_triangles(
         points, scene.triangles[fresh], width=frame.width_px, height=frame.height_px
@@ -315,19 +344,7 @@ def paint(
     dark = len(FIXED) + scene.palette.own[scene.piece[fresh]] * _LEVELS + len(THERE)
     code[hatched] = dark[whole[hatched]]
     tones = np.concatenate((np.array(FIXED, dtype=np.uint8), scene.palette.tones.reshape(-1, 3)))
-    return packed(tones[code]), near, piece
-
-
-def _draw_former(code: IntArray, scene: Scene, frame: Frame) -> None:
-    """Draw a former, if there is one; all strips in place will cover it, whatever is nearer."""
-    points = frame.pixels(scene.plate_corners.reshape(-1, 3))
-    triangles = np.arange(len(points)).reshape(-1, 3)
-    seen, _ = nearest_triangles(points, triangles, width=frame.width_px, height=frame.height_px)
-    number = np.append(scene.plate, -1)[seen]
-    code[number >= 0] = BOARD
-    for axis in (0, 1):
-        ends = np.diff(number, axis=axis, append=-1) != 0
-        code[ends & (number >= 0)] = GHOST
+    return packed(tones[code]), Shown(near, piece, inner)
 
 
 def table_lines(scene: Scene, frame: Frame) -> BoolArray:
@@ -366,7 +383,7 @@ def _levels(scene: Scene, frame: Frame, first_new: int) -> IntArray:
 
 
 def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray) -> None:
-    """Draw lines along the ends of all pieces, and a white gap beside them on what is beneath.
+    """Draw lines along the ends of pieces and plates, and a white gap beside on what is beneath.
 
     So at each crossing the rails of the upper strand go through, and the lower one's are broken.
     """
@@ -385,7 +402,7 @@ def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray
     upper &= piece >= 0
     gap = binary_dilation(lower) & ~upper & (piece >= 0)
     code[gap] = PAPER
-    code[upper] = OUTLINE
+    code[upper] = np.where(code[upper] == BOARD, GHOST, OUTLINE)
     ends = upper & new
     heavy = binary_dilation(ends, iterations=2) & new & ~gap
     code[heavy] = BLACK

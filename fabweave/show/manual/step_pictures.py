@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, product
 
 import numpy as np
 
@@ -23,8 +23,8 @@ class Mark:
     Parameters
     ----------
     text : str
-    kind : {"new", "over", "under", "joint"}
-        A new piece; a piece that it lies over or runs under; or a joint.
+    kind : {"new", "over", "under", "joint", "start"}
+        A new piece; a piece that it lies over or runs under; a joint; or the start of a new piece.
     at : (2,) float array
         Where it is.
     along : (2,) float array
@@ -105,24 +105,22 @@ def on_page(pixels: FloatArray, frame: Frame) -> FloatArray:
     return np.asarray((flat * (1.0, -1.0) + (0.0, frame.height_px)) * POINTS_PX)
 
 
+def seen_mark(text: str, seen: BoolArray, frame: Frame) -> Mark | None:
+    """Return the name of something near the middle of where it is seen, if it is seen."""
+    down, across = np.nonzero(seen)
+    if not len(down):
+        return None
+    best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
+    at = on_page(np.array([across[best] + 0.5, down[best] + 0.5]), frame)
+    return Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
+
+
 def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> Mark:
     """Return the name of a new piece, near the middle of what is seen of it."""
-    seen = np.flatnonzero(piece == number)
-    if len(seen):
-        down, across = np.divmod(seen, frame.width_px)
-        best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
-        at = np.array([across[best] + 0.5, down[best] + 0.5])
-    else:
-        line = frame.pixels(drawn.scene.middle_line(number))
-        at = line[len(line) // 2, :2]
-    return Mark(
-        drawn.pieces[number].id,
-        "new",
-        on_page(at, frame),
-        np.array([0.0, 1.0]),
-        0.0,
-        not len(seen),
-    )
+    text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
+    at = on_page(frame.pixels(line)[len(line) // 2], frame)
+    unseen = Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=True)
+    return seen_mark(text, piece == number, frame) or unseen
 
 
 class Places:
@@ -131,6 +129,7 @@ class Places:
     def __init__(self, drawn: Drawn, frame: Frame, near: FloatArray, at: int) -> None:
         self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
         self._new = set(drawn.steps[at].pieces)
+        self._corner = np.array([frame.width_px, 0.0])
 
     def middle(self, crossing: int) -> FloatArray:
         """Return where a crossing is."""
@@ -194,6 +193,15 @@ class Places:
             up = np.array([0.0, 1.0])
             yield Mark(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
 
+    def starts(self, step: StepRecord) -> Iterator[Mark]:
+        """Yield the starts of the new pieces that the picture shows."""
+        for key in step.pieces:
+            line = self._frame.pixels(self._drawn.scene.middle_line(self._drawn.number[key])[:2])
+            at, after = on_page(line, self._frame)
+            if np.all((at > 0.0) & (at < on_page(self._corner, self._frame))):
+                along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
+                yield Mark("start", "start", at, along, 0.0, self._hidden(line.mean(axis=0)))
+
     def _hidden(self, pixel: FloatArray) -> bool:
         """Return whether something well in front of a place is seen there, or it is not shown."""
         frame, (x, y, near) = self._frame, pixel.tolist()
@@ -239,6 +247,10 @@ _TRIAL_PX = (180, 140)
 _ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 #: Who sits at a table sees what stands on it from between these elevations.
 SITTING_DEG = (20.0, 55.0)
+#: From elsewhere, or from below, is seen what shows so many times as much from there.
+_WORTH_A_LOOK = 1.5
+#: What shows less than this share of what the best view shows shows little.
+_LITTLE = 0.3
 #: A strip of which less of its area is turned to the eye is seen from its edge.
 FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
@@ -247,36 +259,32 @@ _SIDES = ("front", "front right", "right", "back right", "back", "back left", "l
 def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
     """Choose a view for each step, so that the object is turned in an eighth of them.
 
-    Early steps are seen from where a person sits, and strips not from their edges.
+    In early steps it is held as a person sees it who sits. Strips are drawn neither from their
+    edges nor, where they can be seen from outside, from inside.
 
     Returns
     -------
     held, drawn : (S,) int arrays
         How the object is held, and from where the step is drawn: that is another view where no
-        turn is left for a strip that would be seen from its edge.
+        turn is left for a strip that would be seen from its edge or from inside.
     """
-    seen, faced = seen_from_views(scene), faced_shares(scene)
-    low, high = SITTING_DEG
-    sits = np.array([low <= view.elevation_deg <= high for view in VIEWS])
-    allowed = ~scene.early | sits[:, None]
-    turned = allowed & (faced >= FACED)
-    open_views = np.where(turned.any(axis=0), turned, allowed)
+    least, outer, inner = np.moveaxis(seen_from_views(scene), 2, 0)
+    rise = np.array([view.elevation_deg for view in VIEWS])[:, None]
+    seats = ~scene.early | ((rise >= SITTING_DEG[0]) & (rise <= SITTING_DEG[1]))
+    faced = (faced_shares(scene) >= FACED) & (outer > inner)
+    usual = np.where(faced & seats & (rise >= 0.0), outer, 0.0).max(axis=0)
+    open_views = faced & (seats & (rise >= 0.0) | (outer > _WORTH_A_LOOK * usual))
+    open_views = np.where(open_views.any(axis=0), open_views, seats)
+    best = np.where(open_views, shown_shares(open_views * least, open_views * outer), -1.0)
+    sitting = open_views & seats
     # Better a strip from its edge than an object that is turned all the time.
-    for views in (open_views, allowed):
-        shares = np.where(
-            views, shown_shares(*(views * each for each in np.moveaxis(seen, 2, 0))), 0
-        )
-        for enough in _ENOUGH:
-            held = choose_views(shares, enough)
-            if np.count_nonzero(np.diff(held)) <= MOST_TURNS * len(held):
-                return held, _drawn_from(held, open_views, seen)
-    return held, _drawn_from(held, open_views, seen)
-
-
-def _drawn_from(held: IntArray, open_views: BoolArray, seen: FloatArray) -> IntArray:
-    """Return the view in which each step is held or, if it is no open one, the best of those."""
-    best = np.where(open_views, seen[:, :, 0], -1.0).argmax(axis=0)
-    return np.where(open_views[held, np.arange(len(held))], held, best)
+    for views, enough in product((np.where(sitting.any(axis=0), sitting, seats), seats), _ENOUGH):
+        shares = np.where(views, shown_shares(views * least, views * outer), 0.0)
+        held = choose_views(shares, enough)
+        if np.count_nonzero(np.diff(held)) <= MOST_TURNS * len(held):
+            break
+    shown = best[held, np.arange(len(held))]
+    return held, np.where(shown >= _LITTLE, held, best.argmax(axis=0))
 
 
 def faced_shares(scene: Scene) -> FloatArray:
@@ -295,12 +303,13 @@ def faced_shares(scene: Scene) -> FloatArray:
 
 
 def seen_from_views(scene: Scene) -> FloatArray:
-    """Return what each view shows of each step's new pieces: of the least seen, and of all.
+    """Return what each view shows of each step's new pieces when the step is done.
 
     Returns
     -------
-    (V, S, 2) float array
-        In pixels of small pictures, when the step is done.
+    (V, S, 3) float array
+        Pixels of small pictures: outer faces, of the piece that is seen least and of all; and
+        inner faces, of all.
     """
     return np.array([_seen(scene, view) for view in VIEWS])
 
@@ -356,23 +365,30 @@ def choose_views(shares: FloatArray, enough: float) -> IntArray:
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
-    """Return what a view shows of each step's new pieces, (S, 2): of the least seen, of all.
+    """Return what a view shows of each step's new pieces, (S, 3).
 
-    Steps are painted one over the other: of a piece that counts which is nearer than all before.
+    Steps are painted one over the other: of a piece that counts which is nearer than all before,
+    and than the former.
     """
     frame = scene.frame(view, _TRIAL_PX)
     points, (wide, high) = frame.pixels(scene.points), _TRIAL_PX
     order = np.argsort(scene.step, kind="stable")
     bounds = np.searchsorted(scene.step[order], np.arange(1, scene.n_steps))
-    area = np.zeros(len(scene.step_of_piece))
-    before = np.full((high, wide), -np.inf)
-    for own in np.split(order, bounds):
+    side = 2 * scene.piece + (scene.normals @ frame.axes[2] < 0.0)
+    area = np.zeros(2 * len(scene.step_of_piece))
+    before, board = np.full((high, wide), -np.inf), scene.former_seen(frame, 0)[1]
+    for step, own in enumerate(np.split(order, bounds)):
         seen, near = nearest_triangles(points, scene.triangles[own], width=wide, height=high)
-        area += np.bincount(scene.piece[own[seen[near > before]]], minlength=len(area))
+        if step + 1 == scene.leaving.until:
+            board = before
+        shown = own[seen[near > np.maximum(before, board)]]
+        area += np.bincount(side[shown], minlength=len(area))
         np.maximum(before, near, out=before)
     least = np.full(scene.n_steps, np.inf)
-    np.minimum.at(least, scene.step_of_piece, area)
-    return np.column_stack((least, np.bincount(scene.step_of_piece, area, scene.n_steps)))
+    np.minimum.at(least, scene.step_of_piece, area[::2])
+    sides = area[::2], area[1::2]
+    totals = [np.bincount(scene.step_of_piece, each, scene.n_steps) for each in sides]
+    return np.column_stack((least, *totals))
 
 
 def side_words(view: View) -> str:
@@ -439,6 +455,8 @@ class StepPicture:
     size : tuple of float
         Its width and height in points.
     view : View
+    inside : tuple of str
+        New pieces of which the greater part that is seen is the inner face.
     ratio : float
         How many times smaller it is drawn than it is.
     marks : tuple of Mark
@@ -459,6 +477,7 @@ class StepPicture:
     painted: Painted
     size: tuple[float, float]
     view: View
+    inside: tuple[str, ...]
     ratio: float
     marks: tuple[Mark, ...]
     crossings: FloatArray
@@ -541,10 +560,10 @@ def _overview(
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     early = bool(drawn.scene.early[steps[0]])
     frame = drawn.scene.frame(view, _pixels(size), table=early)
-    painted, _, piece = paint(drawn.scene, frame, steps[-1], steps[0], coming=early, table=early)
+    painted, shown = paint(drawn.scene, frame, steps[-1], steps[0], coming=early, table=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
-    marks = tuple(new_mark(drawn, frame, piece, number) for number in new)
+    marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
     return Overview(painted, marks, on_page(frame.pixels(lines), frame))
 
 
@@ -564,12 +583,15 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         if closer[0] < ratio:
             beside, (ratio, size, frame) = True, closer
     place = _overview(drawn, held, [at], TALL) if beside else None
-    painted, near, piece = paint(scene, frame, at, at, coming=False, table=early)
-    places = Places(drawn, frame, near, at)
+    # From below, the table would hide the object.
+    table = early and view.elevation_deg > 0.0
+    painted, shown = paint(scene, frame, at, at, coming=False, table=table)
+    places = Places(drawn, frame, shown.near, at)
     marks = [
-        *(new_mark(drawn, frame, piece, number) for number in drawn.new(at)),
+        *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
         *places.neighbours(step),
         *places.joints(step),
+        *places.starts(step),
     ]
     spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
     spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]
@@ -578,6 +600,11 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         painted,
         size,
         view,
+        tuple(
+            drawn.pieces[number].id
+            for number in drawn.new(at)
+            if (shown.piece[shown.inner] == number).sum() > (shown.piece == number).sum() / 2.0
+        ),
         ratio,
         tuple(marks),
         np.array(spots).reshape(-1, 2),

@@ -11,6 +11,7 @@ from fabweave.picture.camera import View
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import CrossingMap, PieceRecord, StepRecord
 from fabweave.plan.steps import listed
+from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.show.manual.cards import Card, lay_card, what_is_met, write_card
 from fabweave.show.manual.step_pictures import (
@@ -42,15 +43,16 @@ _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
     "A picture of the whole object shows where the next pieces go. Then each step has a picture of "
-    "its own, seen from the same side. The first ones show the table before you, the finished "
-    "object as a ghost, and a shadow right below each new piece. New pieces are dark, with a heavy "
-    "outline and a black name; hatching shows where other pieces hide them. Pieces in place are "
-    "pale. A name with a disc is a piece that the new one lies over; a name with a ring is one "
-    "that it runs under. # marks a joint. An arrow shows where an end slides under other pieces, "
-    "and a circle with a cross shows where all layers are now in place. A card shows the new piece "
-    "flat, outer face up, start at the left. It names all that crosses the piece and is in place: "
-    "a disc where the piece goes over it, a ring where it runs under. Grey lines are strands to "
-    "come."
+    "its own, seen from the same side unless it says otherwise. The first ones show the table "
+    "before you, the finished object as a ghost, and a shadow right below each new piece. New "
+    "pieces are dark, with a heavy outline and a black name, and hatched where something nearer "
+    "hides them. Pieces in place are pale, and so is a former as long as it is inside. A name with "
+    "a disc is a piece that the new one lies over; a name with a ring is one that it runs under. "
+    "# marks a joint. An arrow shows where an end slides under other pieces, and is dotted where "
+    "it is beneath them. A circle with a cross shows where all layers are now in place. A card "
+    "shows the new piece flat, outer face up, start at the left. It names all that crosses the "
+    "piece and is in place: a disc where the piece goes over it, a ring where it runs under. Grey "
+    "lines are strands to come."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -69,6 +71,7 @@ def write_steps(
     pictures: Sequence[WholePicture],
     seconds: Sequence[float],
     rings: Sequence[RimRing] = (),
+    leaving: Leaving | None = None,
 ) -> None:
     """Write all steps; those of rings come last.
 
@@ -82,11 +85,13 @@ def write_steps(
         About how long each step takes.
     rings : sequence of RimRing
         Those of the last steps.
+    leaving : Leaving, optional
+        When a former comes out.
     """
     book.page(SECTION)
     legend = (LEGEND if pictures else UNPICTURED) + (RINGED if rings else "")
     book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
-    writer = _Writer(book, crossing_map, seconds, pictured=bool(pictures))
+    writer = _Writer(book, crossing_map, seconds, leaving, pictured=bool(pictures))
     woven = [step for step in crossing_map.steps if step.ring is None]
     if not pictures:
         for step in woven:
@@ -137,10 +142,11 @@ class _Writer:
         book: Book,
         crossing_map: CrossingMap,
         seconds: Sequence[float],
+        leaving: Leaving | None,
         *,
         pictured: bool,
     ) -> None:
-        self._book, self._map, self._seconds = book, crossing_map, seconds
+        self._book, self._map, self._seconds, self._leaving = book, crossing_map, seconds, leaving
         self._pieces = {piece.id: piece for piece in crossing_map.pieces}
         self._strands = strand_pieces(crossing_map)
         # Where no fastener goes, nobody needs to know that the last layer has come.
@@ -205,13 +211,14 @@ class _Writer:
         lines = [cards[at : at + beside] for at in range(0, len(cards), beside)]
         due = [key for key in step.fasten if key not in self._idle]
         texts = [
-            step.text,
+            *self._told_of(step),
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
             f"The picture in large is seen from {side_words(picture.view)}."
             if picture and picture.view != self._held
             else "",
+            inside_words(picture.inside) if picture else "",
         ]
         rows = self._rows(step, room)
         high = self._text_top(rows) + self._told(texts, room)
@@ -234,13 +241,21 @@ class _Writer:
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
         pieces, high, ratio = lay_ring(ring, self._wide)
-        texts = [step.text, hang_words(step, self._map)]
+        texts = [*self._told_of(step), hang_words(step, self._map)]
         rows = self._rows(step, self._wide)
         x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + high)
         end = self._write_texts(x, y, step, rows, texts, self._wide)
         self._draw_ring(pieces, np.array([x, end]))
         corner = x + self._wide, end - high + 2.5
         self._book.text(*corner, f"1 : {ratio:g}", size=_TEXT, align=1.0)
+
+    def _told_of(self, step: StepRecord) -> list[str]:
+        """Return what a step says, and when the former is taken out before or after it."""
+        leaving = self._leaving
+        if leaving is None or leaving.step != step.step:
+            return [step.text]
+        said = [leaving.told, step.text]
+        return said if leaving.until == step.step else said[::-1]
 
     def _told(self, texts: Sequence[str], room: float) -> float:
         """Return the height of texts below one another."""
@@ -269,12 +284,11 @@ class _Writer:
         return end
 
     def _cards(self, step: StepRecord, room: float) -> Iterator[Card]:
-        """Yield the cards of a step's pieces that meet something."""
+        """Yield the cards of a step's pieces."""
         by_kind = self._map.cut.labels == "kinds"
         for piece in map(self._pieces.__getitem__, step.pieces):
             met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
-            if met:
-                yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
+            yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
 
     def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
         """Draw the pieces of a ring with their upper left corner at a place."""
@@ -458,6 +472,18 @@ def view_words(view: View, *, turned: bool) -> str:
     """
     side = side_words(view)
     return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
+
+
+def inside_words(names: Sequence[str]) -> str:
+    """Say which new pieces are seen from inside.
+
+    Examples
+    --------
+    >>> inside_words(["A1"]), inside_words([])
+    ('A1 is seen from inside: over looks under.', '')
+    """
+    be = "are" if names[1:] else "is"
+    return f"{listed(names)} {be} seen from inside: over looks under." if names else ""
 
 
 def time_words(seconds: float, so_far: float) -> str:

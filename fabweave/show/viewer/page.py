@@ -21,8 +21,9 @@ from fabweave.core.records import fingerprint, optional, record, to_json
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
-from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.plan.grade import Place
+from fabweave.plan.way_out import leaving
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -216,7 +217,7 @@ def viewer_page(
         "views_deg": [list(view) for view in step_views_deg],
         "hands": hands,
         "worst": [to_json(place) for place in worst],
-        "former": _former(former, len(crossing_map.pieces)),
+        "former": _former(former, crossing_map.steps),
         "plan": shown,
         "space": to_json(space),
     }
@@ -231,13 +232,12 @@ def viewer_page(
     return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
 
 
-def _former(laid: Laid | None, n_pieces: int) -> dict[str, Any]:
-    """Return the outlines of a former's plates, and before which piece it is taken out."""
+def _former(laid: Laid | None, steps: Sequence[StepRecord]) -> dict[str, Any]:
+    """Return the outlines of a former's plates, and when it is taken out."""
     if laid is None:
-        return {"before": 0, "plates": []}
-    way = laid.way
+        return {"until": 0, "plates": []}
     return {
-        "before": n_pieces + 1 if way is None or way.before is None else way.before,
+        **to_json(leaving(laid, steps)),
         "plates": [
             {
                 "origin": plate.plane.origin.round(_DECIMALS).tolist(),

@@ -54,13 +54,8 @@ const PLAY_MS = 2600;
     if (piece !== undefined) choose(piece, -1, true);
   }
 
-  /** Whether fewer pieces than so many are in place, and the table is to be seen, or the former. */
-  function standing(few) {
-    return state.table && state.stepwise && plan.stepOf.filter((step) => step < state.step - 1).length < few;
-  }
-
   /** While few pieces are in place, the object stands on the table, and what is to come is a ghost. */
-  const early = () => standing(EARLY * plan.pieces.length);
+  const early = () => state.table && state.stepwise && plan.stepOf.filter((step) => step < state.step - 1).length < EARLY * plan.pieces.length;
 
   /** How each piece is shown: step by step, or the whole object with one piece brought out. */
   function codes() {
@@ -93,7 +88,7 @@ const PLAY_MS = 2600;
     by("follow").setAttribute("aria-pressed", state.follow);
     by("play").setAttribute("aria-pressed", playing > 0);
     by("play").textContent = playing ? "Pause" : "Play";
-    if (space) space.stand(early(), standing(plan.data.former.before));
+    if (space) space.stand(early(), state.table && state.stepwise && state.step < plan.data.former.until);
     if (space) space.show(how, labels(how), state.station < 0 ? null : [subject(), state.station]);
     showStep();
     panels.showPiece(subject());

@@ -8,8 +8,9 @@ function stepCard(plan, clock, number) {
     const side = ({ piece }) => (joint && joint.pieces.includes(piece) ? [...new Set(joint.pieces)] : [piece]).map(plan.link).join(" and ");
     return `${side(crossing.over)} over ${side(crossing.under)}${joint ? ` (joint #${joint.id})` : ""}${crossing.count > 1 ? `, ${crossing.count} fasteners` : ""}${crossing.hang ? ", which carries a cord or a foot" : ""}`;
   });
-  return `<p>${[...chips, ...ring].join(" ")} ${plan.linked(step.text)} <small class="hint">${clock.step(number)}</small></p>${
-    places.length ? `<p class="fasten"><b>Fasten for good,</b> all layers are there: ${places.join("; ")}.</p>` : ""}`;
+  const { step: leaving, until, told } = plan.data.former, out = leaving === number ? `<p>${escaped(told)}</p>` : "";
+  return `${until === number ? out : ""}<p>${[...chips, ...ring].join(" ")} ${plan.linked(step.text)} <small class="hint">${clock.step(number)}</small></p>${
+    places.length ? `<p class="fasten"><b>Fasten for good,</b> all layers are there: ${places.join("; ")}.</p>` : ""}${until === number ? "" : out}`;
 }
 
 /** The panels at the side: a piece, a sheet, the list of steps. Each is drawn when it is seen. */

@@ -59,8 +59,9 @@ function makeTable(corners) {
 /** The plates of a former, thin as paper: outlines with holes, each in its plane. */
 function makeFormer(plates) {
   const group = new THREE.Group();
-  const board = new THREE.MeshBasicMaterial({ color: 0xe4d3b4, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-  const edge = new THREE.LineBasicMaterial({ color: 0x8a6d46 });
+  const board = new THREE.MeshBasicMaterial({ color: 0xf6f0e4, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+  const edge = new THREE.LineBasicMaterial({ color: 0xb5a68c });
+  group.userData = [board, edge];
   for (const { origin, axes, rings } of plates) {
     const [right, up] = axes.map((axis) => new THREE.Vector3(...axis)), paths = rings.map((ring) => ring.map(([x, y]) => new THREE.Vector2(x, y)));
     const shape = new THREE.Shape(paths[0]), plate = new THREE.Group();
@@ -220,7 +221,10 @@ function makeSpace(canvas, over, plan, tell) {
     const target = new THREE.WebGLRenderTarget(width, height);
     if (full) camera.lens.setViewOffset(full[0], full[1], left, top, width, height);
     mesh.material = numbers;
-    table.visible = former.visible = false;
+    table.visible = false;
+    // A former hides what is behind it, and has no number.
+    former.visible = formed;
+    for (const material of former.userData) material.colorWrite = false;
     reach(seen());
     renderer.setRenderTarget(target);
     renderer.setClearColor(0x000000, 0);
@@ -231,6 +235,7 @@ function makeSpace(canvas, over, plan, tell) {
     renderer.setRenderTarget(null);
     renderer.setClearColor(uniforms.paper.value, 1);
     mesh.material = shown;
+    for (const material of former.userData) material.colorWrite = true;
     if (full) camera.lens.clearViewOffset();
     target.dispose();
     return (k) => pixels[4 * k] + 256 * pixels[4 * k + 1] + 65536 * pixels[4 * k + 2] - 1;
