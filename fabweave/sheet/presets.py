@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
@@ -259,6 +259,7 @@ def _nearest_aci(rgb: tuple[int, int, int]) -> int:
     return min(range(1, 256), key=lambda index: (sum(apart(aci2rgb(index))), index))
 
 
+@cache
 def _tables() -> dict[str, Any]:
     text = (resources.files("fabweave.sheet") / "presets.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)

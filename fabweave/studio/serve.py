@@ -65,9 +65,18 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
         state, folder, token=token, hosts=hosts, stop=partial(signal.raise_signal, signal.SIGINT)
     )
     server = uvicorn.Server(
-        uvicorn.Config(app, log_level="warning", server_header=False, access_log=False,
-                       ws_ping_interval=_PING_S, ws_max_size=_LONGEST, timeout_graceful_shutdown=2)
-    )  # fmt: skip
+        uvicorn.Config(
+            app,
+            log_level="warning",
+            server_header=False,
+            access_log=False,
+            # On one machine, what is sent is there before it would be packed.
+            ws_per_message_deflate=False,
+            ws_ping_interval=_PING_S,
+            ws_max_size=_LONGEST,
+            timeout_graceful_shutdown=2,
+        )
+    )
     address = f"http://{_HOST}:{port}/{token}/"
     click.echo(f"The studio is at {address}\nJobs go to {folder / 'jobs'}. Ctrl-C ends it.")
     if browser:

@@ -75,18 +75,40 @@ def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     if "weave" not in vars(stations) and wish["options"].get("pattern") == "twill":
         first = stations.also({"twill_method": "voting"})
         if first.weave.weave.broken.total:
-            tell(_seen(first, wish, first.ribbons, better=True))
-    tell(_seen(stations, wish, stations.ribbons))
+            tell(_seen(first, wish, first.ribbons, kept, better=True))
+    tell(_seen(stations, wish, stations.ribbons, kept))
+
+
+def _colours(stations: Stations, woven: WovenObject, kept: dict[str, Any]) -> Colours:
+    """Return the colours of all passes, which do not change with the width of ribbons.
+
+    Before there are pieces, what is to have a colour for each has one for each direction.
+    """
+    if stations.settings.pieces.colours == "piece":
+        stations = stations.also({"colours": "direction"})
+    settings = stations.settings
+    what = repr((settings.pieces.colours, settings.stock.material, settings.stock.library))
+    known = kept.get("colours")
+    if known is None or known[0] is not woven.weave or known[1] != what:
+        known = kept["colours"] = woven.weave, what, stations.colours(woven)
+    return np.asarray(known[2])
 
 
 def _seen(
-    stations: Stations, wish: dict[str, Any], woven: WovenObject, *, better: bool = False
+    stations: Stations,
+    wish: dict[str, Any],
+    woven: WovenObject,
+    kept: dict[str, Any],
+    *,
+    better: bool = False,
 ) -> Told:
     """Return a woven object as a page shows it."""
     settings, complete = stations.settings, stations.completed[0]
     threads = woven.weave.threads
     spun = wish.get("yarns", False)
-    arrays = _yarns(stations, woven) if spun else strips(woven, stations.colours(woven))
+    arrays = (
+        _yarns(stations, woven, kept) if spun else strips(woven, _colours(stations, woven, kept))
+    )
     told = {
         "title": woven.title,
         "crossings": threads.n_crossings,
@@ -130,10 +152,12 @@ def strips(woven: WovenObject, colours: Colours) -> dict[str, np.ndarray[Any, An
     }
 
 
-def _yarns(stations: Stations, woven: WovenObject) -> dict[str, np.ndarray[Any, Any]]:
+def _yarns(
+    stations: Stations, woven: WovenObject, kept: dict[str, Any]
+) -> dict[str, np.ndarray[Any, Any]]:
     """Return yarns, as far as they are shown as ribbons are."""
     bodies = yarn_bodies(
-        spin_object(woven, YarnOptions(None, 8)), woven.labels, stations.colours(woven)
+        spin_object(woven, YarnOptions(None, 8)), woven.labels, _colours(stations, woven, kept)
     )
     first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
     normals = [one.vertices * 0.0 if one.normals is None else one.normals for one in bodies]

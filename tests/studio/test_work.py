@@ -9,6 +9,7 @@ from meshes_shared import shared_mesh
 
 from fabweave.core.errors import FabweaveError
 from fabweave.options.settings import settings_from_job, settings_from_options
+from fabweave.options.table import option_named
 from fabweave.stations import Stations
 from fabweave.studio.controls import controls
 from fabweave.studio.state import State, state_of_command, state_of_job
@@ -59,6 +60,13 @@ def test_only_what_changes_is_made_anew():
     assert kept["stations"].loaded is not other
     # What is undone is there at once: its mesh was kept.
     assert len(kept["meshes"]) == 2
+
+
+def test_every_colouring_can_be_seen():
+    kept = {}
+    for name in option_named("colours").kind.choices:
+        (seen,) = told(look, TORUS, kept, size="300mm", colours=name)
+        assert len(seen["colour"]) == len(seen["position"])
 
 
 def test_triangles_that_a_page_has_are_not_sent_again():

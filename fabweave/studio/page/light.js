@@ -34,7 +34,7 @@ float lit(float bias) {
 // The face side has a sheen; the back is dull and paler, as most sheets are.
 const FABRIC_FRAGMENT = `${UNPACK}
 uniform vec3 eye, key;
-uniform float dull;
+uniform float plain;
 varying vec3 vNormal, vColour, vPlace;
 varying float vDip, vChosen;
 // A room that is bright above, with two windows.
@@ -46,6 +46,13 @@ vec3 room(vec3 way) {
 void main() {
   float side = gl_FrontFacing ? 1.0 : -1.0;
   vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
+  if (plain > 0.5) {
+    // While things move and software draws.
+    float away = max(0.0, -side * vDip);
+    vec3 quick = vColour * (0.62 + 0.12 * n.z + 0.3 * max(dot(n, key), 0.0)) * (1.0 - 0.3 * away * away) * (side > 0.0 ? 1.0 : 0.85);
+    gl_FragColor = vec4(vChosen > 0.5 ? mix(quick, vec3(0.84, 0.37, 0.0), 0.62) : quick, 1.0);
+    return;
+  }
   vec3 own = pow(vColour, vec3(2.2));
   if (side < 0.0) own = mix(own, vec3(dot(own, vec3(0.3, 0.6, 0.1))), 0.45) * 0.82 + 0.03;
   float direct = max(dot(n, key), 0.0);
@@ -54,7 +61,7 @@ void main() {
   vec3 sky = mix(vec3(0.42, 0.40, 0.37), vec3(0.80, 0.84, 0.90), 0.5 + 0.5 * n.z);
   vec3 light = sky * open * 0.72 + vec3(1.0, 0.97, 0.92) * 0.62 * direct * mix(0.25, 1.0, shadow);
   float rim = pow(1.0 - max(dot(n, v), 0.0), 5.0);
-  float gloss = (side > 0.0 ? 0.035 + 0.30 * rim : 0.01 + 0.08 * rim) * (1.0 - dull) * open;
+  float gloss = (side > 0.0 ? 0.035 + 0.30 * rim : 0.01 + 0.08 * rim) * open;
   vec3 seen = own * light + gloss * room(reflect(-v, n)) * mix(0.45, 1.0, shadow);
   seen = pow(seen, vec3(1.0 / 2.2));
   if (vChosen > 0.5) seen = mix(seen, vec3(0.84, 0.37, 0.0), 0.62);

@@ -1,5 +1,9 @@
 /** Shadow maps are so many pixels wide, where the browser has a graphics card and where it has none. */
 const SHADOW = 2048, SHADOW_SLOW = 1024;
+/** Where software draws, shadows and fine pixels come when nothing has moved for so long. */
+const STILL_MS = 450;
+/** Pixels of the moving picture for each of the screen, along both, where software draws. */
+const COARSE = 0.6;
 /** Strands are drawn so much of their usual distance above and below one another, as a share of their width. */
 const LIFT = 0.07;
 
@@ -11,7 +15,7 @@ function makeScene(canvas, tell) {
   const key = new THREE.Vector3(-0.45, -0.55, 0.75).normalize();
   const target = new THREE.WebGLRenderTarget(...Array(2).fill(slow ? SHADOW_SLOW : SHADOW));
   const shared = { toLight: { value: new THREE.Matrix4() }, depths: { value: target.texture }, shadowing: { value: 1 }, texel: { value: 1 / target.width }, lift: { value: 0 } };
-  const uniforms = { ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: key }, dull: { value: 0 } };
+  const uniforms = { ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: key }, plain: { value: 0 } };
   const geometry = new THREE.BufferGeometry();
   const fabric = new THREE.ShaderMaterial({ uniforms, vertexShader: FABRIC_VERTEX, fragmentShader: FABRIC_FRAGMENT, side: THREE.DoubleSide });
   const depth = new THREE.ShaderMaterial({ uniforms: shared, vertexShader: DEPTH_VERTEX, fragmentShader: DEPTH_FRAGMENT, side: THREE.DoubleSide });
@@ -25,10 +29,10 @@ function makeScene(canvas, tell) {
   faces.visible = dots.visible = false;
   const scene = new THREE.Scene().add(floor, mesh, faces, dots), shade = new THREE.Scene();
   const lamp = new THREE.OrthographicCamera();
-  let drawn = 0, shadowed = false, times = [], held = {}, fine = 0;
+  let drawn = 0, shadowed = false, shadowing = true, still = false, times = [], held = {}, rest = 0;
   const camera = makeCamera(canvas, ball, outer, [-60, 24], {
     calm: () => matchMedia("(prefers-reduced-motion: reduce)").matches,
-    changed: draw, touched: (x, y) => (touch(x, y) || {}).point || null, rest: () => {},
+    changed: move, touched: (x, y) => (touch(x, y) || {}).point || null, rest: () => {},
     tapped: (x, y) => tell.tapped(touch(x, y), x, y),
   });
 
@@ -39,22 +43,33 @@ function makeScene(canvas, tell) {
   function drawNow() {
     drawn = 0;
     if (!geometry.index) return renderer.clear();
-    if (uniforms.shadowing.value && !shadowed) castShadows();
+    shared.shadowing.value = shadowing && (!slow || still) ? 1 : 0;
+    uniforms.plain.value = slow && !still ? 1 : 0;
+    if (shared.shadowing.value && !shadowed) castShadows();
     uniforms.eye.value.copy(camera.lens.position);
-    floor.visible = camera.towards().z > -0.05;
+    floor.visible = shared.shadowing.value && camera.towards().z > -0.05;
     renderer.setClearColor(getComputedStyle(document.body).getPropertyValue("--paper").trim() || "#eee", 1);
     renderer.render(scene, camera.lens);
     times.push(performance.now());
     if (times.length > 60) times.shift();
-    if (!slow) return;
-    // Software draws coarse pixels while things move, and fine ones at rest.
-    clearTimeout(fine);
-    if (renderer.getPixelRatio() === 1) fine = setTimeout(() => sharpen(2), 250);
   }
 
   function sharpen(ratio) {
-    if (renderer.getPixelRatio() === ratio) return;
-    renderer.setPixelRatio(ratio);
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+  }
+
+  /** Where software draws: coarse pixels without shadows now, and all of it at rest. */
+  function move() {
+    if (slow) {
+      still = false;
+      sharpen(COARSE);
+      clearTimeout(rest);
+      rest = setTimeout(() => {
+        still = true;
+        sharpen(FINE);
+        draw();
+      }, STILL_MS);
+    }
     draw();
   }
 
@@ -90,7 +105,6 @@ function makeScene(canvas, tell) {
 
   /** Show an object: arrays as they come; triangles that are not sent are as they were. */
   function show(arrays, widthMm) {
-    if (slow) sharpen(1);
     const { position, shade: looks, colour, index, owner } = arrays, count = position.length / 3;
     if (held.count !== count) for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
     held = { count, crossing: arrays.crossing };
@@ -99,7 +113,10 @@ function makeScene(canvas, tell) {
     attribute("colour", colour, 3, true);
     if (owner) attribute("owner", Float32Array.from({ length: count }, (_, k) => owner[k >> 1]), 1);
     else attribute("owner", new Float32Array(count).fill(-9), 1);
-    if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    if (index && geometry.index && geometry.index.array.length === index.length) {
+      geometry.index.array.set(index);
+      geometry.index.needsUpdate = true;
+    } else if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
     const box = new THREE.Box3().setFromArray(position), grown = ball.radius;
     box.getCenter(ball.center);
     let most = 1e-9;
@@ -115,8 +132,8 @@ function makeScene(canvas, tell) {
     ground.middle.value.copy(floor.position);
     ground.reach.value = 2.4 * ball.radius;
     shadowed = false;
-    if (grown !== ball.radius || !most) camera.refit();
-    else draw();
+    if (grown !== ball.radius) camera.refit();
+    else move();
   }
 
   /** Show the faces of the mesh, those that are left out in red; none without them. */
@@ -163,7 +180,7 @@ function makeScene(canvas, tell) {
 
   function resize() {
     if (!canvas.clientWidth || !canvas.clientHeight) return;
-    renderer.setPixelRatio(slow ? 1 : Math.min(devicePixelRatio || 1, 2));
+    renderer.setPixelRatio(slow ? COARSE : Math.min(devicePixelRatio || 1, 2));
     renderer.setSize(canvas.clientWidth, canvas.clientHeight, false);
     camera.resize(canvas.clientWidth, canvas.clientHeight);
   }
@@ -176,11 +193,8 @@ function makeScene(canvas, tell) {
       draw();
     },
     shadows(on) {
-      shared.shadowing.value = on ? 1 : 0;
+      shadowing = on;
       draw();
-    },
-    dull(share) {
-      uniforms.dull.value = share;
     },
     /** Frames a second, of the last ones. */
     get fps() { return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0; },
