@@ -43,8 +43,15 @@ _TAKEN = (*READABLE, "toml", "png", "jpg", "jpeg")
 _TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 #: Pages may load what is served here and nothing else; finished jobs have their scripts in them.
-_OWN = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'"  # fmt: skip  # noqa: E501 - one policy
-_JOBS = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; frame-src 'self'; object-src 'self'; frame-ancestors 'self'"  # fmt: skip  # noqa: E501 - one policy
+_OWN = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; form-action 'none'; "
+    "base-uri 'none'; frame-ancestors 'none'"
+)
+_JOBS = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src 'self' data:; frame-src 'self'; object-src 'self'; frame-ancestors 'self'"
+)
 
 
 class Page:

@@ -97,6 +97,7 @@ def test_every_slider_changes_one_option_and_undo_takes_it_back(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_every_choice_can_be_made(tab):
     for name in fields(tab, "select"):
         if name == "mesh-Model":
@@ -113,6 +114,7 @@ def test_every_choice_can_be_made(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(browser, studio):
     # Few pixels are drawn sooner.
     tab = Tab(browser, studio, (720, 500))
@@ -180,6 +182,7 @@ def test_a_face_is_left_out_and_a_crossing_fastened_by_a_tap(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_a_piece_that_is_dragged_stays_and_the_rest_is_nested_around_it(tab):
     tab.page.locator("#tab-sheets").click()
     piece = tab.page.locator("#panel-sheets .piece").first
@@ -212,6 +215,7 @@ def test_a_piece_that_is_dragged_stays_and_the_rest_is_nested_around_it(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_variants_are_kept_and_come_back(tab):
     first = tab.state()
     tab.page.locator("#keep").click()
@@ -226,6 +230,7 @@ def test_variants_are_kept_and_come_back(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_yarns_shadows_and_both_themes_are_drawn(tab):
     pictures = set()
     for button in ("#shadows", "#shadows", "#theme", "#theme", "#yarns", "#yarns"):
@@ -236,6 +241,7 @@ def test_yarns_shadows_and_both_themes_are_drawn(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_a_file_is_dropped_and_bad_ones_are_told(tab):
     job = b'[job]\nmesh = "shape:cube"\nsize = "90mm"\n'
     for name, data in (("tetra.obj", OBJ), ("job.toml", job)):
@@ -253,6 +259,7 @@ def test_a_file_is_dropped_and_bad_ones_are_told(tab):
     tab.settle()
 
 
+@pytest.mark.slow
 def test_an_answer_that_is_late_leaves_the_old_object_until_the_new_one_is_there(tab):
     before = tab.page.evaluate("studio.seen.n")
     tab.page.evaluate("""() => {
@@ -266,6 +273,7 @@ def test_an_answer_that_is_late_leaves_the_old_object_until_the_new_one_is_there
     assert tab.page.evaluate("studio.seen.crossings") == 64
 
 
+@pytest.mark.slow
 def test_a_job_is_made_and_opens_in_the_page(browser, tmp_path):
     studio = Studio(tmp_path / "studio", "shape:octahedron")
     tab = Tab(browser, studio)
@@ -284,6 +292,7 @@ def test_a_job_is_made_and_opens_in_the_page(browser, tmp_path):
         studio.process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 800), (820, 1180), (390, 844)])
 def test_nothing_hangs_over_the_sides(browser, studio, size):
     tab = Tab(browser, studio, size)

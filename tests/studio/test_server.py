@@ -127,6 +127,7 @@ def test_what_takes_long_can_be_stopped(page):
     assert page.told()["done"]
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_is_told_and_replaced(studio, page):
     page.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})
     assert "progress" in page.told()
@@ -147,6 +148,7 @@ def cpu(pid):
     return (int(parts[11]) + int(parts[12])) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.slow
 def test_two_pages_at_once_have_what_each_wished(studio, page):
     other = studio.page()
     one, two = page.wish("look", TORUS, {}), other.wish("look", "shape:octahedron", {})
