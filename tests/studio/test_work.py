@@ -105,6 +105,7 @@ def test_what_cannot_be_built_is_told_with_its_reasons():
     assert first["verdict"]["reasons"]
 
 
+@pytest.mark.slow
 def test_an_inexact_twill_is_voted_first_and_searched_then():
     # Around a vertex with three edges no 2/2 twill closes.
     found = told(look, "shape:sphere?n=4", size="200mm", pattern="twill")
