@@ -8,12 +8,13 @@ from live_studio import unpacked
 from meshes_shared import shared_mesh
 
 from fabweave.core.errors import FabweaveError
+from fabweave.design.making import make_or_advise
 from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
 from fabweave.stations import Stations
 from fabweave.studio.controls import controls
 from fabweave.studio.state import State, state_of_command, state_of_job
-from fabweave.studio.work import look, plan
+from fabweave.studio.work import look, make, plan
 from fabweave.studio.worker import framed
 
 TORUS = "shape:torus?m=8&n=4"
@@ -181,7 +182,27 @@ def test_long_walks_over_the_controls_end_in_what_job_toml_says(seed, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", range(6))
+def test_where_a_walk_ends_the_job_is_that_of_its_job_toml(seed, tmp_path):
+    *_, (state, seen) = walked(12, 50 + seed, "shape:octahedron", {"size": "250mm"})
+    options = {**state.options, "effort": "quick", "force": True}
+    (tmp_path / "jobs").mkdir()
+    wish = {"mesh": state.mesh, "options": options, "folder": str(tmp_path / "jobs")}
+    found = []
+    try:
+        make({}, wish, found.append)
+    except FabweaveError:
+        pytest.skip("what the walk ends in cannot be made, and is told so")
+    (tmp_path / "job.toml").write_text(seen["toml"], "utf-8")
+    again = settings_from_job(tmp_path / "job.toml", effort="quick", force=True)
+    make_or_advise(again, tmp_path / "again")
+    made = next(values["made"] for values, _ in found if "made" in values)
+    one, two = tmp_path / "jobs" / made, tmp_path / "again"
+    assert (one / "contents.json").read_bytes() == (two / "contents.json").read_bytes()
+
+
+@pytest.mark.slow
 def test_walks_on_a_found_model_end_in_what_job_toml_says(tmp_path):
-    mesh = str(shared_mesh("spot.obj"))
-    for state, seen in walked(30, 3, mesh, {"size": "300mm", "remesh": "quads:200"}):
+    mesh = str(shared_mesh("quad/bob_controlmesh.obj"))
+    for state, seen in walked(30, 3, mesh, {"size": "300mm", "remesh": "quads:150"}):
         same_from_its_files(state, seen, tmp_path)
