@@ -273,7 +273,7 @@ async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) ->
     except (ValueError, KeyError, TypeError) as error:
         await page.tell("look", number, ({"error": f"no wish: {error}", "done": True}, {}))
         return
-    view = {name: asked.get(name) for name in ("have", "yarns", "faces")}
+    view = {name: asked.get(name) for name in ("have", "yarns", "faces", "finer")}
     desk.ask(page, {**state.to_json(), **view, "n": number, "folder": str(folder / "jobs")})
 
 

@@ -196,12 +196,19 @@ def _packed(told: dict[str, Any], arrays: dict[str, np.ndarray[Any, Any]], have:
 
 
 def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
-    """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps."""
+    """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps.
+
+    A wish for what is finer gets the sheets alone, nested as they will be.
+    """
     planned = _planned(kept, stations_for(kept, wish), tell)
+    if wish.get("finer"):
+        tell(_sheets(planned, tell))
+        return
     tell(_figures(planned))
     if not wish.get("yarns"):
         tell(_cut(planned))
-    tell(_sheets(planned, tell))
+    quick = replace(planned, settings=planned.settings.but(effort="quick"))
+    tell(_sheets(quick, tell))
     tell(_steps(planned))
 
 
@@ -282,10 +289,10 @@ def _cut(planned: PlannedJob) -> Told:
 
 
 def _sheets(planned: PlannedJob, tell: Tell) -> Told:
-    """Return where pieces lie when they are nested quickly."""
-    quick = replace(planned, settings=planned.settings.but(effort="quick"))
-    layout = nest_job(quick, progress_of(tell, "sheets"))
+    """Return where pieces lie on sheets."""
+    layout = nest_job(planned, progress_of(tell, "sheets"))
     return {
+        "effort": planned.settings.search.effort,
         "sheets": [{"width": sheet.width_mm, "height": sheet.height_mm} for sheet in layout.sheets],
         "placed": [
             [int(origin), place.sheet, round(place.x_mm, 2), round(place.y_mm, 2),

@@ -50,7 +50,7 @@ def test_settings_that_are_not_those_of_the_job_are_found(finished, tmp_path):
 @pytest.mark.slow
 def test_papers_come_again_of_the_layout_that_was_recorded(finished, monkeypatch, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
-    monkeypatch.setattr("fabweave.plan.nest_pieces.nest", None)  # nothing is nested
+    monkeypatch.setattr("fabweave.nest.pins.nest", None)  # nothing is nested
     assert remake_job(folder, nest=False).ok
     with (folder / "index.html").open("a") as page:
         page.write(" ")

@@ -1,6 +1,10 @@
 """The page of the studio in a real browser: every control, undo, tools, tabs, files, the job."""
 
+import os
 import random
+import re
+import subprocess
+import sys
 import time
 
 import pytest
@@ -271,6 +275,51 @@ def test_an_answer_that_is_late_leaves_the_old_object_until_the_new_one_is_there
     tab.page.locator("#undo").click()
     tab.settle()
     assert tab.page.evaluate("studio.seen.crossings") == 64
+
+
+HOSTILE = """async (address) => {
+  const tries = [];
+  for (const how of [{}, { method: "POST", body: "x" }, { mode: "no-cors", method: "POST", body: "x" }])
+    tries.push(await fetch(address + (how.method ? "end" : "state"), how).then((answer) => answer.type === "opaque" ? "opaque" : "read", () => "refused"));
+  tries.push(await new Promise((done) => {
+    const socket = new WebSocket(address.replace("http", "ws") + "live");
+    socket.onopen = () => done("open");
+    socket.onerror = () => done("refused");
+  }));
+  return tries;
+}"""  # noqa: E501 - a script
+
+
+def test_a_hostile_page_in_another_tab_reads_nothing_and_ends_nothing(browser, studio, tmp_path):
+    # Even one that knows the secret, which it cannot.
+    (tmp_path / "index.html").write_text("<title>hostile</title>")
+    serve = [sys.executable, "-m", "http.server", "0", "--bind", "127.0.0.1", "-d", str(tmp_path)]
+    with subprocess.Popen(serve, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                          env={**os.environ, "PYTHONUNBUFFERED": "1"}) as other:  # fmt: skip
+        port = re.search(r"port (\d+)", other.stdout.readline())[1]
+        page = browser.new_page()
+        page.goto(f"http://127.0.0.1:{port}/")
+        tries = page.evaluate(HOSTILE, studio.address)
+        page.close()
+        other.terminate()
+    assert set(tries) <= {"refused", "opaque"}
+    assert tries[3] == "refused"
+    assert studio.ask("state")[0] == 200
+    assert studio.process.poll() is None
+
+
+@pytest.mark.slow
+def test_what_takes_long_is_stopped_by_the_button(tab):
+    for field, value in (("Quads_around_the_ring", 60), ("Quads_around_the_tube", 40)):
+        number = tab.page.locator(f'input[type=number][data-field="mesh-{field}"]')
+        number.fill(str(value))
+        number.press("Enter")
+    tab.until("!document.getElementById('busy').hidden")
+    tab.page.locator("#stop").click()
+    tab.until("document.getElementById('busy').hidden", 20.0)
+    tab.page.locator("#undo").click()
+    tab.page.locator("#undo").click()
+    tab.settle()
 
 
 @pytest.mark.slow

@@ -94,6 +94,19 @@ def test_a_plan_tells_what_the_pieces_are_and_where_they_lie():
     assert sorted(named) == sorted(one["id"] for one in figures["pieces"])
 
 
+def test_sheets_are_nested_finer_when_that_is_asked_for():
+    kept, found = {}, []
+    wish = {"n": 1, "mesh": TORUS, "options": {"size": "200mm", "effort": "normal"}}
+    plan(kept, wish, found.append)
+    plan(kept, {**wish, "finer": True}, found.append)
+    told = [values for values, _ in found if "sheets" in values]
+    assert [one["effort"] for one in told] == ["quick", "normal"]
+    assert len(told[1]["sheets"]) <= len(told[0]["sheets"])
+    layout = Stations(TORUS, wish["options"]).layout
+    placed = [(place.sheet, round(place.x_mm, 2)) for place in layout.placements]
+    assert [(sheet, x) for _, sheet, x, *_ in told[1]["placed"]] == placed
+
+
 def test_ribbons_of_one_width_are_one_bar():
     made = told(plan, "shape:octahedron", size="200mm", width="even,9mm")
     first = next(one for one in made if "verdict" in one)

@@ -28,7 +28,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
         return put_down(outlines, across)
 
     with (
-        mock.patch("fabweave.plan.nest_pieces.nest", laid),
+        mock.patch("fabweave.nest.pins.nest", laid),
         mock.patch("fabweave.show.job.portrait_png"),
     ):
         job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))

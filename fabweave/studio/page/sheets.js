@@ -34,12 +34,12 @@ function drawStrips(panel, pieces, wide) {
 const lying = (sheet, [, , x, y, turn]) => `translate(${x} ${sheet.height - y}) scale(1 -1) rotate(${turn})`;
 
 /** Sheets beside one another, each with its pieces; those that are pinned are told by their ids. */
-function drawSheets(panel, pieces, sheets, placed, high, pinned) {
+function drawSheets(panel, pieces, sheets, placed, high, pinned, how) {
   panel.innerHTML = `<div class="sheets">${sheets.map((sheet, number) => {
     const on = placed.filter(([, at]) => at === number);
     const shapes = on.map((place) => pieceShape(pieces[place[0]], place[0], lying(sheet, place), pinned.has(pieces[place[0]].id) ? "pinned" : ""));
     return `<figure><svg role="img" data-sheet="${number}" aria-label="Sheet ${number + 1}" height="${high}" width="${(high * sheet.width) / sheet.height}" viewBox="0 0 ${sheet.width} ${sheet.height}">${shapes.join("")}</svg>
-      <figcaption>Sheet ${number + 1}: ${sheet.width.toFixed(0)} × ${sheet.height.toFixed(0)} mm, ${on.length} pieces</figcaption></figure>`;
+      <figcaption>Sheet ${number + 1}: ${sheet.width.toFixed(0)} × ${sheet.height.toFixed(0)} mm, ${on.length} pieces, ${how}</figcaption></figure>`;
   }).join("")}</div>`;
 }
 

@@ -1,5 +1,7 @@
 /** After so long without a change, pieces, sheets and steps are made; an answer is late after so long. */
 const REST = 500, LATE_MS = 900;
+/** After so long more, sheets are nested as they will be. */
+const FINER = 2500;
 /** So many states can be undone, and so many variants are kept. */
 const MOST_STATES = 200, MOST_KEPT = 24;
 /** What another model has no use for. */
@@ -22,7 +24,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   // What was seen last: the header, its arrays, triangles by their digest; and what is planned.
   let seen = null, arrays = {}, have = "", plan = {};
   const flight = { look: 0, plan: 0, make: 0, designs: 0 };
-  let since = 0, dirty = false, resting = 0, late = 0;
+  let since = 0, dirty = false, resting = 0, late = 0, finer = 0;
   const scene = makeScene(by("object"), { tapped });
   by("no-space").hidden = Boolean(scene);
 
@@ -75,14 +77,15 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     else if (to === "plan") planned(head, found);
     else if (to === "make" && head.made) made(head);
     else if (head.design) keep(head.design);
-    if (head.done || head.stopped) ended(to, n);
+    if (head.done || head.stopped) ended(to, n, head.stopped);
   }
 
-  function ended(to, n) {
+  function ended(to, n, stopped) {
     if (n !== flight[to]) return;
     flight[to] = 0;
     if (to === "look" && dirty) look();
     else if (to === "look") rest();
+    if (to === "plan" && !stopped && plan.steps && plan.effort === "quick" && state.options.effort !== "quick") finer = setTimeout(() => ask("plan", { finer: true }), FINER);
     if (to === "make") by("job-stop").hidden = true;
     if (to === "designs") drawShelf();
     if (!flight.look && !flight.plan && !flight.designs) by("busy").hidden = true;
@@ -163,7 +166,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       overlays();
     } else if (head.sheets) {
       Object.assign(plan, head);
-      drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36), new Set(pins().map((pin) => pin.split("@")[0])));
+      drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36), new Set(pins().map((pin) => pin.split("@")[0])), head.effort === "quick" ? "nested quickly" : `nested by effort ${head.effort}`);
     } else if (head.steps) {
       plan.steps = head.steps;
       by("panel-steps").innerHTML = `<ol>${head.steps.map(({ pieces, text }) => `<li><button type="button" data-id="${escapedText(pieces[0] || "")}">${escapedText(text)}</button></li>`).join("")}</ol>`;
@@ -255,6 +258,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       remember();
     }
     clearTimeout(resting);
+    clearTimeout(finer);
     if (flight.plan) ask("plan", { stop: true });
     flight.plan = 0;
     for (const id of ["outcome", "flat"]) by(id).classList.add("stale");
@@ -268,8 +272,8 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     by("redo").disabled = at === states.length - 1;
   }
 
-  function go(by_) {
-    const to = at + by_;
+  function go(steps) {
+    const to = at + steps;
     if (to < 0 || to >= states.length) return;
     at = to;
     remember();
@@ -474,7 +478,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     document.body.innerHTML = "<main><p style='padding:2rem'>The studio has ended. This page can be closed.</p></main>";
   });
 
-  window.studio = { get fps() { return scene ? scene.fps : 0; }, get state() { return state; }, get seen() { return seen; }, get plan() { return plan; }, get settled() { return Boolean(plan.steps && !flight.look && !flight.plan && !dirty && !resting); } };
+  window.studio = { get fps() { return scene ? scene.fps : 0; }, get state() { return state; }, get seen() { return seen; }, get plan() { return plan; }, get settled() { return Boolean(plan.steps && !flight.look && (!flight.plan || plan.sheets) && !dirty && !resting && !by("outcome").classList.contains("stale")); } };
   remember();
   drawShelf();
   connect();
