@@ -87,8 +87,8 @@ def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finishe
 
 @pytest.mark.slow
 def test_to_keep_a_form_joints_and_ends_are_fastened_and_more_may_be(finished):
-    narrow = (*MADE.format("form:0.5mm").split(), "--width", "8mm", "--holes", "fastened")
-    job = load_job(finished(*narrow), Tally("files"))
+    words = "shape:tube?m=12&n=6 --size 300mm --fasten form:1mm --holes fastened --effort quick"
+    job = load_job(finished(*words.split()), Tally("files"))
     assert findings(job) == ()
     due = {joint.crossing for joint in job.map.joints}
     due |= {
