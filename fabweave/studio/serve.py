@@ -1,5 +1,6 @@
 """Run the studio on this machine until it is ended."""
 
+import secrets
 import signal
 import socket
 import webbrowser
@@ -13,7 +14,7 @@ import websockets  # noqa: F401 - uvicorn would do without, and pages would find
 from fabweave.core.errors import InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
-from fabweave.studio.server import new_token, studio_app
+from fabweave.studio.server import studio_app
 from fabweave.studio.state import FIRST, SIZE, State, opened
 
 #: Pages of other machines cannot reach this address.
@@ -59,7 +60,7 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
             f"port {port} cannot be had: {error.strerror}; leave out --port"
         ) from error
     port = listener.getsockname()[1]
-    token = new_token()
+    token = secrets.token_urlsafe(24)
     hosts = frozenset(f"{name}:{port}" for name in (_HOST, "localhost"))
     app = studio_app(
         state, folder, token=token, hosts=hosts, stop=partial(signal.raise_signal, signal.SIGINT)

@@ -8,7 +8,6 @@ import asyncio
 import hashlib
 import json
 import re
-import secrets
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
@@ -28,7 +27,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from fabweave.core.errors import FabweaveError, InputError
 from fabweave.mesh.io.files import READABLE
-from fabweave.options.settings import settings_from_options
 from fabweave.show.viewer.page import three_script
 from fabweave.studio.state import State, opened
 from fabweave.studio.work import designs, look, make, plan
@@ -266,7 +264,6 @@ async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) ->
             desk.stop(page)
             return
         state = State.of(asked)
-        settings_from_options(state.mesh, **state.options)
     except FabweaveError as error:
         await page.tell(asked["to"], number, ({"error": str(error), "done": True}, {}))
         return
@@ -316,8 +313,3 @@ async def _file(name: str, _request: Request) -> Response:
             if file.is_file():
                 return Response(file.read_text("utf-8"), media_type=kind)
     return PlainTextResponse("There is no such file.", 404)
-
-
-def new_token() -> str:
-    """Return a secret that nobody guesses."""
-    return secrets.token_urlsafe(24)

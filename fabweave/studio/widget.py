@@ -28,14 +28,15 @@ export default {
       return;
     }
     const show = () => {
-      const [, arrays] = unpacked(model.get("data").buffer.slice(model.get("data").byteOffset, model.get("data").byteOffset + model.get("data").byteLength));
+      const { buffer, byteOffset, byteLength } = model.get("data");
+      const [, arrays] = unpacked(buffer.slice(byteOffset, byteOffset + byteLength));
       scene.show(arrays, usualWidthOf(arrays.position));
     };
     show();
     model.on("change:data", show);
   },
 };
-"""  # noqa: E501 - a script
+"""
 
 
 def _script() -> str:

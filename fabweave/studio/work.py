@@ -54,16 +54,20 @@ def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
     """Return the stations of a wish, with what is known of the last ones and of earlier meshes."""
     before, mesh, options = kept.get("stations"), wish["mesh"], wish["options"]
     now = Stations(mesh, options) if before is None else before.instead(mesh, options)
-    meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
-    key = repr(views(now.settings)["loaded"])
     if "loaded" not in vars(now):
-        if key in meshes:
-            now.know(loaded=meshes[key])
-        meshes[key] = now.loaded
-        while len(meshes) > _KEPT_MESHES:
-            del meshes[next(iter(meshes))]
+        now.know(loaded=_loaded(kept, now))
     kept["stations"] = now
     return now
+
+
+def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
+    """Return the mesh of some stations, which may be one of those that were loaded last."""
+    meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
+    key = repr(views(stations.settings)["loaded"])
+    found = meshes[key] = meshes.get(key) or stations.loaded
+    while len(meshes) > _KEPT_MESHES:
+        del meshes[next(iter(meshes))]
+    return found
 
 
 def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
@@ -104,26 +108,23 @@ def _seen(
 ) -> Told:
     """Return a woven object as a page shows it."""
     settings, complete = stations.settings, stations.completed[0]
-    threads = woven.weave.threads
     spun = wish.get("yarns", False)
     arrays = (
         _yarns(stations, woven, kept) if spun else strips(woven, _colours(stations, woven, kept))
     )
     told = {
         "title": woven.title,
-        "crossings": threads.n_crossings,
-        "threads": threads.n_threads,
+        "crossings": woven.weave.threads.n_crossings,
         "faces": woven.mesh.n_faces,
         "broken": woven.weave.broken.total,
         "notes": [*woven.source.notes, *woven.result.notes],
         "better": better,
-        "layer_mm": float(np.max(stations.completed[1].thickness_mm(woven.bunches), initial=0.0)),
         "command": long_command(settings),
         "toml": job_toml(settings, {}),
         "controls": [asdict(one) for one in controls(settings, complete, woven)],
     }
     if wish.get("faces"):
-        arrays |= _faces(stations)
+        arrays |= _faces(stations, kept)
     return _packed(told, arrays, wish.get("have", ""))
 
 
@@ -174,10 +175,9 @@ def _yarns(
     }
 
 
-def _faces(stations: Stations) -> dict[str, np.ndarray[Any, Any]]:
+def _faces(stations: Stations, kept: dict[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
     """Return the mesh before any face was left out, with the number of each triangle's face."""
-    whole = stations.also({"leave_out": None, "rim": None})
-    mesh = whole.loaded.mesh
+    mesh = _loaded(kept, stations.also({"leave_out": None, "rim": None})).mesh
     points, triangles, _, face = polygon_triangles(mesh)
     return {
         "face_position": points[triangles].astype("<f4"),
