@@ -97,6 +97,13 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     told = [one for one in found.findings if one.rule not in ("width", "bend")]
     for line in finding_lines(told) if found.findings else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
+    if job.former is not None and job.laid is not None:
+        console.print(
+            f"former: {agree(len(job.laid.former.plates), '{n} plate[|s]')} on "
+            f"{agree(len(job.former.drawings), '{n} sheet[|s]')} in {output / job.former.folder}; "
+            "former.txt says how it goes together and comes out",
+            markup=False,
+        )
     if job.offcuts:
         console.print(
             f"{agree(len(job.offcuts), '{n} offcut[ is|s are]')} worth keeping: --stock "
