@@ -20,13 +20,13 @@ from fabweave.core.parallel.executors import (
     processes,
     side_workers,
 )
+from fabweave.form.straight import lay_strips
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.planned_job import nest_job, plan_job, recorded_layout
 from fabweave.plan.preflight import Preflight
-from fabweave.ribbon.lay import lay_object
 from fabweave.show.files import write_plan, write_proof
 from fabweave.show.job import Job, draw_job, start_side_work
 from fabweave.show.papers import show_job
@@ -64,7 +64,7 @@ def make_job(
     settings, supplies = complete_settings(settings)
     loaded = loaded or load_asked(settings, progress, mesh)
     weave = weave_mesh(loaded, settings.weave, settings.search, supplies, progress)
-    ribbons = lay_object(weave, settings.ribbons, supplies, progress)
+    ribbons = lay_strips(weave, settings.ribbons, supplies, progress)
     planned = plan_job(ribbons, settings, supplies, progress)
     side = start_side_work(planned, start)
     if recorded is None:

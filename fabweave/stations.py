@@ -7,6 +7,7 @@ from typing import Any
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
+from fabweave.form.straight import lay_strips
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
@@ -14,7 +15,7 @@ from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
-from fabweave.ribbon.lay import WovenObject, keep_clear, lay_object
+from fabweave.ribbon.lay import WovenObject, keep_clear
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
@@ -97,7 +98,7 @@ class Stations:
         """The woven object with ribbons as wide as asked."""
         settings, supplies = self.completed
         supplies.require(self.weave.bunches)
-        return lay_object(self.weave, settings.ribbons, supplies)
+        return lay_strips(self.weave, settings.ribbons, supplies)
 
     @cached_property
     def clear_ribbons(self) -> WovenObject:

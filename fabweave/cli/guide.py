@@ -21,6 +21,7 @@ TOPICS = (
     "materials",
     "weaves",
     "twill",
+    "straight",
     "pieces",
     "joints",
     "fasteners",

@@ -255,6 +255,17 @@ OBJECT_OPTIONS = (
         brief="even, even,12mm, proportional, 0.5, 12mm ...",
     ),
     Option(
+        "strips",
+        RIBBONS,
+        choice(("wavy", "straight")),
+        "Shape of the strips. wavy strips unfold exactly from the model. straight strips are "
+        "rectangles of one width, from sheets or from a roll: the object is the nearest to the "
+        "model that such strips make, and fabweave says how near that is. Choose them with "
+        "triangles and --pattern kagome or triaxial.",
+        default="wavy",
+        brief="wavy, or straight: rectangles of one width.",
+    ),
+    Option(
         "smooth",
         RIBBONS,
         whole(0, 50),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.form.straight import lay_strips
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.load import LoadedMesh, load_mesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -13,7 +14,7 @@ from fabweave.options.settings import Settings
 from fabweave.piece.brief import Brief, chosen_grain, make_brief
 from fabweave.piece.joined_strands import split_object
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.sheet.kerf import check_kerf
 from fabweave.stock.per_bunch import by_bunch
@@ -208,4 +209,4 @@ def lay_asked(
         For what cannot be made as asked; the message says what would help.
     """
     woven = weave_mesh(loaded, settings.weave, settings.search, supplies, progress)
-    return lay_object(woven, settings.ribbons, supplies, progress)
+    return lay_strips(woven, settings.ribbons, supplies, progress)

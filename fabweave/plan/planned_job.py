@@ -166,7 +166,7 @@ def plan_job(
 
     def checked(depth: Depth) -> PlannedJob:
         check = check_joined(woven, brief, joined.repeats, depth)
-        if depth == Depth.SEARCHED:
+        if depth == Depth.SEARCHED and not woven.straight:
             check = try_refinement(check, woven, settings, supplies)
         check = with_grain(check, joined, pieces.pieces, supplies.rotations)
         return PlannedJob(

@@ -282,12 +282,16 @@ class WovenObject(WovenMesh):
     apart : (P,) float array or None
         The factors on the width that keep ribbons clear of one another, where some must be narrower
         yet so as not to cross themselves; None where none must.
+    straight : bool
+        Whether its strips are straight: then its ribbons were not laid on the mesh, but drawn to it
+        (:mod:`fabweave.form.straight`), and are not laid anew.
     """
 
     ribbons: Ribbons
     laps: IntArray | None = None
     narrowed: Narrowing | None = None
     apart: FloatArray | None = None
+    straight: bool = False
 
 
 def lay_object(
@@ -362,6 +366,8 @@ def keep_clear(
     If the width is left to fabweave, they get narrower where they would be too near to others, and
     by no less than the factors ``most`` at each pass.
     """
+    if woven.straight:
+        return replace(woven, laps=laps)
     thickness = supplies.thickness_mm(woven.bunches)
 
     def lay(factor: FloatArray | None = None) -> Ribbons:
@@ -432,7 +438,7 @@ def check_object(
         woven.labels,
         limits,
         size_mm=woven.size_mm,
-        lay=lay,
+        lay=None if woven.straight else lay,
         clearance=narrowed.clearance if narrowed is not None else None,
         settle=settle,
         auto=narrowed is not None,
@@ -548,6 +554,8 @@ def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies
     """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
     mesh, halfedges = woven.mesh, woven.halfedges
     notes = _even_notes(woven, settings) + _narrowed_notes(woven)
+    if woven.straight:
+        return notes
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     thickness = supplies.thickness_mm(woven.bunches)
     room = widest_width(

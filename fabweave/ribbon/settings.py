@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from fabweave.ribbon.width import WidthRule
@@ -17,6 +17,7 @@ class RibbonSettings:
     """How wide and how smooth ribbons are, and how far apart."""
 
     width: WidthRule | None
+    strips: Literal["wavy", "straight"]
     smooth: int
     crossing: float | None
     clearance_mm: float
@@ -27,6 +28,11 @@ class RibbonSettings:
         from fabweave.ribbon.width import EVEN  # noqa: PLC0415 - not for help
 
         return EVEN if self.width is None else self.width
+
+    @property
+    def straight(self) -> bool:
+        """Whether strips are straight."""
+        return self.strips == "straight"
 
     @property
     def panel_share(self) -> float:

@@ -164,10 +164,12 @@ def check_space(job: Job, tally: Tally) -> None:
             tally.fail(f"thread {thread.label} is not checked: it is no walk of the mesh")
 
     centre: dict[tuple[int, bool], Floats] = {}
+    outward: dict[tuple[int, bool], Floats] = {}
     for thread in plan.threads:
         if thread.id in panels:
             for at, key in enumerate(zip(thread.crossings, thread.over, strict=True)):
                 centre[key] = panels[thread.id].centre[at]
+                outward[key] = panels[thread.id].outward[at].sum(axis=0)
     edges = job.edges
     both = [
         crossing
@@ -182,8 +184,13 @@ def check_space(job: Job, tally: Tally) -> None:
     under = np.array([centre[crossing.id, False] for crossing in both])
     stated = np.array([crossing.position for crossing in both])
     quads = edge_quads(mesh, np.array([edges[crossing.id] for crossing in both]))
-    apart = np.einsum("ij,ij->i", over - under, quads.normal)
-    beside = np.linalg.norm(over - under - apart[:, None] * quads.normal, axis=1)
+    normal = quads.normal
+    if job.options.get("strips") == "straight":
+        # These lie where they rest, and flat on one another.
+        normal = np.array([outward[crossing.id, True] for crossing in both])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+    apart = np.einsum("ij,ij->i", over - under, normal)
+    beside = np.linalg.norm(over - under - apart[:, None] * normal, axis=1)
     off = np.linalg.norm((over + under) / 2.0 - stated, axis=1)
     astray = np.linalg.norm(stated - quads.middle, axis=1)
     for at, crossing in enumerate(both):

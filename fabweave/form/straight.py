@@ -1,0 +1,357 @@
+"""Lay ribbons that unfold to straight strips of one width, as near to a mesh as they come.
+
+A straight strip in space is what a hand weaver has: it bends and twists, and does not turn in its
+own plane. Where strips cross is left to them. So a net is let go whose strips resist turning most
+and whose spans may be as long as they like, while its crossings are drawn to the mesh. What it
+comes to is nearly straight, and the nearest ribbons that unfold exactly are then found by Newton's
+method.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+from threadpoolctl import threadpool_limits
+
+from fabweave.core.arrays import (
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen,
+    frozen_value,
+    no_progress,
+    unit,
+)
+from fabweave.core.errors import CannotMakeError
+from fabweave.form.body import elastic_threads
+from fabweave.form.net import Net, State, cut_inner, end_frames, strains
+from fabweave.form.relax import relax
+from fabweave.form.screw import Frames
+from fabweave.form.woven_net import woven_net
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.triangulate import plain_triangles
+from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.ribbon.measures import panel_widths
+from fabweave.ribbon.project import Ribbons, better_diagonals, crossing_heights, following_rung
+from fabweave.ribbon.settings import RibbonSettings
+from fabweave.stock.supplies import Supplies
+from fabweave.weave.pattern import Weave, strand_passes
+from fabweave.weave.weave_mesh import WovenMesh
+
+#: What strips resist stretch and turning in their plane with, as shares of what they do; and how
+#: crossings are drawn to the mesh, as a share of what a span resists being bent with.
+_STRETCH, _TURN, _DRAWN = 1e-4, 100.0, 12.0
+#: Beside that, so much of the way along the mesh to where a crossing was.
+_ALONG = 0.05
+#: Rounds at most in which closest points are found anew, and motion that is none, of the size.
+_ROUNDS, _STILL = 15, 2e-4
+_GAIN = 1e-5
+#: Panels resist so many times more.
+_RIGID = 4.0
+#: A panel reaches so far beyond what it crosses, and over so much of the shorter span at most.
+_BEYOND, _REACH = 1.05, 0.44
+#: Strips are as wide as this share of all crossings have room for, if nobody says.
+_ROOMY = 0.05
+#: Ribbons are exact to this share of their width; in so many steps at most.
+_EXACT, _STEPS = 1e-11, 25
+#: What is added to equations, a share of their size, lest two of them say the same.
+_RIDGE = 1e-13
+
+
+def lay_strips(
+    woven: WovenMesh, settings: RibbonSettings, supplies: Supplies, progress: Progress = no_progress
+) -> WovenObject:
+    """Lay the ribbons of a woven mesh as asked: as wide, and wavy or straight.
+
+    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
+    at any.
+    """
+    laid = lay_object(woven, settings, supplies, progress)
+    return straightened(laid, settings, supplies, progress) if settings.straight else laid
+
+
+def straightened(
+    woven: WovenObject,
+    settings: RibbonSettings,
+    supplies: Supplies,
+    progress: Progress = no_progress,
+) -> WovenObject:
+    """Return an object whose ribbons unfold to straight strips of one width.
+
+    Parameters
+    ----------
+    woven : WovenObject
+        As it would be cut from wavy strips.
+    settings : RibbonSettings
+        The width that is asked for in millimetres is that of all strips; else it is what all but a
+        few crossings have room for.
+    supplies : Supplies
+    progress : callable
+
+    Raises
+    ------
+    CannotMakeError
+        If threads turn back at a boundary, or no straight strips are found near the mesh.
+    """
+    weave, threads = woven.weave, woven.weave.threads
+    if len(threads.turn_pass):
+        raise CannotMakeError(
+            "straight strips cannot turn back at a boundary: use --boundary end, or --strips wavy"
+        )
+    thickness = supplies.thickness_mm(woven.bunches)
+    height = crossing_heights(weave, thickness, settings.clearance_mm)
+    width = settings.width_rule.most_mm
+    if not np.isfinite(width):
+        width = float(np.quantile(panel_widths(woven.ribbons).min(axis=1), _ROOMY))
+    following = following_rung(threads.offsets, threads.closed)
+    first = np.flatnonzero(following >= 0)
+    spans = _Spans(first, following[first], width)
+    surface = Surface(*plain_triangles(woven.mesh))
+    with threadpool_limits(limits=1, user_api="blas"):
+        materials, bare = elastic_threads(supplies, woven.bunches), np.zeros(threads.n_crossings)
+        net, state = woven_net(woven.ribbons, weave, thickness, materials, bare)
+        net = _straight(net, height)
+        net, state = _drawn(net, state, spans, threads.crossing, surface, progress)
+        ribbons = _laid(woven.ribbons, weave, spans, net, state)
+        ribbons = _exact(ribbons, weave, width, height)
+    return replace(woven, ribbons=ribbons, straight=True)
+
+
+@frozen_value
+class _Spans:
+    """Spans of straight strips: from the middle of one panel to its end, and on to the next one.
+
+    Parameters
+    ----------
+    first, second : (S,) int arrays
+        The passes between which each leads.
+    width : float
+    """
+
+    first: IntArray
+    second: IntArray
+    width: float
+
+    def reach(self, angle: FloatArray, length: FloatArray) -> FloatArray:
+        """Return how far panels reach from their middles, (P,), which lie on one another.
+
+        ``angle``, (P,), is that between the strands at each pass; ``length``, (S,), of spans.
+        """
+        shorter = np.full(len(angle), np.inf)
+        np.minimum.at(shorter, np.concatenate([self.first, self.second]), np.tile(length, 2))
+        sine = np.maximum(np.abs(np.sin(angle)), 1e-3)
+        shared = self.width / 2 * (_BEYOND + np.abs(np.cos(angle))) / sine
+        return np.minimum(shared, _REACH * shorter)
+
+    def rest(self, reach: FloatArray, between: FloatArray) -> FloatArray:
+        """Return the twists of straight spans, (S, 4, 6): panel, half of what is between, twice."""
+        rest = np.zeros((len(between), 4, 6))
+        rest[..., 0] = np.stack(
+            [reach[self.first], between / 2, between / 2, reach[self.second]], 1
+        )
+        return rest
+
+
+def _straight(net: Net, height: FloatArray) -> Net:
+    """Return a net whose strips are straight, weigh nothing, and lie flat on one another."""
+    offset = np.zeros_like(net.at.origin)
+    offset[:, 2] = np.where(net.turns.T.ravel() >= 0, -1.0, 1.0) * height[net.ends.T.ravel()]
+    stiffness = net.stiffness * [_STRETCH, _TURN, 1.0, 1.0, 1.0, _TURN]
+    stiffness[:, [0, 3]] = net.stiffness[:, [0, 3]] * _RIGID
+    at = Frames(offset, net.at.axes)
+    return replace(net, at=at, stiffness=stiffness, weight=np.zeros_like(net.weight))
+
+
+def _drawn(
+    net: Net,
+    state: State,
+    spans: _Spans,
+    crossing: IntArray,
+    surface: Surface,
+    progress: Progress,
+) -> tuple[Net, State]:
+    """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
+
+    Strips that resist no stretch are taken to be as long as they are, time and again: so crossings
+    go along them to where nothing pulls.
+    """
+    start = state.bodies.origin
+    size = float(np.ptp(start, axis=0).max())
+    length = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
+    pull = np.median(net.stiffness[:, 1, 4]) / np.median(length) ** 2
+    held = np.full_like(start, _DRAWN * pull)
+    for number in range(_ROUNDS):
+        progress("straight strips", number, _ROUNDS)
+        reach = spans.reach(state.angles[crossing], length)
+        between = length - reach[spans.first] - reach[spans.second]
+        before = state.bodies.origin
+        foot = surface.feet(before)
+        back = start - foot.points
+        back -= np.einsum("nd,nd->n", back, foot.normals)[:, None] * foot.normals
+        place = foot.points + _ALONG * back
+        net = replace(net, rest=spans.rest(reach, between), held=held, place=place)
+        if not number:
+            state = cut_inner(net, state.bodies, state.angles)
+        state = relax(net, state, gain=_GAIN).state
+        length = np.linalg.norm(strains(net, state)[0][..., :3], axis=2).sum(axis=1)
+        moved = np.linalg.norm(state.bodies.origin - before, axis=1)
+        if moved.max() <= _STILL * size:
+            break
+    return net, state
+
+
+def _laid(ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: State) -> Ribbons:
+    """Return ribbons of one width along the strips of a net, with the rungs of others."""
+    threads, width = weave.threads, spans.width
+    count = len(threads.crossing)
+    _, ends = end_frames(net, state.bodies, state.angles)
+    passes = np.concatenate([spans.first, spans.second])
+    # Each pass has the frame of a span that ends there.
+    of_pass, reach = np.zeros(count, dtype=np.int64), np.zeros(count)
+    of_pass[passes] = np.arange(len(passes))
+    reach[passes] = net.rest[:, [0, 3], 0].T.ravel()
+    frames = ends[of_pass]
+    right, left = np.zeros_like(ribbons.right), np.zeros_like(ribbons.left)
+
+    def lay(rungs: IntArray, at: Frames, along: FloatArray) -> None:
+        middle = at.origin + along[:, None] * at.axes[..., 0]
+        half = width / 2 * at.axes[..., 1]
+        right[rungs], left[rungs] = middle - half, middle + half
+
+    lay(ribbons.entry, frames, -reach)
+    lay(ribbons.entry + 1, frames, reach)
+    twist = strains(net, state)[0]
+    size = np.diff(ribbons.offsets)[threads.thread_of_pass[spans.first]]
+    rungs = (ribbons.entry[spans.second] - ribbons.entry[spans.first] - 2) % size
+    steps = int(rungs.max(initial=0))
+    inner = 3 * np.arange(len(spans.first))
+    for number in range(1, steps + 1):
+        share = 2.0 * number / (steps + 1)
+        half = int(share >= 1.0)
+        part = state.inner[inner + half].moved((share - half) * twist[:, 1 + half])
+        lay(ribbons.entry[spans.first] + 1 + number, part, np.zeros(len(inner)))
+
+    # The ends of open strips go on straight, as far as they did.
+    middle = (ribbons.right + ribbons.left) / 2
+    open_threads = np.flatnonzero(~threads.closed & threads.woven)
+    for passed, rungs, way in (
+        (threads.offsets[open_threads], ribbons.offsets[open_threads], -1.0),
+        (threads.offsets[open_threads + 1] - 1, ribbons.offsets[open_threads + 1] - 1, 1.0),
+    ):
+        panel = ribbons.entry[passed]
+        far = np.linalg.norm((middle[panel] + middle[panel + 1]) / 2 - middle[rungs], axis=1)
+        lay(rungs, frames[passed], way * np.maximum(far, _BEYOND * reach[passed]))
+    after = following_rung(ribbons.offsets, ribbons.closed)
+    return replace(
+        ribbons,
+        right=right,
+        left=left,
+        from_right=better_diagonals(right, left, after),
+        normal=frozen(np.ascontiguousarray(state.bodies.axes[:, :, 2])),
+        centre=frozen(state.bodies.origin),
+    )
+
+
+@frozen_value
+class _Products:
+    """Conditions on points: of each, two sums of points have a given inner product.
+
+    Parameters
+    ----------
+    first, second : (C, N) sparse arrays
+        What is summed.
+    wanted : (C,) float array
+    scale : (C,) float array
+        By which products are divided.
+    """
+
+    first: sp.csr_array
+    second: sp.csr_array
+    wanted: FloatArray
+    scale: FloatArray
+
+    def off(self, points: FloatArray) -> tuple[FloatArray, sp.csr_array]:
+        """Return how far products are off, (C,), and how that changes, (C, 3 N) by axes."""
+        one, other = self.first @ points, self.second @ points
+        off = (np.einsum("cd,cd->c", one, other) - self.wanted) / self.scale
+        change = [
+            sp.diags_array(other[:, axis] / self.scale) @ self.first
+            + sp.diags_array(one[:, axis] / self.scale) @ self.second
+            for axis in range(3)
+        ]
+        return off, sp.csr_array(sp.hstack(change))
+
+
+def _exact_conditions(
+    ribbons: Ribbons, weave: Weave, width: float, height: FloatArray
+) -> _Products:
+    """Return the conditions under which ribbons unfold to straight strips that lie on each other.
+
+    Between two rungs both rails are as long, and the diagonal at which the quad folds is that of a
+    rectangle; at a crossing, the middles of both panels are apart along the normal of both.
+    """
+    following = following_rung(ribbons.offsets, ribbons.closed)
+    here = np.flatnonzero(following >= 0)
+    after = following[here]
+    points = sp.csr_array(sp.eye_array(2 * ribbons.n_rungs))
+    right, left = points[: ribbons.n_rungs], points[ribbons.n_rungs :]
+    rung = sp.csr_array(left - right)
+    ahead, beside = right[after] - right[here], left[after] - left[here]
+    # The side of each quad at which its diagonal begins, and that at whose rail it ends.
+    start = sp.diags_array(ribbons.from_right[here].astype(np.float64))
+    other = sp.eye_array(len(here)) - start
+    across = start @ rung[after] - other @ rung[after]
+    beyond = right[after] + left[after] - 2.0 * (start @ right[here] + other @ left[here])
+
+    upper, lower = (ribbons.entry[at] for at in strand_passes(weave).T[::-1])
+    middle = sp.csr_array((right + left) / 2.0)
+    apart = middle[upper] + middle[upper + 1] - middle[lower] - middle[lower + 1]
+    flat = [
+        one
+        for at in (upper, lower)
+        for one in (rung[at], rung[at + 1], middle[at + 1] - middle[at])
+    ]
+    wide, level, high = (
+        np.full(len(here), width**2), np.tile(height * width, len(flat)), 16.0 * height**2,
+    )  # fmt: skip
+    rungs = np.full(ribbons.n_rungs, width**2)
+    return _Products(
+        first=sp.csr_array(sp.vstack([ahead - beside, across, rung, *[apart] * len(flat), apart])),
+        second=sp.csr_array(sp.vstack([ahead + beside, beyond, rung, *flat, apart])),
+        wanted=np.concatenate([0.0 * wide, wide, rungs, 0.0 * level, high]),
+        scale=np.concatenate([wide, wide, rungs, level, high]),
+    )
+
+
+def _exact(ribbons: Ribbons, weave: Weave, width: float, height: FloatArray) -> Ribbons:
+    """Return the nearest ribbons that unfold exactly to straight strips of a width."""
+    conditions = _exact_conditions(ribbons, weave, width, height)
+    points = np.concatenate([ribbons.right, ribbons.left])
+    off, change = conditions.off(points)
+    for _ in range(_STEPS):
+        square = change @ change.T
+        square += _RIDGE * square.diagonal().mean() * sp.eye_array(len(off))
+        step = splu(
+            sp.csc_array(square), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
+        ).solve(off)
+        points = points - (change.T @ step).reshape(3, -1).T
+        off, change = conditions.off(points)
+        if float(np.abs(off).max()) <= _EXACT:
+            break
+    else:
+        raise CannotMakeError(
+            "no straight strips are found near this mesh: a finer mesh, a smaller --width or a "
+            "smoother mesh (--fair) would help, or --strips wavy"
+        )
+    right, left = (side.copy() for side in np.split(points, 2))
+    upper, lower = (ribbons.entry[at] for at in strand_passes(weave).T[::-1])
+    middle = (right + left) / 2.0
+    above, below = ((middle[at] + middle[at + 1]) / 2.0 for at in (upper, lower))
+    return replace(
+        ribbons,
+        right=frozen(right),
+        left=frozen(left),
+        centre=frozen((above + below) / 2.0),
+        normal=frozen(unit(above - below)),
+    )
