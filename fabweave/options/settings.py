@@ -146,6 +146,15 @@ class Settings:
         """Whether ribbons may be narrower than they are, as their width is left to fabweave."""
         return self.width_rule.auto
 
+    @property
+    def common_cuts(self) -> bool:
+        """Whether strips share cuts: straight ones do, a kerf apart, if nobody says otherwise."""
+        from fabweave.stock.per_bunch import by_bunch  # noqa: PLC0415 - not for help
+
+        gaps = {gap for _, gap in by_bunch(self.stock.gap_mm)}
+        near = gaps <= {None, self.machine.kerf_mm}
+        return self.ribbons.straight and near and self.machine.micro_joints is None
+
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
         width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))

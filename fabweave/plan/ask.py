@@ -119,7 +119,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         supplies = supplies.across()
     if settings.pieces.former is not None:
         supplies = replace(supplies, former=_former_supply(settings, supplies))
-    check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    if not settings.common_cuts:
+        check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     # What cannot be is refused before the work, though it is needed only later.
     brief_of(settings, supplies)
     for supply in supplies.each:
@@ -141,7 +142,7 @@ def supplies_of(settings: Settings) -> Supplies:
     return plan_supplies(
         parse_materials(stock.material),
         by_bunch(stock.thickness_mm),
-        by_bunch(stock.gap_mm),
+        by_bunch(settings.machine.kerf_mm if settings.common_cuts else stock.gap_mm),
         stock.sheets,
         stock.library,
         settings.machine.bed,

@@ -15,6 +15,7 @@ from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.search import Search
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.pins import nest_around, parse_pins
+from fabweave.nest.strips import nest_strips
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import PieceRecord, read_crossing_map
 from fabweave.stock.rotations import FREE, Rotations, parse_rotations
@@ -324,22 +325,21 @@ def nest_pieces(
     pins = parse_pins(search.pin) if search.pin else ()
     if strange := [pin.id for pin in pins if pin.id not in ids]:
         raise InputError(f"there is no piece {few_of(strange)} to be pinned; leave it out of --pin")
-    parts = [
-        nest_around(
-            pins,
-            [outlines[piece] for piece in group],
-            supplies.as_nested(supply.sheets),
-            margin_mm=supplies.margin_mm,
-            gap_mm=supply.gap_mm,
-            effort=search.effort,
-            seed=search.seed,
-            ids=[ids[piece] for piece in group],
-            rotations=rotations,
-            executors=executors,
-            progress=progress,
-        )
-        for supply, group in zip(supplies.each, groups, strict=True)
-    ]
+    parts: list[Layout] = []
+    for supply, group in zip(supplies.each, groups, strict=True):
+        own, stock = [outlines[piece] for piece in group], supplies.as_nested(supply.sheets)
+        names = [ids[piece] for piece in group]
+        strips = None
+        if not pins:
+            strips = nest_strips(
+                own, stock, margin_mm=supplies.margin_mm, gap_mm=supply.gap_mm, ids=names,
+                rotations=rotations,
+            )  # fmt: skip
+        parts.append(strips or nest_around(
+            pins, own, stock, margin_mm=supplies.margin_mm, gap_mm=supply.gap_mm,
+            effort=search.effort, seed=search.seed, ids=names, rotations=rotations,
+            executors=executors, progress=progress,
+        ))  # fmt: skip
     for part, group in zip(parts, groups, strict=True) if pins else ():
         own = [outlines[piece] for piece in group]
         if faults := check_layout(part, own, ids=[ids[piece] for piece in group]):

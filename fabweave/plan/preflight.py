@@ -124,6 +124,8 @@ def preflight(
     findings: Sequence[BrokenRule],
     materials: Sequence[Material],
     target: Target,
+    *,
+    common: bool = False,
 ) -> tuple[Finding, ...]:
     """Check every piece of a job against the rules of its material and a target.
 
@@ -135,6 +137,8 @@ def preflight(
     materials : sequence of Material
         That of each thread.
     target : Target
+    common : bool
+        Whether pieces share cuts, and so need no gap.
 
     Returns
     -------
@@ -147,7 +151,7 @@ def preflight(
     return (
         *_holes(cuts, of_piece, target),
         *_webs(cuts, of_piece, target),
-        *_gaps(cuts, target),
+        *(() if common else _gaps(cuts, target)),
         *_sizes(cuts, crossing_map.sheets, target),
         *_segments(cuts),
         *_ribbons(findings),

@@ -212,7 +212,7 @@ def check_drawing(drawing: SheetDrawing) -> None:
         counts = (
             sum((layer is Layer.NOTES) is not noted for layer in layers),
             disordered,
-            int(not noted and Layer.CUT_OUTER not in layers),
+            int(not (noted or drawing.open_outlines or Layer.CUT_OUTER in layers)),
             sum(not line.closed and line.layer in shut for line in lines),
             far,
         )

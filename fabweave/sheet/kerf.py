@@ -21,6 +21,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, frozen_value
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.core.units import parse_length
+from fabweave.sheet.common_cuts import with_common_cuts
 from fabweave.sheet.drawing import (
     MIN_SEGMENT_MM,
     Circle,
@@ -453,7 +454,11 @@ CUT_FOLDER = "cut"
 
 
 def kerfed_sheets(
-    drawings: Sequence[SheetDrawing], kerf_mm: float, micro_joints: MicroJoints | None
+    drawings: Sequence[SheetDrawing],
+    kerf_mm: float,
+    micro_joints: MicroJoints | None,
+    *,
+    common: bool = False,
 ) -> tuple[SheetDrawing, ...]:
     """Return the sheets as they are to be cut; none where that is as they are drawn.
 
@@ -464,6 +469,8 @@ def kerfed_sheets(
     kerf_mm : float
         Width of the burnt line, or 0.
     micro_joints : MicroJoints or None
+    common : bool
+        Whether what pieces share is cut once.
 
     Returns
     -------
@@ -475,16 +482,20 @@ def kerfed_sheets(
     CannotMakeError
         If the kerf cannot be taken off (see ``compensated``).
     """
-    if not kerf_mm and micro_joints is None:
+    if not kerf_mm and micro_joints is None and not common:
         return ()
     words = [f"kerf{kerf_mm:g}mm"] if kerf_mm else []
     if micro_joints is not None:
         words.append(f"micro{micro_joints.count}x{micro_joints.width_mm:g}mm")
+    if common:
+        words.append("common")
     result = []
     for drawing in drawings:
         kerfed = compensated(drawing, kerf_mm)
         if micro_joints is not None:
             kerfed = bridged(kerfed, micro_joints, kerf_mm=kerf_mm)
+        if common:
+            kerfed = with_common_cuts(kerfed)
         result.append(replace(kerfed, name="_".join([drawing.name, *words])))
     return tuple(result)
 

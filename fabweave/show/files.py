@@ -251,7 +251,15 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
     supplies = job.supplies
     materials = [supplies.materials[index] for index in job.allotment.threads.tolist()]
     check = Preflight(
-        supplies, target, preflight(crossing_map, ribbons.findings, materials, target)
+        supplies,
+        target,
+        preflight(
+            crossing_map,
+            ribbons.findings,
+            materials,
+            target,
+            common=job.settings.common_cuts,
+        ),
     )
     broken = finding_lines(check.findings)
     broken += [reason.told for reason in job.verdict.reasons if reason.rule == "ids"]

@@ -299,7 +299,10 @@ def draw_job(
     usual = complete_settings(usual_settings(settings))[0]
     code = "" if settings.machine.qr == "none" else command_text(settings, usual)
     drawings = tuple(with_code(drawing, code) for drawing in drawings)
-    kerfed = kerfed_sheets(drawings, settings.machine.kerf_mm, settings.machine.micro_joints)
+    machine = settings.machine
+    kerfed = kerfed_sheets(
+        drawings, machine.kerf_mm, machine.micro_joints, common=settings.common_cuts
+    )
     woven = planned.woven
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
@@ -332,7 +335,7 @@ def draw_job(
         kerfed=kerfed,
         costs=job_costs(
             pieces,
-            drawings,
+            kerfed if settings.common_cuts else drawings,
             layout.sheets,
             allotment.sheet_materials,
             steps,

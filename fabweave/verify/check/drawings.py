@@ -82,16 +82,19 @@ def check_lines(job: Job, tally: Tally) -> None:
 
     Of sheets that are written once more to be cut, those are checked, too.
     """
-    for _, drawing, place in sheet_drawings(job, "dxf", tally):
-        _check_segments(drawing, place)
+    for sheet, drawing, place in sheet_drawings(job, "dxf", tally):
+        # Strips that share cuts lie edge on edge here, and are drawn anew to be cut.
+        common = job.ready is not None and sheet.name in job.ready.shared
+        shapes = [one for one in drawing.shapes if not (common and one.layer == OUTLINES)]
+        _check_segments(shapes, place)
     for sheet in required(job.map).sheets:
         if job.ready is not None and (ready := job.ready.dxf.get(sheet.name)) is not None:
-            _check_segments(ready, tally.at(f"{READY}/{job.ready.name_of(sheet.name)}.dxf"))
+            _check_segments(ready.shapes, tally.at(f"{READY}/{job.ready.name_of(sheet.name)}.dxf"))
 
 
-def _check_segments(drawing: Drawing, place: Place) -> None:
+def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
     """Check that every segment is long enough, and that none lies on another, all or in part."""
-    shapes = [shape for shape in drawing.shapes if shape.radius is None]
+    shapes = [shape for shape in drawn if shape.radius is None]
     runs = [shape.run for shape in shapes]
     begin, goal = (
         np.concatenate([np.zeros((0, 3)), *(run[part] for run in runs)])

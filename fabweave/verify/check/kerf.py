@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from fabweave.verify.check.drawings import SAME_MM, compare_formats, shapes_apart
+from fabweave.verify.check.drawings import SAME_MM, compare_formats, lines_of, shapes_apart
 from fabweave.verify.drawing import (
     ENGRAVE_LAYERS,
     HOLES,
@@ -32,7 +32,8 @@ def check_ready(job: Job, tally: Tally) -> None:
     for sheet in plan.sheets:
         rings = {piece.id: piece.placed_ring(piece.path) for piece in plan.on_sheet(sheet.number)}
         _check_sheet(ready, sheet.name, job.dxf.get(sheet.number), rings, tally)
-    for beside in (job.rim, job.former):
+    altered = bool(ready.kerf_mm) or ready.micro is not None
+    for beside in (job.rim, job.former) if altered else ():
         for name, nominal in (beside.dxf if beside is not None else {}).items():
             outlines = [shape for shape in nominal.shapes if shape.layer == OUTLINES]
             rings = {str(shape.piece): shape.ring for shape in outlines}
@@ -57,14 +58,47 @@ def _check_sheet(
         for problem in drawing.problems:
             place.fail(problem)
     compare_formats(svg, dxf, of_svg)
-    _check_same(dxf, nominal, of_dxf)
+    shared = sheet in ready.shared
+    _check_same(dxf, nominal, of_dxf, shared=shared)
+    if shared:
+        _check_common(rings, dxf, ready.kerf_mm / 2.0, of_dxf)
     for piece, ring in rings.items():
-        _check_piece(piece, ring, dxf, nominal, ready, of_dxf.at(f"piece {piece}"))
+        _check_piece(piece, ring, dxf, nominal, ready, of_dxf.at(f"piece {piece}"), shared=shared)
 
 
-def _check_same(drawing: Drawing, nominal: Drawing, place: Place) -> None:
-    """Require everything but cuts to be as on the nominal sheet, and cuts of the same pieces."""
-    place.same("layers of pieces, as on the nominal sheet,", drawing.groups, nominal.groups)
+def _check_common(rings: dict[str, Floats], drawing: Drawing, half_mm: float, place: Place) -> None:
+    """Check that lines cut all outlines, half a kerf off, and nothing else.
+
+    That no line is cut twice is another check: so what two pieces share is cut once.
+    """
+    outlines = [
+        shapely.Polygon(ring_points(ring)).buffer(half_mm, join_style="mitre").exterior
+        for ring in rings.values()
+    ]
+    runs = [shape for shape in drawing.shapes if shape.layer == OUTLINES]
+    place.expect(
+        not any(shape.radius is not None or shape.bulges.any() for shape in runs),
+        "what is cut of straight strips is not straight",
+    )
+    lines = shapely.union_all(lines_of(runs))
+    wanted = shapely.union_all(np.array(outlines, dtype=object))
+    for name, outline in zip(rings, outlines, strict=True):
+        missing = shapely.difference(outline, lines.buffer(_OFF_MM)).length
+        place.at(f"piece {name}").at_most("uncut_mm", missing, _OFF_MM, "{} of it are not cut")
+    extra = shapely.difference(lines, wanted.buffer(_OFF_MM)).length
+    place.at_most("extra_mm", extra, _OFF_MM, "{} are cut that are no outline")
+
+
+def _check_same(drawing: Drawing, nominal: Drawing, place: Place, *, shared: bool) -> None:
+    """Require everything but cuts to be as on the nominal sheet, and cuts of the same pieces.
+
+    Where cuts are ``shared``, those of others may be all that cuts a piece.
+    """
+    layers = [
+        {key for key in one.groups if not (shared and key[0] == OUTLINES)}
+        for one in (drawing, nominal)
+    ]
+    place.same("layers of pieces, as on the nominal sheet,", *layers)
     for key in drawing.groups.keys() & nominal.groups.keys():
         if key[0] in (*ENGRAVE_LAYERS, NOTES):
             place.at_most(
@@ -76,12 +110,19 @@ def _check_same(drawing: Drawing, nominal: Drawing, place: Place) -> None:
 
 
 def _check_piece(
-    piece: str, ring: Floats, drawing: Drawing, nominal: Drawing, ready: Ready, place: Place
+    piece: str,
+    ring: Floats,
+    drawing: Drawing,
+    nominal: Drawing,
+    ready: Ready,
+    place: Place,
+    *,
+    shared: bool,
 ) -> None:
     """Check the outline and the cut-outs of a piece; ``ring`` is its nominal outline."""
     half = ready.kerf_mm / 2.0
     runs = drawing.of(OUTLINES, piece)
-    if _check_runs(runs, ready, place):
+    if not shared and _check_runs(runs, ready, place):
         _check_offset(_joined(runs), ring, half, place.at("outline"))
     cut, whole = (sheet.of(HOLES, piece) for sheet in (drawing, nominal))
     if not place.equal("the number of cut-outs", len(cut), len(whole)):

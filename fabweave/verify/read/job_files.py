@@ -73,6 +73,8 @@ class Ready(Drawings):
     kerf_mm: float = 0.0
     #: How many interruptions an outline has at most, and how wide the bridges are.
     micro: tuple[int, float] | None = None
+    #: The sheets on which what pieces share is cut once.
+    shared: frozenset[str] = frozenset()
 
     def name_of(self, sheet: str) -> str:
         """Return what the files of a sheet are to be called, without suffix."""
@@ -81,6 +83,8 @@ class Ready(Drawings):
             words.append(f"kerf{self.kerf_mm:g}mm")
         if self.micro is not None:
             words.append(f"micro{self.micro[0]}x{self.micro[1]:g}mm")
+        if sheet in self.shared:
+            words.append("common")
         return "_".join(words)
 
 
@@ -122,12 +126,16 @@ def read_ready(
         words = _MICRO.fullmatch(str(options["micro_joints"]))
         if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
             micro = int(words[1]), float(words[2])
-    ready = Ready(kerf_mm=kerf, micro=micro)
+    gaps = {length_of(gap) for gap in by_bunch(options.get("gap")).values()}
+    common = options.get("strips") == "straight" and micro is None and gaps == {kerf}
+    sheets = list(sheets)
+    ready = Ready(kerf_mm=kerf, micro=micro, shared=frozenset(sheets if common else ()))
     asked = bool(kerf) or micro is not None
     beside = sorted(
         path.stem for folder in (RIM, FORMER) for path in (directory / folder).glob("*.dxf")
     )
-    names = {name: ready.name_of(name) for name in (*sheets, *beside)} if asked else {}
+    drawn = [*(sheets if asked or common else ()), *(beside if asked else ())]
+    names = {name: ready.name_of(name) for name in drawn}
     for name, stem in names.items():
         ready.add(name, f"{READY}/{stem}", read)
     for path in sorted((directory / READY).iterdir()) if (directory / READY).is_dir() else ():

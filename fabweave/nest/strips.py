@@ -1,0 +1,186 @@
+"""Lay straight strips side by side in rows: what shears and paper cutters can follow, too."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree, few_of
+from fabweave.nest.layout import Layout, Placement
+from fabweave.nest.place.greedy import order_of_use
+from fabweave.stock.rotations import FREE, Rotations
+from fabweave.stock.sheet_size import SheetSize, usable_size
+
+#: Corners of strips are where they are to this.
+_SAME_MM = 1e-6
+#: Lengths are added up in steps of this, rounded up.
+_STEP_MM = 0.05
+_CORNERS = 4
+
+
+def fill_rows(lengths: Sequence[float], row_mm: float, gap_mm: float = 0.0) -> list[list[int]]:
+    """Deal lengths to rows, as few as may be: one-dimensional cutting stock.
+
+    Each row takes the longest length that is left, and with it those that fill it best (minimum
+    bin slack: Gupta and Ho, "A new heuristic algorithm for the one-dimensional bin-packing
+    problem", Production Planning & Control 10, 1999). No dealing has fewer rows than all lengths,
+    each with its gap, take in one.
+
+    Parameters
+    ----------
+    lengths : sequence of float
+        None longer than a row.
+    row_mm : float
+    gap_mm : float
+        Between two in a row.
+
+    Returns
+    -------
+    list of list of int
+        Numbers of lengths in each row, the longest first.
+
+    Examples
+    --------
+    >>> fill_rows([6.0, 5.0, 5.0, 4.0], 10.0)
+    [[0, 3], [1, 2]]
+    """
+    steps = np.ceil((np.array(lengths) + gap_mm) / _STEP_MM - _SAME_MM).astype(np.int64)
+    room = int((row_mm + gap_mm) / _STEP_MM + _SAME_MM)
+    left = sorted(range(len(steps)), key=lambda at: (-lengths[at], at))
+    rows = []
+    while left:
+        first = left.pop(0)
+        free = max(room - int(steps[first]), 0)
+        # Which length brought each sum about that can be reached; those before it are before it.
+        by = np.full(free + 1, -1, dtype=np.int64)
+        reached = np.zeros(free + 1, dtype=np.bool_)
+        reached[0] = True
+        for place, at in enumerate(left):
+            size = int(steps[at])
+            if size > free:
+                continue
+            new = np.flatnonzero(reached[: free + 1 - size] & ~reached[size:]) + size
+            reached[new], by[new] = True, place
+            if reached[free]:
+                break
+        total, row = int(np.flatnonzero(reached)[-1]), []
+        while total:
+            row.append(int(by[total]))
+            total -= int(steps[left[row[-1]]])
+        rows.append([first, *(left[place] for place in sorted(row))])
+        for place in sorted(row, reverse=True):
+            del left[place]
+    return rows
+
+
+def nest_strips(
+    outlines: Sequence[FloatArray],
+    sheets: Sequence[SheetSize],
+    *,
+    margin_mm: float,
+    gap_mm: float,
+    ids: Sequence[str],
+    rotations: Rotations = FREE,
+) -> Layout | None:
+    """Lay rectangles of one width in rows; None for others, or on sheets that are no rectangles.
+
+    Parameters are those of :func:`fabweave.nest.nesting.nest`.
+
+    Raises
+    ------
+    CannotMakeError
+        If the sheets run out, or a strip is longer than all of them.
+    """
+    frames = [_frame(outline) for outline in outlines]
+    plain = all(not sheet.outline and not sheet.defects for sheet in sheets)
+    if not plain or not all(frames) or not frames:
+        return None
+    shapes = np.array(frames)
+    wide = float(shapes[:, 1].max())
+    if np.ptp(shapes[:, 1]) > _SAME_MM:
+        return None
+    left = list(range(len(outlines)))
+    used: list[SheetSize] = []
+    placements: dict[int, Placement] = {}
+    for sheet in (sheets[at] for at in order_of_use(sheets)):
+        times = sheet.quantity
+        turn, row_mm, count = _rows(sheet, margin_mm, gap_mm, wide, rotations)
+        while left and count and (times is None or times > 0):
+            fitting = [at for at in left if shapes[at, 0] <= row_mm + _SAME_MM]
+            if not fitting:
+                break
+            lengths = shapes[fitting, 0].tolist()
+            for number, row in enumerate(fill_rows(lengths, row_mm, gap_mm)[:count]):
+                along = margin_mm
+                for place in row:
+                    at = fitting[place]
+                    corner = along, margin_mm + number * (wide + gap_mm)
+                    if turn:
+                        corner = corner[::-1]
+                    placements[at] = _placed(
+                        at, len(used), outlines[at], turn - shapes[at, 2], corner
+                    )
+                    along += shapes[at, 0] + gap_mm
+                    left.remove(at)
+            used.append(replace(sheet, quantity=1))
+            times = None if times is None else times - 1
+    if left:
+        raise CannotMakeError(
+            f"{agree(len(left), '{n} strip[ has|s have]')} no room on the sheets that there are: "
+            f"{few_of([ids[at] for at in left])}; a larger or another --sheet, or a smaller "
+            "--max-length, would help"
+        )
+    return Layout(
+        sheets=tuple(used),
+        placements=tuple(placements[at] for at in range(len(outlines))),
+        margin_mm=margin_mm,
+        gap_mm=gap_mm,
+        rotations=rotations,
+    )
+
+
+def _frame(outline: FloatArray) -> tuple[float, float, float] | None:
+    """Return length, width and direction in degrees of a rectangle; None for what is none."""
+    if len(outline) < _CORNERS:
+        return None
+    side = np.roll(outline, -1, axis=0) - outline
+    size = np.hypot(*side.T)
+    way = side[int(size.argmax())] / size.max()
+    along, across = outline @ way, outline @ np.array([-way[1], way[0]])
+    ends = [np.minimum(np.abs(one - one.min()), np.abs(one - one.max())) for one in (along, across)]
+    # Each corner lies on two sides of the box around it, and what is between on one.
+    corner, border = np.maximum(*ends) <= _SAME_MM, np.minimum(*ends) <= _SAME_MM
+    if np.count_nonzero(corner) != _CORNERS or not border.all():
+        return None
+    direction = float(np.degrees(np.arctan2(way[1], way[0])))
+    return float(np.ptp(along)), float(np.ptp(across)), direction
+
+
+def _rows(
+    sheet: SheetSize, margin_mm: float, gap_mm: float, wide_mm: float, rotations: Rotations
+) -> tuple[float, float, int]:
+    """Return in which direction rows run on a sheet, how long they are, and how many it takes.
+
+    They run where they are longest, if that is an angle that is allowed; there are none if neither
+    is.
+    """
+    size = usable_size(sheet, margin_mm)
+    turns = rotations.along(sheet.grain_deg)
+    best = 0.0, 0.0, 0
+    for turn, (row, high) in ((0.0, size), (90.0, size[::-1])):
+        count = int((high + gap_mm) / (wide_mm + gap_mm) + _SAME_MM)
+        allowed = float(turns.off_deg(np.array([turn]))[0]) == 0.0
+        if allowed and count and row > best[1]:
+            best = turn, row, count
+    return best
+
+
+def _placed(
+    piece: int, sheet: int, outline: FloatArray, turn_deg: float, corner: tuple[float, float]
+) -> Placement:
+    """Return where a strip lies whose row begins at a corner, along and across rows."""
+    turned = Placement(piece, sheet, turn_deg % 360.0, 0.0, 0.0)
+    low = turned.apply(outline).min(axis=0)
+    return replace(turned, x_mm=float(corner[0] - low[0]), y_mm=float(corner[1] - low[1]))
