@@ -34,25 +34,31 @@ from fabweave.mesh.triangulate import plain_triangles
 from fabweave.ribbon.lay import WovenObject, lay_object
 from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import Ribbons, better_diagonals, crossing_heights, following_rung
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.ribbon.settings import RibbonSettings
+from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.weave_mesh import WovenMesh
 
 #: What strips resist stretch and turning in their plane with, as shares of what they do; and how
 #: crossings are drawn to the mesh, as a share of what a span resists being bent with.
-_STRETCH, _TURN, _DRAWN = 1e-4, 100.0, 12.0
+_STRETCH, _TURN, _DRAWN = 1e-3, 100.0, 12.0
 #: Beside that, so much of the way along the mesh to where a crossing was.
 _ALONG = 0.05
 #: Rounds at most in which closest points are found anew, and motion that is none, of the size.
 _ROUNDS, _STILL = 15, 2e-4
 _GAIN = 1e-5
+#: No span gets longer or shorter than so many times what it was on the mesh.
+_SLIDE = 1.3
 #: Panels resist so many times more.
 _RIGID = 4.0
 #: A panel reaches so far beyond what it crosses, and over so much of the shorter span at most.
-_BEYOND, _REACH = 1.05, 0.44
+_BEYOND, _REACH = 1.05, 0.36
 #: Strips are as wide as this share of all crossings have room for, if nobody says.
 _ROOMY = 0.05
+#: Where they come too near to one another, narrower ones are tried, so often at most.
+_NARROWER, _TRIES = 0.86, 5
 #: Ribbons are exact to this share of their width; in so many steps at most.
 _EXACT, _STEPS = 1e-11, 25
 #: What is added to equations, a share of their size, lest two of them say the same.
@@ -101,9 +107,10 @@ def straightened(
         )
     thickness = supplies.thickness_mm(woven.bunches)
     height = crossing_heights(weave, thickness, settings.clearance_mm)
-    width = settings.width_rule.most_mm
+    width, tries = settings.width_rule.most_mm, 1
     if not np.isfinite(width):
-        width = float(np.quantile(panel_widths(woven.ribbons).min(axis=1), _ROOMY))
+        width, tries = float(np.quantile(panel_widths(woven.ribbons).min(axis=1), _ROOMY)), _TRIES
+    limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     following = following_rung(threads.offsets, threads.closed)
     first = np.flatnonzero(following >= 0)
     spans = _Spans(first, following[first], width)
@@ -113,8 +120,12 @@ def straightened(
         net, state = woven_net(woven.ribbons, weave, thickness, materials, bare)
         net = _straight(net, height)
         net, state = _drawn(net, state, spans, threads.crossing, surface, progress)
-        ribbons = _laid(woven.ribbons, weave, spans, net, state)
-        ribbons = _exact(ribbons, weave, width, height)
+        for number in range(tries):
+            wide = width * _NARROWER**number
+            ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
+            ribbons = _exact(ribbons, weave, wide, height)
+            if number + 1 == tries or not len(measure_clearance(ribbons, weave, limits)[1].pairs):
+                break
     return replace(woven, ribbons=ribbons, straight=True)
 
 
@@ -178,7 +189,7 @@ def _drawn(
     """
     start = state.bodies.origin
     size = float(np.ptp(start, axis=0).max())
-    length = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
+    length = first = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
     pull = np.median(net.stiffness[:, 1, 4]) / np.median(length) ** 2
     held = np.full_like(start, _DRAWN * pull)
     for number in range(_ROUNDS):
@@ -195,15 +206,18 @@ def _drawn(
             state = cut_inner(net, state.bodies, state.angles)
         state = relax(net, state, gain=_GAIN).state
         length = np.linalg.norm(strains(net, state)[0][..., :3], axis=2).sum(axis=1)
+        length = np.clip(length, first / _SLIDE, first * _SLIDE)
         moved = np.linalg.norm(state.bodies.origin - before, axis=1)
         if moved.max() <= _STILL * size:
             break
     return net, state
 
 
-def _laid(ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: State) -> Ribbons:
+def _laid(
+    ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: State, width: float
+) -> Ribbons:
     """Return ribbons of one width along the strips of a net, with the rungs of others."""
-    threads, width = weave.threads, spans.width
+    threads = weave.threads
     count = len(threads.crossing)
     _, ends = end_frames(net, state.bodies, state.angles)
     passes = np.concatenate([spans.first, spans.second])
