@@ -159,6 +159,8 @@ def foreseen(asked: Settings, loaded: LoadedMesh) -> list[BrokenRule]:
         The rules that are broken whatever its pieces are, the width first; none where it takes a
         plan of these to say.
     """
+    if asked.ribbons.straight:
+        return []  # it takes longer to say
     # How strands go over and under changes no width; a twill would be searched for long.
     plain = asked.but(pattern="plain") if asked.weave.pattern == "twill" else asked
     settings, supplies = complete_settings(plain)

@@ -54,6 +54,8 @@ class Body:
         What it carries, N.
     hung : (X,) bool array
         The crossings that it hangs from or stands on; all false where that is not asked for.
+    straight : bool
+        Whether its strips are straight, so that it is wished for beside the mesh, not on it.
     """
 
     mesh: PolyMesh
@@ -65,6 +67,7 @@ class Body:
     turning_nmm: tuple[float, float]
     load: FloatArray
     hung: BoolArray
+    straight: bool = False
 
     @property
     def size_mm(self) -> float:
@@ -125,7 +128,10 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
         mass_kg, where = parse_load(asked.load)
         at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
-    return Body(woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung)
+    return Body(
+        woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung,
+        woven.straight,
+    )  # fmt: skip
 
 
 def elastic(material: Material, *, grain: bool) -> Elastic:

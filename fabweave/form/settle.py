@@ -14,6 +14,8 @@ from fabweave.form.body import Body, fitted, standing
 from fabweave.form.net import Net, State, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.mesh.likeness import name_place
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.triangulate import plain_triangles
 
 #: What settles by no more than this share of its size keeps its form; by more than that, it cannot
 #: stand.
@@ -62,6 +64,12 @@ class Form:
         How far the material is stretched at most, as a share of what it takes.
     settled : bool
         Whether it came to rest; else it goes on from there.
+    model_mm, model_mean_mm : float or None
+        Of straight strips: how far crossings are then from the mesh that is woven, at most, and in
+        the root mean square.
+    turn_deg, turn_mean_deg : float or None
+        Of straight strips: by how much they turn in their plane between two crossings then, at
+        most, and in the root mean square.
     """
 
     settles_mm: float
@@ -79,6 +87,10 @@ class Form:
     apart_n: float
     strain: float
     settled: bool
+    model_mm: float | None = optional()
+    model_mean_mm: float | None = optional()
+    turn_deg: float | None = optional()
+    turn_mean_deg: float | None = optional()
 
     @property
     def most_mm(self) -> float:
@@ -113,6 +125,8 @@ class Form:
             said = f"settles by {_length(self.settles_mm)}, most at the {self.where}"
         if not self.settled:
             said += " and does not come to rest"
+        if self.model_mm is not None:
+            said += f", and is then up to {_length(self.model_mm)} off the model"
         sags = f"sags {_length(self.sags_mm)} under its own weight"
         if self.loaded_mm is not None:
             sags += f", and {_length(self.loaded_mm)} with its load"
@@ -253,9 +267,22 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         apart_n=round(max(float(pulls.max()), 0.0), 3),
         strain=round(strain, 3),
         settled=all(rest.settled for rest in states.values()),
+        **(_as_straight(body, free.state) if body.straight else {}),
     )
     mode = mode / np.linalg.norm(mode, axis=1).max()
     return Settled(form, body, pins, rests.held, states, frozen(mode))
+
+
+def _as_straight(body: Body, state: State) -> dict[str, float]:
+    """Return how far an object of straight strips is from its mesh, and how much these turn."""
+    away = Surface(*plain_triangles(body.mesh)).feet(state.bodies.origin).distances
+    turn = np.degrees(np.abs((strains(body.net, state)[0] - body.net.rest)[..., 5].sum(axis=1)))
+    return {
+        "model_mm": round(float(away.max()), 2),
+        "model_mean_mm": round(float(np.sqrt((away**2).mean())), 2),
+        "turn_deg": round(float(turn.max()), 3),
+        "turn_mean_deg": round(float(np.sqrt((turn**2).mean())), 3),
+    }
 
 
 def _sag(body: Body, stood: Relaxed, free: Relaxed) -> float:

@@ -21,13 +21,16 @@ from fabweave.verify.measure.elastic import (
     Spans,
     Stand,
     crossing_axes,
+    middles_of,
     moves,
     nearest,
     pull_of,
     resistance,
     spans_of,
+    twists,
     weights,
 )
+from fabweave.verify.measure.nearness import distances_to
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.report import Place, Tally, stated_number
@@ -44,6 +47,8 @@ FAR, SLACK = 0.1, 2.0
 BORNE = 0.05
 #: Distances are told to hundredths of a millimetre.
 TOLD_MM = 0.011
+#: And turns to a few hundredths of a degree: strips rest in between as they are found to.
+TOLD_DEG = 0.05
 #: Panels of the relaxed model are where crossings are.
 MODEL_MM = 0.01
 _LOAD = re.compile(r"([\d.]+)(kg|g|oz|lb)(?:@(.+))?")
@@ -141,6 +146,7 @@ class _Proof:
         self.load = _load(job, required(job.map))
         self.held = np.isin(np.arange(self.count), form["held"]) * float(form["held_n_mm"])
         self.hung = "hang" in job.options
+        self.straight, self.mesh = job.options.get("strips") == "straight", required(job.mesh)
         self.size = float(np.ptp(required(job.mesh).vertices, axis=0).max())
         #: What strips want of crossings where they were let go, and where these are then.
         self.still, self.first = np.zeros((self.count, 7)), weave.wished
@@ -176,6 +182,8 @@ class _Proof:
             force[:, :3] += np.einsum("nji,nj->ni", stand.bodies.axes, push)
             stiff[:, :3, :3] += self.held[:, None, None] * np.eye(3)
         self._check_distances(state["name"], places, told, place)
+        if free and self.straight:
+            self._check_straight(stand, told, place)
         if not state["settled"]:
             place.equal("whether it came to rest", told.get("settled"), False)
             return
@@ -187,6 +195,21 @@ class _Proof:
         wants = float(moves(force, stiff).max())
         limit = max(MOVE * self.size, MOVE_MM, FAR * went)
         place.at_most("balance_mm", wants, limit, "a crossing is {} from where forces balance")
+
+    def _check_straight(self, stand: Stand, told: dict[str, Any], place: Place) -> None:
+        """Check how far straight strips are said to rest from the mesh, and how much they turn."""
+        mesh = self.mesh
+        corner, following = mesh.vertices[mesh.corner], mesh.vertices[mesh.corner[mesh.next]]
+        faces = np.stack([corner, following, mesh.centres[mesh.face]], axis=1)
+        away = distances_to(stand.bodies.place, faces)
+        middles = middles_of(self.weave.spans, stand, self.stiffness)
+        twist = twists(self.weave.spans, stand, middles) - self.weave.spans.rest
+        turn = np.degrees(np.abs(twist[..., 5].sum(axis=1)))
+        for key, each, within in (("model", away, TOLD_MM), ("turn", turn, TOLD_DEG)):
+            unit = "mm" if key == "model" else "deg"
+            root = float(np.sqrt((each**2).mean()))
+            for name, value in ((f"{key}_{unit}", each.max()), (f"{key}_mean_{unit}", root)):
+                place.number(name, told.get(name), float(value), within=within)
 
     def _check_distances(
         self, name: str, places: Floats, told: dict[str, Any], place: Place
