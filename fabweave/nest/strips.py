@@ -99,7 +99,9 @@ def nest_strips(
         return None
     shapes = np.array(frames)
     wide = float(shapes[:, 1].max())
-    if np.ptp(shapes[:, 1]) > _SAME_MM:
+    # Angles count from a piece's own x axis, along which strips lie.
+    askew = np.abs((shapes[:, 2] + 90.0) % 180.0 - 90.0)
+    if np.ptp(shapes[:, 1]) > _SAME_MM or (rotations.step_deg and askew.max() > _SAME_MM):
         return None
     left = list(range(len(outlines)))
     used: list[SheetSize] = []

@@ -1,0 +1,233 @@
+"""Straight strips: ribbons that unfold to rectangles, flat on one another, beside the mesh."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from jobs import laid, run
+from sealing import told
+from spoiling import edit_json
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.form.straight import _exact_conditions
+from fabweave.job import run_job
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.triangulate import plain_triangles
+from fabweave.options.settings import Settings
+from fabweave.piece.development import unfold_threads
+from fabweave.ribbon.project import crossing_heights
+from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
+from fabweave.sheet.write.dxf import dxf_bytes
+from fabweave.sheet.write.svg import svg_text
+from fabweave.weave.pattern import strand_passes
+
+BALL = {
+    "source": "shape:icosahedron", "refine": "loop:1", "pattern": "kagome", "strips": "straight",
+    "size_mm": 200.0, "effort": "quick",
+}  # fmt: skip
+
+
+def asked(**changes):
+    """Return the settings of a small ball of straight strips, with changes."""
+    words = {**BALL, **changes}
+    refine = words.pop("refine")
+    return Settings.of(words.pop("source"), **words, refine=refine)
+
+
+def tube(rings=5, around=9):
+    """Return an open tube of regular triangles."""
+    angle = 2 * np.pi / around
+    side = 2 * np.sin(angle / 2)
+    points, faces = [], []
+    for ring in range(rings + 1):
+        turn = angle * (np.arange(around) + ring / 2)
+        high = np.full(around, ring * side * np.sqrt(3) / 2)
+        points.append(np.stack([np.cos(turn), np.sin(turn), high], axis=1))
+    for ring in range(rings):
+        a, b = ring * around, (ring + 1) * around
+        for k in range(around):
+            other = (k + 1) % around
+            faces += [[a + k, a + other, b + k], [b + k, a + other, b + other]]
+    return PolyMesh.from_faces(np.concatenate(points).tolist(), faces)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return laid(asked())
+
+
+def off_mesh(woven):
+    surface = Surface(*plain_triangles(woven.mesh))
+    return surface.feet(woven.ribbons.centre).distances / woven.size_mm
+
+
+def test_strips_unfold_to_rectangles_of_one_width(ball):
+    ribbons = ball[0].ribbons
+    strips = unfold_threads(ribbons)
+    right, left = (side @ np.array([1.0, 1.0j]) for side in (strips.right, strips.left))
+    width = np.abs(left - right)
+    assert np.ptp(width) < 1e-9
+    for start, end in zip(strips.offsets[:-1], strips.offsets[1:], strict=True):
+        # A strip sets off along x, and no rung leaves the two lines of its rails.
+        for rail in (right[start:end], left[start:end]):
+            assert np.ptp(rail.imag) < 1e-9
+            assert np.diff(rail.real).min() > 0.1
+
+
+def test_strands_lie_flat_on_one_another_as_far_apart_as_they_are_thick(ball):
+    woven, settings, supplies = ball
+    ribbons, weave = woven.ribbons, woven.weave
+    height = crossing_heights(
+        weave, supplies.thickness_mm(woven.bunches), settings.ribbons.clearance_mm
+    )
+    lower, upper = ribbons.entry[strand_passes(weave)].T
+    for entry, sign in ((upper, 1.0), (lower, -1.0)):
+        for rung in (entry, entry + 1):
+            for rail in (ribbons.right, ribbons.left):
+                apart = np.einsum("nd,nd->n", rail[rung] - ribbons.centre, ribbons.normal)
+                assert apart == pytest.approx(sign * height, abs=1e-8)
+    corners = [side[at] for side in (ribbons.right, ribbons.left) for at in (upper, upper + 1)]
+    below = [side[at] for side in (ribbons.right, ribbons.left) for at in (lower, lower + 1)]
+    apart = sum(corners) / 4 - sum(below) / 4
+    assert apart == pytest.approx(2 * height[:, None] * ribbons.normal, abs=1e-8)
+
+
+def test_they_stay_near_the_mesh_and_look_outward(ball):
+    woven = ball[0]
+    assert off_mesh(woven).max() < 0.015
+    outward = np.einsum("nd,nd->n", woven.ribbons.normal, woven.ribbons.centre)
+    assert outward.min() > 0.0
+
+
+def test_on_a_tube_they_lie_where_wavy_ones_do():
+    """A plane that is rolled up has straight strips all over, a fold at each edge of the mesh."""
+    straight, *_ = laid(asked(source="tube", refine=None), tube())
+    assert off_mesh(straight).max() < 0.01
+
+
+def test_the_width_that_is_asked_for_is_that_of_all_strips(ball):
+    own = laid(asked(width=replace(ball[1].ribbons.width_rule, most_mm=5.0, least_mm=5.0)))[0]
+    width = np.linalg.norm(own.ribbons.left - own.ribbons.right, axis=1)
+    assert width == pytest.approx(5.0, abs=1e-9)
+
+
+def test_the_same_comes_out_again(ball):
+    again = laid(asked())[0].ribbons
+    assert again.right.tobytes() == ball[0].ribbons.right.tobytes()
+
+
+def test_how_conditions_change_is_right(ball):
+    woven, settings, supplies = ball
+    ribbons = woven.ribbons
+    height = crossing_heights(
+        woven.weave, supplies.thickness_mm(woven.bunches), settings.ribbons.clearance_mm
+    )
+    width = float(np.linalg.norm(ribbons.left[0] - ribbons.right[0]))
+    conditions = _exact_conditions(ribbons, woven.weave, width, height)
+    points = np.concatenate([ribbons.right, ribbons.left])
+    off, change = conditions.off(points)
+    assert np.abs(off).max() < 1e-9
+    way = np.random.default_rng(3).normal(size=points.shape)
+    step = 1e-5
+    told_ = (conditions.off(points + step * way)[0] - conditions.off(points - step * way)[0]) / 2
+    assert change @ way.T.ravel() == pytest.approx(told_ / step, abs=1e-6)
+
+
+def test_strips_that_turn_back_are_refused():
+    with pytest.raises(CannotMakeError):
+        laid(asked(source="tube", refine=None, boundary="turn"), tube())
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made") / "job"
+    job, proof, *_ = run_job(asked(kerf_mm=0.2), folder)
+    assert {"cut", "form", "unfolding"} <= {check.name for check in proof.checks if check.ok}
+    return job, folder
+
+
+@pytest.fixture
+def spoilt(made, tmp_path):
+    return made[0], shutil.copytree(made[1], tmp_path / "job")
+
+
+def test_a_job_is_proved_and_tells_what_it_comes_to(made):
+    job, folder = made
+    form = json.loads((folder / "verdict.json").read_text("utf-8"))["form"]
+    assert 0.0 < form["model_mean_mm"] < form["model_mm"] < 0.03 * form["size_mm"]
+    assert 0.0 < form["turn_mean_deg"] < form["turn_deg"] < 2.0
+    # Every edge that two strips share is cut once: less than two thirds of all outlines.
+    whole, common = (
+        sum(
+            np.hypot(
+                *np.diff(entity.points[[*range(len(entity.points)), *closing]], axis=0).T
+            ).sum()
+            for piece in drawing.pieces
+            for entity in piece.entities
+            if entity.layer is Layer.CUT_OUTER
+            for closing in [[0] if entity.closed else []]
+        )
+        for drawing in (job.drawings[0], job.kerfed[0])
+    )
+    assert common < 0.67 * whole
+
+
+@pytest.mark.parametrize("key", ["model_mm", "model_mean_mm", "turn_deg", "turn_mean_deg"])
+def test_another_distance_or_turn_is_found(spoilt, key):
+    folder = spoilt[1]
+    edit_json(folder / "verdict.json", lambda d: d["form"].update({key: d["form"][key] + 0.08}))
+    assert set(told(folder)) == {"form"}
+
+
+def without_a_run(drawing):
+    first, *others = drawing.pieces
+    cut = next(one for one in first.entities if one.layer is Layer.CUT_OUTER)
+    kept = tuple(one for one in first.entities if one is not cut)
+    return replace(drawing, pieces=(PieceDrawing(first.piece_id, kept), *others))
+
+
+def cut_twice(drawing):
+    first, *others = drawing.pieces
+    cut = next(one for one in first.entities if one.layer is Layer.CUT_OUTER)
+    again = PieceDrawing(first.piece_id, (*first.entities, replace(cut, points=cut.points[:2])))
+    return replace(drawing, pieces=(again, *others))
+
+
+def with_another_cut(drawing):
+    first, *others = drawing.pieces
+    cut = next(one for one in first.entities if one.layer is Layer.CUT_OUTER)
+    middle = (cut.points[0] + cut.points[1]) / 2
+    more = Polyline(Layer.CUT_OUTER, np.stack([middle, middle + np.array([3.0, 3.0])]))
+    return replace(drawing, pieces=(PieceDrawing(first.piece_id, (*first.entities, more)), *others))
+
+
+def moved(drawing):
+    first, *others = drawing.pieces
+    entities = tuple(
+        replace(one, points=one.points + np.array([0.0, 0.3]))
+        if one.layer is Layer.CUT_OUTER
+        else one
+        for one in first.entities
+    )
+    return replace(drawing, pieces=(PieceDrawing(first.piece_id, entities), *others))
+
+
+@pytest.mark.parametrize("spoil", [without_a_run, cut_twice, with_another_cut, moved])
+def test_other_cuts_are_found(spoilt, spoil):
+    job, folder = spoilt
+    drawing = spoil(job.kerfed[0])
+    (folder / "cut" / f"{drawing.name}.dxf").write_bytes(dxf_bytes(drawing))
+    (folder / "cut" / f"{drawing.name}.svg").write_bytes(svg_text(drawing).encode())
+    assert set(told(folder)) & {"cut", "lines"}
+
+
+def test_a_gap_that_is_asked_for_parts_the_cuts(tmp_path):
+    words = [
+        "shape:icosahedron", "--refine", "loop:1", "--pattern", "kagome", "--strips", "straight",
+        "--size", "200mm", "--effort", "quick", "--gap", "3mm", "-q",
+    ]  # fmt: skip
+    assert run("make", *words, "-o", tmp_path / "job") == 0
+    assert not (tmp_path / "job" / "cut").exists()
