@@ -94,7 +94,7 @@ NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
 SPOILT = {
     "source": (None, "", " ", 3, "a\0b"),
     "title": ("", " ", 3, "a" * 81, "a\0b", "a\ud800"),
-    "up": ("up", "Z", 2),
+    "up": ("", "up", "Z", 2, "1,2", "0,0,0", "nan,0,1", "1e999,0,1", "1,2,3,4", "--z", (0, 0, 1)),
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),

@@ -144,7 +144,9 @@ def walked(steps, seed, mesh, options):
     for _ in range(steps):
         stations = kept["stations"]
         one = draw.choice(controls(stations.settings, stations.completed[0], stations.ribbons))
-        if one.kind == "choice":
+        if one.option == "up" and draw.random() < 0.5:
+            value = ",".join(f"{draw.uniform(-1.0, 1.0):.3g}" for _ in range(3))
+        elif one.kind == "choice":
             value = draw.choice(one.choices)[0]
         elif one.kind == "range":
             # Near what is there: sizes of metres and hundreds of quads take long.
