@@ -1,5 +1,6 @@
 """What the studio tells of a wish is what the rooms make of the same options."""
 
+import math
 import random
 
 import numpy as np
@@ -137,7 +138,7 @@ def test_yarns_are_told_as_closed_tubes():
     assert there == {(end, start) for start, end in there}
 
 
-def walked(steps, seed, mesh, options):
+def walked(steps, seed, mesh, options, most_crossings=math.inf):
     """Yield the states of a random walk over the controls, each of which can be seen."""
     draw, kept, state = random.Random(seed), {}, State(mesh, options)  # noqa: S311 - no secret
     told(look, state.mesh, kept, **state.options)
@@ -166,6 +167,9 @@ def walked(steps, seed, mesh, options):
         try:
             (*_, seen) = told(look, following.mesh, kept, **following.options)
         except FabweaveError:
+            kept["stations"] = before
+            continue
+        if seen["crossings"] > most_crossings:
             kept["stations"] = before
             continue
         state = following
