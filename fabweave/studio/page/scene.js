@@ -6,8 +6,8 @@ const STILL_MS = 450;
 const COARSE = 0.6;
 /** Strands are drawn so much of their usual distance above and below one another, as a share of their width. */
 const LIFT = 0.07;
-/** The arrow that points up, in radii of the object: from its middle to the tip, its head, and how thick both are. */
-const ARROW = { tip: 1.22, head: 0.13, thick: 0.008, wide: 0.035 };
+/** The arrow that points up, in radii of the object: from its middle to the tip, its head, how thick both are, and what is kept in view. */
+const ARROW = { tip: 1.14, head: 0.13, thick: 0.008, wide: 0.035, room: 1.3 };
 
 /** The object in space: drawn anew whenever something tells how it is. */
 function makeScene(canvas, tell) {
@@ -58,7 +58,7 @@ function makeScene(canvas, tell) {
     floor.visible = shared.shadowing.value && camera.towards().z > -0.05;
     const look = getComputedStyle(document.body);
     renderer.setClearColor(look.getPropertyValue("--paper").trim() || "#eee", 1);
-    ink.color.set(look.getPropertyValue("--ink").trim() || "#222");
+    ink.color.set(look.getPropertyValue("--soft").trim() || "#666");
     renderer.render(scene, camera.lens);
     if (arrow.visible) tell.arrowAt(...seenAt(tip()));
     times.push(performance.now());
@@ -178,7 +178,7 @@ function makeScene(canvas, tell) {
     arrow.position.copy(ball.center);
     arrow.scale.setScalar(ball.radius);
     outer.length = held.outer || 0;
-    if (arrow.visible) outer.push(ball.center.clone().setZ(ball.center.z + ARROW.tip * ball.radius));
+    if (arrow.visible) outer.push(ball.center.clone().setZ(ball.center.z + ARROW.room * ball.radius));
   }
 
   function tip() {
