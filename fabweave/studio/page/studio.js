@@ -25,7 +25,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   let seen = null, arrays = {}, have = "", plan = {};
   const flight = { look: 0, plan: 0, make: 0, designs: 0 };
   let since = 0, dirty = false, resting = 0, late = 0, finer = 0;
-  const scene = makeScene(by("object"), { tapped, arrowAt: (x, y) => (by("arrow").style.transform = `translate(${x}px, ${y}px)`) });
+  const scene = makeScene(by("object"), { tapped, arrowAt });
   by("no-space").hidden = Boolean(scene);
   const upArrow = scene && makeUpArrow(scene, by("arrow"), {
     turn: () => seen.turn, leaning: (text) => hint(`Up: ${text}`),
@@ -313,6 +313,12 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     return (numbers.includes(one) ? numbers.filter((other) => other !== one) : [...numbers, one]).sort((a, b) => a - b);
   }
 
+  /** The arrow is drawn, and its tip is seen there. */
+  function arrowAt(x, y) {
+    by("arrow").hidden = false;
+    by("arrow").style.transform = `translate(${x}px, ${y}px)`;
+  }
+
   function tapped(hit) {
     if (!hit) return choose(-1);
     if (tool === "choose" || tool === "up") return choose(hit.piece);
@@ -343,7 +349,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       tool = button.dataset.tool;
       for (const other of document.querySelectorAll("[data-tool]")) other.setAttribute("aria-pressed", other === button);
       hint(TOOLS[tool]);
-      by("arrow").hidden = tool !== "up" || !scene;
+      by("arrow").hidden = true;
       if (scene) scene.showArrow(tool === "up");
       if (tool === "leave" && !arrays.face) look();
       else overlays();
