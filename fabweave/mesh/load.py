@@ -29,7 +29,7 @@ from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry import symmetrise
-from fabweave.mesh.upright import Up, guess_up, largest_dimension, resize_mesh, turn_upright
+from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_upright
 from fabweave.mesh.weld import weld_seams
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
@@ -56,9 +56,11 @@ class LoadedMesh:
         What to call the job.
     notes : tuple of str
         What a person should know about the mesh.
-    up : {"z", "y", "x"} or None
-        The axis that was taken to point up where the format does not say so; job.toml keeps it,
-        so that the same is made again whatever is guessed later.
+    up : str or None
+        What was taken to point up where the format does not say so; job.toml keeps it, so that the
+        same is made again whatever is guessed later.
+    upward : str
+        What points up, in the file's own coordinates, whoever says so.
     n_old_vertices : int
         For triaxial twill, how many vertices there were before the mid-edge subdivision; else 0.
     clashes : int
@@ -86,7 +88,8 @@ class LoadedMesh:
     halfedges: Halfedges
     title: str
     notes: tuple[str, ...]
-    up: Up | None = None
+    up: str | None = None
+    upward: str = "z"
     n_old_vertices: int = 0
     clashes: int = 0
     left_out: float = 0.0
@@ -157,7 +160,7 @@ def load_mesh(
     notes: list[str] = []
     unit: str | None = None
     unit_mm = 1.0
-    stated: Up | None = None
+    stated: str | None = None
     if given_mesh is not None:
         mesh = given_mesh
     elif is_shape(settings.source):
@@ -205,6 +208,7 @@ def load_mesh(
         mesh=mesh,
         halfedges=halfedges,
         up=up if stated is None else None,
+        upward=up,
         title=object_title(settings.source, settings.title),
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
@@ -221,9 +225,9 @@ def load_mesh(
 
 
 def _upward(
-    mesh: PolyMesh, settings: MeshSettings, stated: Up | None, *, in_memory: bool
-) -> tuple[Up, list[str]]:
-    """Return the axis of a mesh that points up, and what a person should know about it."""
+    mesh: PolyMesh, settings: MeshSettings, stated: str | None, *, in_memory: bool
+) -> tuple[str, list[str]]:
+    """Return what of a mesh points up, and what a person should know about it."""
     if in_memory or (stated is not None and settings.up is not None):
         return settings.up or "z", []
     if stated is not None:

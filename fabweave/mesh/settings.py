@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from fabweave.mesh.upright import Up
 
 
 @dataclass(frozen=True)
@@ -15,7 +11,7 @@ class MeshSettings:
 
     source: str
     title: str | None
-    up: Up | None
+    up: str | None
     weld: bool | None
     bodies: str
     size_mm: float | None

@@ -8,12 +8,18 @@ from scipy.spatial import ConvexHull, QhullError
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import area_samples, plain_triangles
 
-#: The axis that points up.
-Up: TypeAlias = Literal["x", "y", "z"]
+#: The axes that may point up, by name.
+AXES = {
+    "z": (0.0, 0.0, 1.0), "y": (0.0, 1.0, 0.0), "x": (1.0, 0.0, 0.0),
+    "-z": (0.0, 0.0, -1.0), "-y": (0.0, -1.0, 0.0), "-x": (-1.0, 0.0, 0.0),
+}  # fmt: skip
+#: Directions are written with so many decimals, where the largest coordinate is 1.
+_DECIMALS = 10
 
 
 def resize_mesh(
@@ -89,16 +95,82 @@ def largest_dimension(mesh: PolyMesh) -> float:
     return largest
 
 
-def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
-    """Turn a mesh so that the axis that points up becomes z.
+def parse_up(text: str) -> str:
+    """Return a direction in its usual form: an axis by name, or three numbers, the largest 1 or -1.
 
-    With y up, x stays and what looked along z looks along -y, to the front, as graphics programs do
-    it; with x up, y becomes x.
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> parse_up("0.4,-2,0.2"), parse_up("0,0,-3"), parse_up("y")
+    ('0.2,-1,0.1', '-z', 'y')
+    """
+    if text in AXES:
+        return text
+    try:
+        x, y, z = (float(number) for number in text.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    largest = max(abs(x), abs(y), abs(z))
+    if not (all(map(math.isfinite, (x, y, z))) and largest > 0.0):
+        raise InputError(
+            f"{shown(text)} is no direction: write {', '.join(AXES)}, or three numbers that are "
+            "not all 0, such as 0.2,-1,0.1"
+        )
+    way = tuple(round(value / largest, _DECIMALS) + 0.0 for value in (x, y, z))
+    named = [name for name, axis in AXES.items() if axis == way]
+    return named[0] if named else ",".join(f"{value:.{_DECIMALS}g}" for value in way)
+
+
+def turn_of(up: str) -> FloatArray:
+    """Return the rotation after which a direction points up.
+
+    It is the least rotation that carries the direction to z, and then one about z by -90° times the
+    direction's share along x. So it changes little where the direction does, except near -z, which
+    is turned over about x. With y up, x stays and what looked along z looks along -y, to the front,
+    as graphics programs do it; with x up, y becomes x.
+
+    Parameters
+    ----------
+    up : str
+        As ``parse_up`` returns it.
+
+    Returns
+    -------
+    (3, 3) float array
+        It is applied to columns. For axes, all is exactly 0, 1 or -1.
+
+    Examples
+    --------
+    >>> turn_of("y").tolist()
+    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    >>> turn_of("0,0.75,1").round(12).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 0.8, -0.6], [0.0, 0.6, 0.8]]
+    """
+    if up == "-z":
+        return np.diag((1.0, -1.0, -1.0))
+    way = np.array(AXES.get(up) or [float(number) for number in up.split(",")])
+    x, y, z = (way / math.hypot(*way)).tolist()
+    # 1 / (1 + z), without loss of digits where z is negative.
+    share = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / (x * x + y * y)
+    right = np.array([1.0 - x * x * share, -x * y * share, -x])
+    back = np.array([-x * y * share, 1.0 - y * y * share, -y])
+    cosine, sine = math.cos(0.5 * math.pi * x), -math.sin(0.5 * math.pi * x)
+    turn = np.stack([cosine * right - sine * back, sine * right + cosine * back, (x, y, z)])
+    return (np.rint(turn) if up in AXES else turn) + 0.0
+
+
+def turn_upright(mesh: PolyMesh, up: str) -> PolyMesh:
+    """Turn a mesh so that the direction that points up becomes z.
 
     Parameters
     ----------
     mesh : PolyMesh
-    up : {"z", "y", "x"}
+    up : str
+        As ``turn_of`` takes it.
 
     Returns
     -------
@@ -112,10 +184,13 @@ def turn_upright(mesh: PolyMesh, up: Up) -> PolyMesh:
     """
     if up == "z":
         return mesh
-    x, y, z = mesh.vertices.T
-    turned = (x, -z, y) if up == "y" else (y, z, x)
-    # A zero has no sign worth writing.
-    return mesh.with_vertices(np.column_stack(turned) + 0.0)
+    # Summed one by one, so that the same comes out everywhere; what has no part is left out. A zero
+    # has no sign worth writing.
+    columns = [
+        sum(part * column for part, column in zip(row, mesh.vertices.T, strict=True) if part) + 0.0
+        for row in turn_of(up).tolist()
+    ]
+    return mesh.with_vertices(np.column_stack(columns))
 
 
 #: What was guessed, and from what.

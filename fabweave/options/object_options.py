@@ -9,6 +9,7 @@ from fabweave.options.kinds import (
     length,
     length_by_bunch,
     line,
+    load,
     number,
     place,
     text,
@@ -38,11 +39,17 @@ OBJECT_OPTIONS = (
     Option(
         "up",
         MESH,
-        choice(("z", "y", "x")),
-        "The axis of the mesh that points up. fabweave turns the mesh so that it becomes z; "
-        "make and inspect say what they guess.",
+        text(
+            "AXIS|X,Y,Z",
+            "an axis such as y, or a direction such as 0.2,-1,0.1",
+            words=lambda: load("fabweave.mesh.upright.AXES"),
+            form=later("fabweave.mesh.upright.parse_up"),
+        ),
+        "What of the mesh points up: {choices}, or a direction in the file's coordinates, such as "
+        "0.2,-1,0.1. fabweave turns the mesh so that it becomes z; make and inspect say what they "
+        "guess.",
         otherwise="y or z, guessed from base and symmetry, z if unsure; y for GLB and glTF",
-        brief="Axis of the mesh that points up.",
+        brief="Axis or direction of the mesh that points up.",
     ),
     Option(
         "weld",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.mesh.shapes.catalogue import SHAPES, described, is_shape
+from fabweave.mesh.upright import AXES
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 from fabweave.options.user_files import all_entries
@@ -116,12 +117,13 @@ def _model(settings: Settings, woven: WovenObject) -> list[Control]:
     if own not in names:
         known.insert(0, (mesh, woven.source.title))
     read = f"as read: {woven.source.up}" if woven.source.up else "as read"
-    turned = (("", read), ("z", "z"), ("y", "y"), ("x", "x"))
+    up = settings.mesh.up or ""
+    turned = {"": read, **{way: way for way in (*AXES, up) if way}}
     size = float(np.ptp(woven.mesh.vertices, axis=0).max())
     return [
         Control("Model", "Model", "mesh", "choice", own if own in names else mesh,
                 choices=tuple(known)),
-        Control("Model", "Up", "up", "choice", settings.mesh.up or "", choices=turned,
+        Control("Model", "Up", "up", "choice", up, choices=tuple(turned.items()),
                 help=option_named("up").text),
         Control("Model", "Size", "size", "range", round(size, 1), "{}mm",
                 least=min(_SIZES_MM[0], size), most=max(_SIZES_MM[1], size), step=1.0, unit="mm",

@@ -23,6 +23,7 @@ from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.estimate.texts import hours_text
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.mesh.upright import turn_of
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
@@ -119,6 +120,7 @@ def _seen(
         "broken": woven.weave.broken.total,
         "notes": [*woven.source.notes, *woven.result.notes],
         "better": better,
+        "turn": turn_of(woven.source.upward).tolist(),
         "command": long_command(settings),
         "toml": job_toml(settings, {}),
         "controls": [asdict(one) for one in controls(settings, complete, woven)],

@@ -167,7 +167,7 @@ def test_what_there_is_is_listed(command, name, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("up", ["y", pytest.param("x", marks=slow)])
+@pytest.mark.parametrize("up", ["y", "x", "-x", "0,0.5,1"])
 def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
     # Of a box, the axis that is said to point up can be told by its length.
     cube = parse_shape("shape:cube")
@@ -177,7 +177,8 @@ def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
                "-o", job) == 0  # fmt: skip
     assert tomllib.loads((job / "job.toml").read_text())["job"]["up"] == up
     told = trimesh.load(job / "woven_mesh.obj", process=False)
-    expected = {"y": (50, 200, 100), "x": (100, 200, 50)}[up]
+    expected = {"y": (50, 200, 100), "x": (100, 200, 50), "-x": (100, 200, 50),
+                "0,0.5,1": (200 / 20**0.5, 160, 200)}[up]  # fmt: skip
     assert np.ptp(told.vertices, axis=0) == pytest.approx(expected)
     # The model stands as the mesh does, and it was turned, not mirrored: verify has passed.
     model = trimesh.load_scene(job / "model.glb")

@@ -1,12 +1,15 @@
-"""The axis that points up is told by a base or by symmetry, whatever way a mesh lies."""
+"""What points up is told by a base or by symmetry, and becomes z by a rotation."""
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
+from fabweave.core.errors import InputError
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
-from fabweave.mesh.upright import guess_up, turn_upright
+from fabweave.mesh.upright import AXES, guess_up, parse_up, turn_of, turn_upright
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import load_asked
 
@@ -24,6 +27,80 @@ def bird() -> PolyMesh:
     return ball.with_vertices(
         np.column_stack((2 * x + 0.02 * x * x, y, z + 0.03 * x * x + x * 0.5))
     )
+
+
+COORDINATES = st.one_of(
+    st.floats(-1.0, 1.0), st.floats(-1e-9, 1e-9), st.sampled_from((0.0, 1.0, -1.0, 1e-300, 1e308))
+)
+
+
+@st.composite
+def directions(draw):
+    way = [draw(COORDINATES) for _ in range(3)]
+    assume(any(way))
+    return way
+
+
+def written(way):
+    return parse_up(",".join(repr(float(value)) for value in way))
+
+
+def numbers(up):
+    return np.array(AXES.get(up) or [float(number) for number in up.split(",")])
+
+
+@given(directions())
+def test_a_direction_becomes_z_by_a_rotation(way):
+    up = written(way)
+    turn = turn_of(up)
+    assert np.abs(turn @ turn.T - np.eye(3)).max() < 1e-12
+    assert np.linalg.det(turn) == pytest.approx(1.0, abs=1e-12)
+    unit = np.array(way) / np.abs(way).max()
+    # A direction is written to ten decimals.
+    turned = turn @ (unit / np.linalg.norm(unit))
+    assert np.abs(turned - (0.0, 0.0, 1.0)).max() < 2e-10
+    told = numbers(up)
+    assert np.abs(turn @ told / np.linalg.norm(told) - (0.0, 0.0, 1.0)).max() < 1e-12
+
+
+@given(directions(), st.floats(1e-3, 1e3))
+def test_a_direction_has_one_form_whatever_its_length(way, scale):
+    up = written(way)
+    assert parse_up(up) == up
+    again = written([scale * (value / max(map(abs, way))) for value in way])
+    assert np.abs(numbers(up) - numbers(again)).max() < 2e-10
+
+
+@given(directions(), st.tuples(*[st.floats(-1e-4, 1e-4)] * 3))
+def test_directions_near_by_are_turned_nearly_alike(way, by):
+    one = np.array(way) / np.abs(way).max()
+    two = one + by
+    one, two = one / np.linalg.norm(one), two / np.linalg.norm(two)
+    # Near -z they may be turned quite otherwise.
+    assume(min(one[2], two[2]) > -0.9)
+    assert (
+        np.abs(turn_of(written(one)) - turn_of(written(two))).max() < 100 * np.abs(by).max() + 1e-9
+    )
+
+
+def test_axes_are_exact_permutations():
+    # Of three places whose coordinates no rotation by matrices would keep.
+    x, y, z = places = np.array([0.1, 1 / 3, -1e300])
+    mesh = PolyMesh.from_faces(np.stack([places, 0.7 * places, -places]), [[0, 1, 2]])
+    turned = {up: tuple(turn_upright(mesh, up).vertices[0]) for up in AXES}
+    assert turned == {
+        "z": (x, y, z), "y": (x, -z, y), "x": (y, z, x),
+        "-z": (x, -y, -z), "-y": (x, z, -y), "-x": (-y, z, -x),
+    }  # fmt: skip
+    assert {written(axis): name for name, axis in AXES.items()} == {name: name for name in AXES}
+
+
+@pytest.mark.parametrize(
+    "text", ["", "up", "Z", "1", "1,2", "0,0,0", "nan,0,1", "inf,0,1", "1,2,3,"]
+)
+def test_what_is_no_direction_is_refused(text):
+    with pytest.raises(InputError):
+        parse_up(text)
 
 
 @pytest.mark.parametrize("mesh", [parse_shape("shape:hemisphere"), parse_shape("shape:torus")])

@@ -94,7 +94,7 @@ NO_NUMBERS = ("1", b"1", math.nan, math.inf, -math.inf, -1.0, True, 1j, 10**400)
 SPOILT = {
     "source": (None, "", " ", 3, "a\0b"),
     "title": ("", " ", 3, "a" * 81, "a\0b", "a\ud800"),
-    "up": ("up", "Z", 2),
+    "up": ("", "up", "Z", 2, "1,2", "0,0,0", "nan,0,1", "1e999,0,1", "1,2,3,4", "--z", (0, 0, 1)),
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
@@ -137,6 +137,7 @@ SPOILT = {
     "effort": ("utmost", None),
     "seed": (-1, 2**63, 0.0, "0", None),
     "layout": ("", 3),
+    "pin": ("", "A3", "A3@0:1,2,3", "A3@1:1,2", "A3@1:1,2,3/A3@2:1,2,3", 3),
     "colours": ("grey", None),
     "profile": ("friend", None),
     "preset": ("lightburn", None),
@@ -246,6 +247,8 @@ SHEETS = st.builds(
 TYPED = {
     "mesh": st.sampled_from(["shape:torus?m=8&n=4", "a mesh.obj"]),
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
+    "up": st.sampled_from(["y", "-z", "0, 0,-2"])
+    | st.lists(st.floats(0.1, 9.0).map(str), min_size=3, max_size=3).map(",".join),
     "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
     "remesh": st.sampled_from(["quads", "quads:300"]),
@@ -287,6 +290,7 @@ TYPED = {
     ),
     "seed": st.integers(0, 2**63 - 1).map(str),
     "layout": st.just("crossing_map.json"),
+    "pin": st.sampled_from(["A3@1:120,40.5,90", "A3@1:120, 40,90 / B1@2:0,0,-7.5"]),
     "preset": st.sampled_from(["boxes", "epilog", "trotec"]),
     "hairline": _units(0.01, 0.03) | st.just("epilog"),
     "target": st.sampled_from(["default", "Fictiv"]),
@@ -401,6 +405,7 @@ def test_options_take_texts_numbers_and_values(folder) -> None:
         ("size_mm", 3),
         ("size", "12 furlongs"),
         ("seed", "many"),
+        ("up", "0,0,0"),
         ("fair", {"a": 1}),
         ("sheet", "600"),
         ("library", "no.toml"),

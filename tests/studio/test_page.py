@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from live_studio import Studio
 
@@ -183,6 +184,56 @@ def test_a_face_is_left_out_and_a_crossing_fastened_by_a_tap(tab):
     tab.until(f"studio.seen.faces === {before - 1}")
     tap(tab, 0.42, y)
     assert "leave_out" not in tab.state()["options"]
+    tab.settle()
+
+
+def middle(tab, place):
+    box = tab.page.locator(place).bounding_box()
+    return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+
+
+def test_the_arrow_is_dragged_to_what_is_to_point_up_and_back(tab):
+    first, mouse, arrow = tab.state(), tab.page.mouse, tab.page.locator("#arrow")
+    assert not arrow.is_visible()
+    tab.page.locator('[data-tool="up"]').click()
+    time.sleep(0.3)
+    start = middle(tab, "#arrow")
+    mouse.move(*start)
+    mouse.down()
+    mouse.move(*(start + np.array([90, 60])), steps=5)
+    # The arrow follows before anything is asked for.
+    tab.until("document.getElementById('hint').textContent.startsWith('Up: ')")
+    time.sleep(0.3)
+    assert np.abs(middle(tab, "#arrow") - start - (90, 60)).max() < 2
+    assert tab.state() == first
+    mouse.up()
+    up = tab.state()["options"]["up"]
+    way = np.array([float(number) for number in up.split(",")])
+    # To the right as it is seen, and towards the eye, which is in front on the left.
+    assert way @ (np.cos(np.radians(30)), np.sin(np.radians(30)), 0.0) > 0.2
+    assert settings_from_options(first["mesh"], up=up).mesh.up == up
+    tab.settle()
+    turn = np.array(tab.page.evaluate("studio.seen.turn"))
+    assert np.abs(turn @ way / np.linalg.norm(way) - (0, 0, 1)).max() < 1e-9
+    assert np.abs(middle(tab, "#arrow") - start).max() < 60
+    select = tab.page.locator('select[data-field="up-Up"]')
+    assert select.input_value() == up
+    tab.page.locator("#undo").click()
+    assert tab.state() == first
+    tab.settle()
+    # A little to the side it stops at the axis where it was; that is no change.
+    start = middle(tab, "#arrow")
+    mouse.move(*start)
+    mouse.down()
+    mouse.move(*(start + np.array([6, 0])), steps=3)
+    mouse.up()
+    assert tab.state() == first
+    arrow.focus()
+    arrow.press("ArrowLeft")
+    assert "up" in tab.state()["options"]
+    tab.settle()
+    arrow.dblclick()
+    assert tab.state() == first
     tab.settle()
 
 

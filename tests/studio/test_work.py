@@ -1,5 +1,6 @@
 """What the studio tells of a wish is what the rooms make of the same options."""
 
+import math
 import random
 
 import numpy as np
@@ -137,14 +138,16 @@ def test_yarns_are_told_as_closed_tubes():
     assert there == {(end, start) for start, end in there}
 
 
-def walked(steps, seed, mesh, options):
+def walked(steps, seed, mesh, options, most_crossings=math.inf):
     """Yield the states of a random walk over the controls, each of which can be seen."""
     draw, kept, state = random.Random(seed), {}, State(mesh, options)  # noqa: S311 - no secret
     told(look, state.mesh, kept, **state.options)
     for _ in range(steps):
         stations = kept["stations"]
         one = draw.choice(controls(stations.settings, stations.completed[0], stations.ribbons))
-        if one.kind == "choice":
+        if one.option == "up" and draw.random() < 0.5:
+            value = ",".join(f"{draw.uniform(-1.0, 1.0):.3g}" for _ in range(3))
+        elif one.kind == "choice":
             value = draw.choice(one.choices)[0]
         elif one.kind == "range":
             # Near what is there: sizes of metres and hundreds of quads take long.
@@ -164,6 +167,9 @@ def walked(steps, seed, mesh, options):
         try:
             (*_, seen) = told(look, following.mesh, kept, **following.options)
         except FabweaveError:
+            kept["stations"] = before
+            continue
+        if seen["crossings"] > most_crossings:
             kept["stations"] = before
             continue
         state = following

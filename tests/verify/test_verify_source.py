@@ -96,6 +96,19 @@ def test_another_way_up_is_found(copied, old, new):
     assert "faces are not as in" in source_findings(copied / "job")[0][0]
 
 
+@pytest.mark.parametrize("to", ["0.01,1,0", "-y", "1,1,1"])
+def test_another_direction_is_found(copied, to):
+    edit_text(copied / "job" / "job.toml", 'up = "y"', f'up = "{to}"')
+    assert "faces are not as in" in source_findings(copied / "job")[0][0]
+
+
+@pytest.mark.parametrize("to", ["up", "1,2", "0,0,0", "nan,1,0", ""])
+def test_what_is_no_direction_is_found(copied, to):
+    edit_text(copied / "job" / "job.toml", 'up = "y"', f'up = "{to}"')
+    (finding,) = source_findings(copied / "job")[0]
+    assert "no direction" in finding
+
+
 def test_a_mesh_that_is_newer_than_the_job_says_nothing(copied):
     path = copied / "pyramid.obj"
     path.write_text(PYRAMID.replace("v 1 3 1", "v 1 4 1"))
@@ -163,6 +176,7 @@ def checked(folder, **options):
 @pytest.mark.parametrize(
     "options",
     [{}, {"size": "3mm"}, {"size": "25.4mm", "up": "x"}, {"weld": True},
+     {"up": "0.2,-1,0.1", "size": "60mm"}, {"up": "1e-9,1e-8,-1"}, {"up": "-x"},
      {"weld": False}, {"up": "y", "size": "1234.5mm"}, {"bodies": "largest"}, {"bodies": "1"},
      {"fair": 3, "size": "90mm"}, {"pattern": "triaxial"}, {"refine": "catmull-clark:1"}],
     ids=str,

@@ -1,6 +1,7 @@
 """Read and write mesh files by their extension."""
 
 from pathlib import Path, PurePath
+from typing import Literal
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
@@ -9,7 +10,6 @@ from fabweave.mesh.io.ply import read_ply
 from fabweave.mesh.io.scenes import has_z_up, read_scene
 from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.upright import Up
 
 #: Millimetres in each unit that a mesh file can state.
 UNIT_MM = (("um", 0.001), ("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8))
@@ -45,7 +45,7 @@ class MeshFile:
     format: str
     unit: str | None = None
     notes: tuple[str, ...] = ()
-    up: Up = "z"
+    up: Literal["z", "y"] = "z"
 
     @property
     def unit_mm(self) -> float | None:
@@ -95,7 +95,7 @@ def read_mesh(path: str | Path) -> MeshFile:
             f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
             "as a polygon mesh"
         )
-    up: Up = "y" if kind in _Y_UP and not has_z_up(data) else "z"
+    up: Literal["z", "y"] = "y" if kind in _Y_UP and not has_z_up(data) else "z"
     return MeshFile(mesh, kind, unit, notes, up)
 
 

@@ -6,6 +6,8 @@ const STILL_MS = 450;
 const COARSE = 0.6;
 /** Strands are drawn so much of their usual distance above and below one another, as a share of their width. */
 const LIFT = 0.07;
+/** The arrow that points up, in radii of the object: from its middle to the tip, its head, how thick both are, and what is kept in view. */
+const ARROW = { tip: 1.14, head: 0.13, thick: 0.008, wide: 0.035, room: 1.3 };
 
 /** The object in space: drawn anew whenever something tells how it is. */
 function makeScene(canvas, tell) {
@@ -27,7 +29,13 @@ function makeScene(canvas, tell) {
   const dots = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, depthTest: true }));
   faces.frustumCulled = dots.frustumCulled = false;
   faces.visible = dots.visible = false;
-  const scene = new THREE.Scene().add(floor, mesh, faces, dots), shade = new THREE.Scene();
+  const ink = new THREE.MeshBasicMaterial(), part = (geometry, from) => new THREE.Mesh(geometry.translate(0, from, 0), ink);
+  const arrow = new THREE.Group().add(
+    part(new THREE.CylinderGeometry(ARROW.thick, ARROW.thick, ARROW.tip - ARROW.head, 16), (ARROW.tip - ARROW.head) / 2),
+    part(new THREE.ConeGeometry(ARROW.wide, ARROW.head, 24), ARROW.tip - ARROW.head / 2),
+  );
+  arrow.visible = false;
+  const scene = new THREE.Scene().add(floor, mesh, faces, dots, arrow), shade = new THREE.Scene();
   const lamp = new THREE.OrthographicCamera();
   let drawn = 0, shadowed = false, shadowing = true, still = false, times = [], held = {}, rest = 0;
   const camera = makeCamera(canvas, ball, outer, [-60, 24], {
@@ -48,8 +56,11 @@ function makeScene(canvas, tell) {
     if (shared.shadowing.value && !shadowed) castShadows();
     uniforms.eye.value.copy(camera.lens.position);
     floor.visible = shared.shadowing.value && camera.towards().z > -0.05;
-    renderer.setClearColor(getComputedStyle(document.body).getPropertyValue("--paper").trim() || "#eee", 1);
+    const look = getComputedStyle(document.body);
+    renderer.setClearColor(look.getPropertyValue("--paper").trim() || "#eee", 1);
+    ink.color.set(look.getPropertyValue("--soft").trim() || "#666");
     renderer.render(scene, camera.lens);
+    if (arrow.visible) tell.arrowAt(...seenAt(tip()));
     times.push(performance.now());
     if (times.length > 60) times.shift();
   }
@@ -126,6 +137,8 @@ function makeScene(canvas, tell) {
       most = Math.max(most, outer[outer.length - 1].distanceTo(ball.center));
     }
     ball.radius = Math.max(most, box.getSize(new THREE.Vector3()).length() / 2);
+    held.outer = outer.length;
+    standArrow();
     shared.lift.value = LIFT * (widthMm || 0);
     floor.position.copy(ball.center).setZ(box.min.z);
     floor.scale.setScalar(2.4 * ball.radius);
@@ -160,6 +173,33 @@ function makeScene(canvas, tell) {
     draw();
   }
 
+  /** Let the arrow begin in the middle of the object; while it is shown, there is room for it. */
+  function standArrow() {
+    arrow.position.copy(ball.center);
+    arrow.scale.setScalar(ball.radius);
+    outer.length = held.outer || 0;
+    if (arrow.visible) outer.push(ball.center.clone().setZ(ball.center.z + ARROW.room * ball.radius));
+  }
+
+  function tip() {
+    return new THREE.Vector3(0, ARROW.tip, 0).applyQuaternion(arrow.quaternion).multiplyScalar(ball.radius).add(ball.center);
+  }
+
+  /** Where on the canvas a point is seen. */
+  function seenAt(point) {
+    const { x, y } = point.clone().project(camera.lens);
+    return [((x + 1) / 2) * canvas.clientWidth, ((1 - y) / 2) * canvas.clientHeight];
+  }
+
+  /** The way from the middle to what is under a place of the window, at the arrow's length: of two the one nearer to a way. */
+  function wayAt(x, y, last) {
+    const box = canvas.getBoundingClientRect(), caster = new THREE.Raycaster(), reach = ARROW.tip * ball.radius;
+    caster.setFromCamera(new THREE.Vector2((2 * (x - box.x)) / box.width - 1, 1 - (2 * (y - box.y)) / box.height), camera.lens);
+    const beside = caster.ray.closestPointToPoint(ball.center, new THREE.Vector3()).sub(ball.center), depth = reach * reach - beside.lengthSq();
+    const ways = [-1, 1].map((side) => beside.clone().addScaledVector(caster.ray.direction, side * Math.sqrt(Math.max(0, depth))).normalize());
+    return ways[1].dot(last) > ways[0].dot(last) ? ways[1] : ways[0];
+  }
+
   /** What is under a place of the canvas: the point, the piece, the nearest crossing, the face. */
   function touch(x, y) {
     const caster = new THREE.Raycaster();
@@ -187,7 +227,21 @@ function makeScene(canvas, tell) {
   new ResizeObserver(resize).observe(canvas);
 
   return {
-    show, showFaces, showDots, draw,
+    show, showFaces, showDots, draw, wayAt,
+    showArrow(on) {
+      arrow.visible = on;
+      standArrow();
+      camera.refit();
+    },
+    pointArrow(way) {
+      arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way);
+      move();
+    },
+    /** A way that leans to the right, and away, as it is seen from here. */
+    leaned(way, right, away) {
+      const across = new THREE.Vector3().setFromMatrixColumn(camera.lens.matrixWorld, 0);
+      return way.clone().applyAxisAngle(camera.towards(), -right).applyAxisAngle(across, -away);
+    },
     choose(piece) {
       uniforms.chosen.value = piece < 0 ? -2 : piece;
       draw();

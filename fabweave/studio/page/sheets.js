@@ -1,7 +1,5 @@
 /** Flat drawings: strips side by side, and sheets with the pieces where they lie. */
 
-const escapedText = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
-
 /** The path of a piece's outline and holes. */
 function piecePath({ outline, holes }) {
   const round = ([x, y, d]) => `M${x - d / 2} ${y}a${d / 2} ${d / 2} 0 1 0 ${d} 0a${d / 2} ${d / 2} 0 1 0 ${-d} 0Z`;
@@ -9,7 +7,7 @@ function piecePath({ outline, holes }) {
 }
 
 function pieceShape(piece, number, transform, more = "") {
-  return `<path class="piece ${more}" data-piece="${number}" tabindex="-1" fill="${piece.colour}" fill-rule="evenodd" transform="${transform}" d="${piecePath(piece)}"><title>${escapedText(piece.id)}, kind ${piece.kind}</title></path>`;
+  return `<path class="piece ${more}" data-piece="${number}" tabindex="-1" fill="${piece.colour}" fill-rule="evenodd" transform="${transform}" d="${piecePath(piece)}"><title>${escaped(piece.id)}, kind ${piece.kind}</title></path>`;
 }
 
 /** Strips in rows, as wide as there is room. */

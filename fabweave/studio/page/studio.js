@@ -25,8 +25,13 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   let seen = null, arrays = {}, have = "", plan = {};
   const flight = { look: 0, plan: 0, make: 0, designs: 0 };
   let since = 0, dirty = false, resting = 0, late = 0, finer = 0;
-  const scene = makeScene(by("object"), { tapped });
+  const scene = makeScene(by("object"), { tapped, arrowAt });
   by("no-space").hidden = Boolean(scene);
+  const upArrow = scene && makeUpArrow(scene, by("arrow"), {
+    turn: () => seen.turn, leaning: (text) => hint(`Up: ${text}`),
+    chosen: (up) => change({ mesh: state.mesh, options: { ...state.options, up } }),
+    usual: () => state.options.up && change({ mesh: state.mesh, options: { ...state.options, up: null } }),
+  });
 
   // ---- what is asked, and what is answered
 
@@ -137,6 +142,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     if (scene) {
       scene.show(found, yarns ? 0 : usualWidthOf(found.position));
       scene.choose(-1);
+      upArrow.reset();
     }
     by("title").textContent = document.title = head.title;
     by("toml").href = URL.createObjectURL(new Blob([head.toml], { type: "application/toml" }));
@@ -169,7 +175,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36), new Set(pins().map((pin) => pin.split("@")[0])), head.effort === "quick" ? "nested quickly" : `nested by effort ${head.effort}`);
     } else if (head.steps) {
       plan.steps = head.steps;
-      by("panel-steps").innerHTML = `<ol>${head.steps.map(({ pieces, text }) => `<li><button type="button" data-id="${escapedText(pieces[0] || "")}">${escapedText(text)}</button></li>`).join("")}</ol>`;
+      by("panel-steps").innerHTML = `<ol>${head.steps.map(({ pieces, text }) => `<li><button type="button" data-id="${escaped(pieces[0] || "")}">${escaped(text)}</button></li>`).join("")}</ol>`;
     }
     choose(chosen);
   }
@@ -181,7 +187,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     by("verdict").dataset.level = verdict.level;
     by("verdict").querySelector("b").textContent = verdict.level[0].toUpperCase() + verdict.level.slice(1);
     by("verdict").querySelector("span").textContent = verdict.reasons.length ? "" : "as it is.";
-    by("reasons").innerHTML = verdict.reasons.slice(0, 5).map(({ text, cure }) => `<p>${escapedText(text)}<small>${escapedText(cure)}</small></p>`).join("");
+    by("reasons").innerHTML = verdict.reasons.slice(0, 5).map(({ text, cure }) => `<p>${escaped(text)}<small>${escaped(cure)}</small></p>`).join("");
     const rows = [
       ["Pieces", `${figures.pieces} of ${figures.kinds} kinds`], ["Crossings", figures.crossings], ["Threads", figures.threads],
       ["Sheets", `${figures.sheets}, ${(100 * figures.use).toFixed(0)} % used`], ["Assembly", hours || "not known"],
@@ -192,12 +198,12 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       ...(figures.broken ? [["Broken twill", `${figures.broken} conditions`]] : []),
       ["Longest piece", `${figures.longest_mm.toFixed(0)} mm`],
     ];
-    by("figures").innerHTML = rows.map(([name, value]) => `<dt>${name}</dt><dd>${escapedText(value)}</dd>`).join("");
+    by("figures").innerHTML = rows.map(([name, value]) => `<dt>${name}</dt><dd>${escaped(value)}</dd>`).join("");
     drawWidths(by("widths"), widths);
   }
 
   function notes(texts) {
-    by("notes").innerHTML = texts.slice(0, 6).map((text) => `<p>${escapedText(text.split(". ")[0])}</p>`).join("");
+    by("notes").innerHTML = texts.slice(0, 6).map((text) => `<p>${escaped(text.split(". ")[0])}</p>`).join("");
   }
 
   /** Bring out a piece in space, on its sheet and in words; -1 for none. */
@@ -226,7 +232,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       by("controls").innerHTML = list.map((one) => {
         const head = one.group === group ? "" : `<h2>${one.group}</h2>`;
         group = one.group;
-        return `${head}<label class="${one.kind}" title="${escapedText(one.help)}"><span>${escapedText(one.label)}</span>${fieldOf(one)}</label>`;
+        return `${head}<label class="${one.kind}" title="${escaped(one.help)}"><span>${escaped(one.label)}</span>${fieldOf(one)}</label>`;
       }).join("");
       const again = focused && by("controls").querySelector(`[data-field="${focused}"]`);
       if (again) again.focus();
@@ -242,8 +248,8 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   }
 
   function fieldOf(one) {
-    const name = `data-field="${fieldName(one)}" aria-label="${escapedText(`${one.group}: ${one.label}`)}"`;
-    if (one.kind === "choice") return `<select ${name}>${one.choices.map(([value, text]) => `<option value="${escapedText(value)}">${escapedText(text)}</option>`).join("")}</select>`;
+    const name = `data-field="${fieldName(one)}" aria-label="${escaped(`${one.group}: ${one.label}`)}"`;
+    if (one.kind === "choice") return `<select ${name}>${one.choices.map(([value, text]) => `<option value="${escaped(value)}">${escaped(text)}</option>`).join("")}</select>`;
     if (one.kind === "text") return `<input type="text" ${name} spellcheck="false">`;
     return `<span class="both"><input type="number" ${name}>${one.unit ? `<small>${one.unit}</small>` : ""}</span><input type="range" ${name}>`;
   }
@@ -298,7 +304,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
 
   // ---- by hand
 
-  const TOOLS = { choose: "", leave: "Tap faces to leave them out; red ones are left out.", fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand." };
+  const TOOLS = { choose: "", leave: "Tap faces to leave them out; red ones are left out.", fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand.", up: "Drag the arrow to what is to point up; it stops at the axes of the file. Tap it twice to have it as read." };
   const listed = (text) => String(text || "").split(",").filter((part) => /^\d+$/.test(part)).map(Number);
   /** Crossings that are fastened by number, after the rule. */
   const fastenedByHand = () => listed(state.options.fasten);
@@ -307,9 +313,15 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     return (numbers.includes(one) ? numbers.filter((other) => other !== one) : [...numbers, one]).sort((a, b) => a - b);
   }
 
+  /** The arrow is drawn, and its tip is seen there. */
+  function arrowAt(x, y) {
+    by("arrow").hidden = false;
+    by("arrow").style.transform = `translate(${x}px, ${y}px)`;
+  }
+
   function tapped(hit) {
     if (!hit) return choose(-1);
-    if (tool === "choose") return choose(hit.piece);
+    if (tool === "choose" || tool === "up") return choose(hit.piece);
     if (tool === "leave" && hit.face !== undefined) {
       const words = String(state.options.leave_out || "").split(",").filter((part) => part && !/^\d+$/.test(part));
       const numbers = toggled(listed(state.options.leave_out), hit.face);
@@ -337,6 +349,8 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       tool = button.dataset.tool;
       for (const other of document.querySelectorAll("[data-tool]")) other.setAttribute("aria-pressed", other === button);
       hint(TOOLS[tool]);
+      by("arrow").hidden = true;
+      if (scene) scene.showArrow(tool === "up");
       if (tool === "leave" && !arrays.face) look();
       else overlays();
     });
@@ -382,8 +396,8 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     memory("shelf", shelf);
     by("tab-shelf").textContent = shelf.length ? `Shelf (${shelf.length})` : "Shelf";
     by("panel-shelf").innerHTML = shelf.length ? `<div class="row">${shelf.map(({ name, picture, words }, k) => `
-      <figure><button type="button" class="link" data-kept="${k}" aria-label="Go back to ${escapedText(name)}">${picture ? `<img alt="" src="${picture}">` : ""}
-      <figcaption><b>${escapedText(name)}</b><br>${escapedText(words)}</figcaption></button><button type="button" data-gone="${k}" aria-label="Take ${escapedText(name)} off the shelf">×</button></figure>`).join("")}</div>`
+      <figure><button type="button" class="link" data-kept="${k}" aria-label="Go back to ${escaped(name)}">${picture ? `<img alt="" src="${picture}">` : ""}
+      <figcaption><b>${escaped(name)}</b><br>${escaped(words)}</figcaption></button><button type="button" data-gone="${k}" aria-label="Take ${escaped(name)} off the shelf">×</button></figure>`).join("")}</div>`
       : "<p>Keep puts this variant here, with its picture and figures, to compare it with others and to go back to it.</p>";
     by("panel-shelf").insertAdjacentHTML("afterbegin", `<p><button type="button" id="try"${flight.designs ? " disabled" : ""} title="Other meshes, patterns and widths of this model, as fabweave design tries them">Try designs</button></p>`);
   }

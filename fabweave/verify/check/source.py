@@ -93,12 +93,6 @@ def _references(plan: CrossingMap) -> Iterator[tuple[str, str, Sequence[object]]
 _SIZE, _WELDED = 1e-9, 1e-6
 #: Lengths in job.toml are rounded to a thousandth.
 _ROUNDED_MM = 1e-3
-#: Which coordinates become x, y and z, and with which sign, if this axis points up.
-_TURNED = {
-    "z": ((1, 0), (1, 1), (1, 2)),
-    "y": ((1, 0), (-1, 2), (1, 1)),
-    "x": ((1, 1), (1, 2), (1, 0)),
-}
 
 
 def check_source(job: Job, tally: Tally) -> None:
@@ -204,10 +198,11 @@ def _check_faces(
     Those that were left out are not there; faces at rims were drawn to their circles.
     """
     faces = [face for face in source.faces if len(face) > 2]
-    given = np.concatenate(faces)
-    given = np.stack(
-        [s * given[:, axis] for s, axis in _TURNED[str(options.get("up", "z"))]], axis=1
-    )
+    turn = _upright(str(options.get("up", "z")))
+    if turn is None:
+        place.fail(f"the way up {options['up']!r} is no direction")
+        return
+    given = np.concatenate(faces) @ turn.T
     points = mesh.vertices[mesh.corner]
     scale, extent = 1.0, _extent(points)
     if (size := length_of(options.get("size"))) is not None and _extent(given) > 0.0:
@@ -237,6 +232,31 @@ def _check_faces(
             f"{len(off)} faces are not as in {source.name}, first face {off[0]}; if that file was "
             "changed after the job was made, make the job again"
         )
+
+
+def _upright(text: str) -> Floats | None:
+    """Return the rotation, for columns, that a way up asks for; None if it is no direction.
+
+    A quarter turn or less, or more, about a level axis takes it to z. A way up that leans to x is
+    then turned about z, clockwise by as many quarters as it has of x.
+    """
+    sign = -1.0 if text[:1] == "-" else 1.0
+    if (letter := text.removeprefix("-")) in ("x", "y", "z"):
+        way = sign * np.eye(3)["xyz".index(letter)]
+    else:
+        try:
+            way = np.array([float(part) for part in text.split(",")])
+        except ValueError:
+            return None
+    length = float(np.linalg.norm(way))
+    if way.shape != (3,) or not 0.0 < length < np.inf:
+        return None
+    by = scipy.spatial.transform.Rotation.from_rotvec
+    level = float(np.hypot(way[0], way[1]))
+    axis = way[[1, 0]] * (1.0, -1.0) / level if level else np.array([1.0, 0.0])
+    tilt = by([*(np.arctan2(level, way[2]) * axis), 0.0])
+    turned: Floats = (by([0.0, 0.0, -0.5 * np.pi * way[0] / length]) * tilt).as_matrix()
+    return turned
 
 
 def _faces(points: Floats, sizes: Ints, near: float) -> list[Floats]:
