@@ -180,6 +180,9 @@ def _widths(rule: WidthRule, woven: WovenObject) -> list[Control]:
     room = max(middle, float(own.max(initial=1.0)))
     ways = (("even", "one width"), ("proportional", "a share of the room"))
     found = [
+        Control("Ribbons", "Strips", "strips", "choice", "straight" if woven.straight else "wavy",
+                choices=(("wavy", "wavy"), ("straight", "straight")),
+                help=option_named("strips").text),
         Control("Ribbons", "Width", "width", "choice", "even" if rule.even or rule.constant
                 else "proportional", choices=ways, help=option_named("width").text)
     ]  # fmt: skip

@@ -74,13 +74,17 @@ def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
 def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell what the object of a wish looks like, what makes it, and what can be changed.
 
-    Where an exact twill may not exist, the vote of the paper is shown until the search ends.
+    Where an exact twill may not exist, the vote of the paper is shown until the search ends; where
+    strips are straight, wavy ones are until these are found.
     """
     stations = stations_for(kept, wish)
     if "weave" not in vars(stations) and wish["options"].get("pattern") == "twill":
         first = stations.also({"twill_method": "voting"})
         if first.weave.weave.broken.total:
             tell(_seen(first, wish, first.ribbons, kept, better=True))
+    if "ribbons" not in vars(stations) and stations.settings.ribbons.straight:
+        first = stations.also({"strips": "wavy"})
+        tell(_seen(first, wish, first.ribbons, kept, better=True))
     tell(_seen(stations, wish, stations.ribbons, kept))
 
 
