@@ -39,6 +39,7 @@ from fabweave.show.manual.sheets import drawn_pieces, write_sheets
 from fabweave.show.manual.step_pictures import WholePicture, step_pictures
 from fabweave.show.manual.steps import write_steps
 from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
+from fabweave.show.sticks import sticks_pdf
 from fabweave.show.viewer.page import space_record, viewer_page
 from fabweave.weave.pattern import Weave
 from fabweave.weave.strand_colours import crossing_colours
@@ -95,6 +96,9 @@ def show_job(
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
+    sticks = machine.sticks or machine.paper
+    if job.woven.straight and sticks != "none":
+        papers.append(("sticks.pdf", lambda: sticks_pdf(plan, job.woven.title, sticks)))
     papers.append((INDEX_FILE, lambda: index_page(job, plan, report, file_names(directory))))
     for name, make in papers:
         missing += _write_paper(directory / name, make)
