@@ -88,11 +88,13 @@ def _stick(kind: int, pieces: tuple[PieceRecord, ...], spares: tuple[str, ...]) 
     outline = np.array(piece.outline)
     (left, low), (length, width) = outline.min(axis=0), np.ptp(outline, axis=0).tolist()
     marks = [Mark("cut", None, along, width / 2.0) for along in (0.0, length)]
+    slotted = {cutout.station for cutout in piece.cutouts if cutout.hole is None}
     for at, station in enumerate(piece.stations):
         joined = any(one.stations[station_of(one, at)].joint is not None for one in pieces)
         what: Literal["joint", "crossing"] = "joint" if joined else "crossing"
         place = station.x - left, station.y - low
-        marks.append(Mark(what, at, *place, station.over, station.hole_mm))
+        hole_mm = None if at in slotted else station.hole_mm
+        marks.append(Mark(what, at, *place, station.over, hole_mm))
     for cutout in piece.cutouts:
         station = piece.stations[cutout.station]
         if cutout.hole is None:

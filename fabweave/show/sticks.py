@@ -39,11 +39,12 @@ _FLAT_MM = 0.01
 _HOW = (
     "A tape shows a strip at full size, its outer face up, from its start at the left. Lay the "
     "strip on its outline, or cut the tape out and lay it on the strip. Mark the strip at each "
-    "line, cut it at the thick ones, and punch or drill at each cross. A disc: the strip goes over "
-    "there. A ring: it goes under. Below each line stands who is met there, piece by piece, and "
-    "#4>B2 for joint 4 with B2. Where the arrow before a piece points to the left, its start is at "
-    "the right end of the tape. To glue lengths of a tape together, cut the next one off at its "
-    "dashed line, and lay it on the grey end of the one before, up to the dashed line there."
+    "line, cut it at the thick ones, punch or drill at each cross, and write its name on it. A "
+    "disc: the strip goes over there. A ring: it goes under. Below each line stands who is met "
+    "there, piece by piece, and #4>B2 for joint 4 with B2. Where the arrow before a piece points "
+    "to the left, its start is at the right end of the tape. To glue lengths of a tape together, "
+    "cut the next one off at its dashed line, and lay it on the grey end of the one before, up to "
+    "the dashed line there."
 )
 
 
@@ -144,7 +145,10 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     _page(book)
     book.y = book.block(book.left, book.y, _HOW, min(book.right - book.left, 760.0)) - _BETWEEN
     for tape in tapes:
-        if book.y - tape.high < book.foot and book.y < book.top:
+        high = tape.high
+        if high > book.top - book.foot:  # its rows go on on the next page
+            high -= _ROW * (len(tape.stick.pieces) - 1)
+        if book.y - high < book.foot and book.y < book.top:
             _page(book)
         _draw(book, tape, gutter, joints)
     return book.finish()

@@ -84,10 +84,12 @@ def _check_marks(
         ("cut", "", "", None, [length, width / 2.0]),
     ]
     last = len(piece.stations) - 1
+    slotted = {cutout.station for cutout in piece.cutouts if cutout.path is not None}
     for number, station in enumerate(piece.stations):
         at = last - number if piece.turned else number
         lies, what = ("under", "over")[station.over], "joint" if at in joined else "crossing"
-        wanted.append((what, str(at), lies, station.hole_mm, spot(station.x, station.y)))
+        hole_mm = None if number in slotted else station.hole_mm
+        wanted.append((what, str(at), lies, hole_mm, spot(station.x, station.y)))
     for cutout in piece.cutouts:
         station = piece.stations[cutout.station]
         at = last - cutout.station if piece.turned else cutout.station
@@ -110,7 +112,7 @@ def _check_marks(
         stated = np.array([float(row["distance_mm"]), float(row["across_mm"])])
         mark = min(same, key=lambda one: float(np.hypot(*(stated - one[4]))))
         left.remove(mark)
-        _, _, lies, hole_mm, there = mark
+        lies, hole_mm, there = mark[2:]
         here.number("distance_mm", stated[0].item(), there[0], within=near_mm)
         here.number("across_mm", stated[1].item(), there[1], within=near_mm)
         inches = float(row["distance_in"]) * _INCH_MM
