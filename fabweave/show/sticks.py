@@ -18,7 +18,7 @@ _TITLE = "Story sticks"
 _POINTS = 72.0 / 25.4
 #: Width and height of the papers, in points; a roll is as wide as that of most plotters, and no
 #: page of a PDF is longer than so many points.
-_PAPERS = {"a4": (841.89, 595.28), "letter": (792.0, 612.0), "a3": (1190.55, 841.89)}
+PAPERS = {"a4": (841.89, 595.28), "letter": (792.0, 612.0), "a3": (1190.55, 841.89)}
 _ROLL_HIGH, _LONGEST = 594.0 * _POINTS, 14_400.0
 #: So much of a tape is glued under the next one.
 LAP_MM = 10.0
@@ -26,13 +26,15 @@ LAP_MM = 10.0
 _CLEAR_MM = 6.0
 #: A tape is at least so high, and of wider strips than that it shows the middle; its lines stand
 #: out so far beside a strip that is laid on it.
-_LEAST_HIGH_MM, _MOST_HIGH_MM, _BEYOND_MM = 8.0, 60.0, 1.5
+_LEAST_HIGH_MM, _MOST_HIGH_MM, _BEYOND_MM = 8.0, 100.0, 1.5
 #: All else is in points. A label stands upright over its mark, with so long a line to it; rows of
 #: names stand below, with so much between two names.
 _PITCH, _LEAD, _ROW, _APART = 11.0, 8.0, 12.0, 5.0
 _HEAD, _BETWEEN, _ARROW, _SIGN = 20.0, 14.0, 16.0, 8.0
 #: Rulers at the foot of a page: how high they stand, and their lengths in mm and in inches.
 _FOOT, _RULES_MM, _RULES_IN = 36.0, (0, 100, 250), (0, 4)
+#: What else stands on a page takes so much.
+_ELSE = 220.0
 #: Arcs are drawn as chords that are so near.
 _FLAT_MM = 0.01
 
@@ -137,10 +139,10 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     gutter = max(names, default=0.0) + _ARROW + _APART
     border = 2.0 * MARGIN + gutter
     longest = max((stick.length_mm for stick in sticks), default=0.0) * _POINTS
-    wide = min(longest + border + 1.0, _LONGEST) if paper == "roll" else _PAPERS[paper][0]
+    wide = min(longest + border + 1.0, _LONGEST) if paper == "roll" else PAPERS[paper][0]
     tapes = [tape for stick in sticks for tape in _tapes(stick, (wide - border) / _POINTS)]
-    size = (max(wide, _PAPERS["a4"][0]), _ROLL_HIGH) if paper == "roll" else _PAPERS[paper]
-    book = Book(size, title)
+    size = max(wide, PAPERS["a4"][0]), min(sum(one.high for one in tapes) + _ELSE, _ROLL_HIGH)
+    book = Book(size if paper == "roll" else PAPERS[paper], title)
     book.foot += _FOOT
     _page(book)
     book.y = book.block(book.left, book.y, _HOW, min(book.right - book.left, 760.0)) - _BETWEEN
@@ -247,8 +249,9 @@ def _draw(book: Book, tape: Tape, gutter: float, joints: Mapping[int, JointRecor
         closed = shapely.LineString(np.concatenate((ring, ring[:1])) - corner)
         for line in shapely.get_parts(shapely.clip_by_rect(closed, *window.tolist())):
             book.line(at(shapely.get_coordinates(line)))
-    for mark in stick.marks:
-        if tape.start_mm <= mark.along_mm <= tape.shown_mm or mark in tape.marks:
+    under = [mark for mark in stick.marks if tape.end_mm <= mark.along_mm < tape.shown_mm]
+    for mark in tape.marks + under:
+        if abs(mark.across_mm - stick.width_mm / 2.0) <= tape.high_mm / 2.0:
             _mark(book, mark, at(np.array([mark.along_mm, mark.across_mm])), (low, top))
     for stop_mm, _ in tape.joins:
         book.line([(x(stop_mm), low), (x(stop_mm), top)], width=1.0, dash=(6.0, 2.0))
