@@ -74,6 +74,10 @@ def show_job(
         for sheets in job.beside
         for drawing in sheets.drawings
     ]
+    sticks = machine.sticks or machine.paper
+    if job.woven.straight and sticks != "none":
+        path = directory / "sticks.pdf"
+        shown.append(start(_write_sticks, path, plan, job.woven.title, sticks))
     manual = start(
         _write_manual,
         directory / "assembly.pdf",
@@ -96,9 +100,6 @@ def show_job(
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
-    sticks = machine.sticks or machine.paper
-    if job.woven.straight and sticks != "none":
-        papers.append(("sticks.pdf", lambda: sticks_pdf(plan, job.woven.title, sticks)))
     papers.append((INDEX_FILE, lambda: index_page(job, plan, report, file_names(directory))))
     for name, make in papers:
         missing += _write_paper(directory / name, make)
@@ -261,6 +262,11 @@ def _write_paper(path: Path, make: Callable[[], bytes | str | None]) -> list[str
     if content is not None:
         path.write_bytes(content.encode() if isinstance(content, str) else content)
     return missing
+
+
+def _write_sticks(path: Path, *args: Any) -> list[str]:
+    """Write the story sticks; say why they could not be made, if so."""
+    return _write_paper(path, lambda: sticks_pdf(*args))
 
 
 def _write_manual(path: Path, *args: Any) -> tuple[tuple[View, ...], list[str]]:

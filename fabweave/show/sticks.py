@@ -1,6 +1,7 @@
 """Draw story sticks: tapes at full size with all marks of straight strips, to lay beside them."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -12,7 +13,7 @@ from fabweave.core.units import unit_mm
 from fabweave.plan.crossing_map import CrossingMap, JointRecord
 from fabweave.plan.sticks import Mark, Stick, station_of, story_sticks
 from fabweave.show.manual.book import MARGIN, SMALL, Book, text_width
-from fabweave.show.manual.cards import spread
+from fabweave.show.manual.cards import draw_arrow, spread
 
 _TITLE = "Story sticks"
 _POINTS = 72.0 / 25.4
@@ -27,9 +28,9 @@ _CLEAR_MM = 6.0
 #: A tape is at least so high, and of wider strips than that it shows the middle; its lines stand
 #: out so far beside a strip that is laid on it.
 _LEAST_HIGH_MM, _MOST_HIGH_MM, _BEYOND_MM = 8.0, 100.0, 1.5
-#: All else is in points. A label stands upright over its mark, with so long a line to it; rows of
-#: names stand below, with so much between two names.
-_PITCH, _LEAD, _ROW, _APART = 11.0, 8.0, 12.0, 5.0
+#: All else is in points. An upright text is so wide; a line leads from a mark to what is written
+#: of it; rows of names stand below, with so much between two names, as ``spread`` has it.
+_UPRIGHT, _LEAD, _ROW, _APART = 6.0, 8.0, 12.0, 5.0
 _HEAD, _BETWEEN, _ARROW, _SIGN = 20.0, 14.0, 16.0, 8.0
 #: Rulers at the foot of a page: how high they stand, and their lengths in mm and in inches.
 _FOOT, _RULES_MM, _RULES_IN = 36.0, (0, 100, 250), (0, 4)
@@ -61,6 +62,8 @@ class Tape:
         Which one of how many, from 1.
     start_mm, end_mm : float
         What it shows of the strip, but for what is glued under the next one.
+    room : float
+        How wide it may be, in points.
     """
 
     stick: Stick
@@ -68,6 +71,7 @@ class Tape:
     count: int
     start_mm: float
     end_mm: float
+    room: float
 
     @property
     def shown_mm(self) -> float:
@@ -95,7 +99,7 @@ class Tape:
         """How tall its lines are, in points."""
         return max(self.high_mm + 2.0 * _BEYOND_MM, _LEAST_HIGH_MM) * _POINTS
 
-    @property
+    @cached_property
     def marks(self) -> list[Mark]:
         """Its own marks."""
         first, last = self.number == 1, self.number == self.count
@@ -106,6 +110,11 @@ class Tape:
         ]
 
     @property
+    def stations(self) -> list[Mark]:
+        """Those of its marks where others are met."""
+        return [mark for mark in self.marks if mark.what in ("crossing", "joint")]
+
+    @cached_property
     def labels(self) -> list[tuple[float, str]]:
         """What stands over it: where, and what."""
         found = [(mark.along_mm, _told(mark)) for mark in self.marks]
@@ -117,11 +126,32 @@ class Tape:
         """How much room its labels take."""
         return max((text_width(text, SMALL) for _, text in self.labels), default=0.0)
 
-    @property
-    def high(self) -> float:
-        """How high it is with all that belongs to it."""
-        rows = 1 + len(self.stick.pieces)
-        return _HEAD + self.label_high + 2.0 * _LEAD + self.tall + _ROW * rows + _BETWEEN
+    def high(self, rows: "_Rows") -> float:
+        """Return how high it is with all that belongs to it."""
+        below = rows.high * len(rows.cells) + _BETWEEN
+        return _HEAD + self.label_high + 2.0 * _LEAD + self.tall + below
+
+
+@frozen_value
+class _Rows:
+    """What stands below a tape: rows of names, a column for each station, in points.
+
+    Parameters
+    ----------
+    cells : tuple of tuple of str
+        The numbers of the stations, and piece by piece who is met there.
+    upright : bool
+        Whether there is room only for names that stand upright.
+    wide : tuple of float
+        The widths of the columns.
+    high : float
+        The height of a row.
+    """
+
+    cells: tuple[tuple[str, ...], ...]
+    upright: bool
+    wide: tuple[float, ...]
+    high: float
 
 
 def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
@@ -140,19 +170,22 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     border = 2.0 * MARGIN + gutter
     longest = max((stick.length_mm for stick in sticks), default=0.0) * _POINTS
     wide = min(longest + border + 1.0, _LONGEST) if paper == "roll" else PAPERS[paper][0]
-    tapes = [tape for stick in sticks for tape in _tapes(stick, (wide - border) / _POINTS)]
-    size = max(wide, PAPERS["a4"][0]), min(sum(one.high for one in tapes) + _ELSE, _ROLL_HIGH)
+    tapes = [tape for stick in sticks for tape in _tapes(stick, wide - border)]
+    high = sum(tape.high(_rows(tape, joints)) for tape in tapes) if paper == "roll" else 0.0
+    size = max(wide, PAPERS["a4"][0]), min(high + _ELSE, _ROLL_HIGH)
     book = Book(size if paper == "roll" else PAPERS[paper], title)
     book.foot += _FOOT
     _page(book)
     book.y = book.block(book.left, book.y, _HOW, min(book.right - book.left, 760.0)) - _BETWEEN
     for tape in tapes:
-        high = tape.high
+        rows = _rows(tape, joints)
+        high = tape.high(rows)
         if high > book.top - book.foot:  # its rows go on on the next page
-            high -= _ROW * (len(tape.stick.pieces) - 1)
+            high -= rows.high * (len(rows.cells) - 2)
         if book.y - high < book.foot and book.y < book.top:
             _page(book)
-        _draw(book, tape, gutter, joints)
+        _draw(book, tape, gutter)
+        _write(book, tape, gutter, rows)
     return book.finish()
 
 
@@ -184,11 +217,47 @@ def lengths(places: Sequence[float], room_mm: float) -> list[tuple[float, float]
     return list(zip(stops, [*stops[1:], places[-1]], strict=True))
 
 
-def _tapes(stick: Stick, room_mm: float) -> list[Tape]:
+def _size(upright: float) -> float:
+    """Return the size of upright text that has so much room."""
+    return SMALL * (upright + _APART) / (_UPRIGHT + _APART)
+
+
+def _tapes(stick: Stick, room: float) -> list[Tape]:
     """Return the tapes of a stick."""
     places = np.clip([mark.along_mm for mark in stick.marks], 0.0, stick.length_mm).tolist()
-    parts = lengths(places, room_mm)
-    return [Tape(stick, at, len(parts), *part) for at, part in enumerate(parts, start=1)]
+    parts = lengths(places, room / _POINTS)
+    return [Tape(stick, at, len(parts), *part, room) for at, part in enumerate(parts, start=1)]
+
+
+def _rows(tape: Tape, joints: Mapping[int, JointRecord]) -> _Rows:
+    """Return what stands below a tape."""
+    stations = [mark.station for mark in tape.stations if mark.station is not None]
+    cells = [tuple(map(str, stations))]
+    for piece in tape.stick.pieces:
+        met = [piece.stations[station_of(piece, at)] for at in stations]
+        cells.append(
+            tuple(
+                one.partner
+                + ("" if one.joint is None else f" #{one.joint}>{joints[one.joint].mate(piece.id)}")
+                for one in met
+            )
+        )
+    wide = [
+        max(
+            _SIGN * (not row) + text_width(text, SMALL, bold=not row)
+            for row, text in enumerate(column)
+        )
+        for column in zip(*cells, strict=True)
+    ]
+    upright = sum(wide) + _APART * (len(wide) - 1) > tape.room
+    high = max(wide) + _APART if upright else _ROW
+    columns = _upright(len(wide), tape.room) if upright else tuple(wide)
+    return _Rows(tuple(cells), upright, columns, high)
+
+
+def _upright(count: int, room: float) -> tuple[float, ...]:
+    """Return how wide upright texts are to be, which are smaller where they have little room."""
+    return (min(_UPRIGHT, max(room / max(count, 1) - _APART, 0.0)),) * count
 
 
 def _told(mark: Mark) -> str:
@@ -219,8 +288,8 @@ def _page(book: Book) -> None:
     book.text(places[-1] + 12.0, MARGIN, told, bold=True)
 
 
-def _draw(book: Book, tape: Tape, gutter: float, joints: Mapping[int, JointRecord]) -> None:
-    """Draw a tape below what is on the page, with all that belongs to it."""
+def _draw(book: Book, tape: Tape, gutter: float) -> None:
+    """Draw a tape below what is on the page, and what stands over it."""
     stick, left = tape.stick, book.left + gutter
     _head(book, tape)
     top = book.y - _HEAD - tape.label_high - _LEAD
@@ -256,16 +325,14 @@ def _draw(book: Book, tape: Tape, gutter: float, joints: Mapping[int, JointRecor
     for stop_mm, _ in tape.joins:
         book.line([(x(stop_mm), low), (x(stop_mm), top)], width=1.0, dash=(6.0, 2.0))
 
-    pitch = min(_PITCH, (book.right - left) / len(tape.labels))
-    spots = [x(along) for along, _ in tape.labels]
-    starts = spread([spot - left for spot in spots], [pitch] * len(spots), book.right - left)
+    spots = [(along - tape.start_mm) * _POINTS for along, _ in tape.labels]
+    wide = _upright(len(spots), tape.room)
+    starts, size = spread(spots, wide, tape.room), _size(wide[0])
     for spot, start, (_, text) in zip(spots, starts, tape.labels, strict=True):
-        there = left + start + pitch / 2.0
-        book.line([(spot, top), (there, top + _LEAD - 2.0)], grey=0.5, width=0.3)
-        size = SMALL * pitch / _PITCH
+        there = left + start + wide[0] / 2.0
+        book.line([(left + spot, top), (there, top + _LEAD - 2.0)], grey=0.5, width=0.3)
         book.text(there, top + _LEAD, text, size=size, angle_deg=90.0, middle=True)
     book.y = low
-    _names(book, tape, left, joints)
 
 
 def _head(book: Book, tape: Tape) -> None:
@@ -299,56 +366,36 @@ def _mark(book: Book, mark: Mark, spot: FloatArray, ends: tuple[float, float]) -
             book.line([(x, y - arm), (x, y + arm)])
 
 
-def _names(book: Book, tape: Tape, left: float, joints: Mapping[int, JointRecord]) -> None:
+def _write(book: Book, tape: Tape, gutter: float, rows: _Rows) -> None:
     """Write below a tape its stations, and piece by piece who is met there."""
-    stick, low = tape.stick, book.y
-    marks = [mark for mark in tape.marks if mark.what in ("crossing", "joint")]
-    stations = [mark.station for mark in marks if mark.station is not None]
-    rows = []
-    for piece in stick.pieces:
-        cells = []
-        for at in stations:
-            station = piece.stations[station_of(piece, at)]
-            key = station.joint
-            joint = "" if key is None else f" #{key}>{joints[key].mate(piece.id)}"
-            cells.append(station.partner + joint)
-        rows.append((piece, cells))
-    wide = [
-        max([text_width(cell[at], SMALL) for _, cell in rows]
-            + [_SIGN + text_width(str(number), SMALL, bold=True)]) + _APART
-        for at, number in enumerate(stations)
-    ]  # fmt: skip
-    room = book.right - left
-    share = min(1.0, room / max(sum(wide), 1.0))
-    wide, size = [share * one for one in wide], share * SMALL
-    spots = [left + (mark.along_mm - tape.start_mm) * _POINTS for mark in marks]
-    starts = spread([spot - left for spot in spots], wide, room)
-    middles = [left + start + one / 2.0 for start, one in zip(starts, wide, strict=True)]
+    left, angle_deg = book.left + gutter, 90.0 if rows.upright else 0.0
+    spots = [(mark.along_mm - tape.start_mm) * _POINTS for mark in tape.stations]
+    starts = spread(spots, rows.wide, tape.room)
+    middles = [left + start + one / 2.0 for start, one in zip(starts, rows.wide, strict=True)]
     for spot, middle in zip(spots, middles, strict=True):
-        book.line([(spot, low), (middle, low - _LEAD + 2.0)], grey=0.5, width=0.3)
-    book.y = low - _LEAD
+        book.line([(left + spot, book.y), (middle, book.y - _LEAD + 2.0)], grey=0.5, width=0.3)
+    book.y -= _LEAD
+    size = _size(rows.wide[0]) if rows.upright else SMALL
 
-    def numbers() -> None:
-        book.y -= _ROW
-        for middle, mark in zip(middles, marks, strict=True):
-            text = str(mark.station)
-            begin = middle - (text_width(text, size, bold=True) + share * _SIGN) / 2.0
-            book.sign(begin + 2.7, book.y + 0.36 * size, over=bool(mark.over))
-            book.text(begin + share * _SIGN, book.y, text, size=size, bold=True)
+    def write(cells: Sequence[str], *, head: bool) -> None:
+        book.y -= rows.high
+        for middle, text, mark in zip(middles, cells, tape.stations, strict=True):
+            shift = _SIGN if head else 0.0
+            begin = 0.0 if rows.upright else -(text_width(text, SMALL, bold=head) + shift) / 2.0
+            way, lift = (np.array((0.0, 1.0)), 0.0) if rows.upright else (np.array((1.0, 0.0)), 3.4)
+            place = np.array((middle, book.y + lift))
+            if head:
+                book.sign(*(place + (begin + 2.7) * way).tolist(), over=bool(mark.over))
+            x, y = (place + (begin + shift) * way).tolist()
+            book.text(x, y, text, size=size, bold=head, angle_deg=angle_deg, middle=True)
 
-    numbers()
-    for piece, cells in rows:
-        if book.y - _ROW < book.foot:
+    write(rows.cells[0], head=True)
+    for piece, cells in zip(tape.stick.pieces, rows.cells[1:], strict=True):
+        if book.y - rows.high < book.foot:
             _page(book)
-            numbers()
-        book.y -= _ROW
+            write(rows.cells[0], head=True)
+        write(cells, head=False)
         y = book.y + 0.36 * SMALL
-        tip, tail = (0.0, 12.0) if piece.turned else (12.0, 0.0)
-        back = (tail - tip) / 4.0
-        book.line([(book.left + tail, y), (book.left + tip, y)], width=0.7)
-        head = [(back, 2.2), (0.0, 0.0), (back, -2.2)]
-        book.line([(book.left + tip + dx, y + dy) for dx, dy in head], width=0.7)
+        draw_arrow(book, book.left, y, back=bool(piece.turned))
         book.text(book.left + _ARROW, book.y, piece.id, size=SMALL, bold=True)
-        for middle, cell in zip(middles, cells, strict=True):
-            book.text(middle, book.y, cell, size=size, align=0.5)
     book.y -= _BETWEEN

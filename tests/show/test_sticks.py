@@ -8,9 +8,10 @@ import pytest
 from crossing_maps import piece_record, small_map, station_record
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import OCTAHEDRON, STRAIGHT
 from read_sticks import MM, joined, read_pages, read_tapes
 
-from fabweave.plan.crossing_map import JointRecord
+from fabweave.plan.crossing_map import JointRecord, read_crossing_map
 from fabweave.show.sticks import LAP_MM, lengths, sticks_pdf
 
 PAPERS = {"a4": (297.0, 210.0), "letter": (279.4, 215.9), "a3": (420.0, 297.0)}
@@ -142,6 +143,17 @@ def test_many_pieces_of_a_kind_go_on_on_the_next_page():
         assert {"0", "1", "2", "3"} <= set(page.text.split())
 
 
+@pytest.mark.parametrize("apart_mm", [12.0, 5.0, 2.5])
+def test_crowded_marks_keep_their_places_and_stay_on_the_page(apart_mm):
+    places = np.arange(apart_mm, 400.0, apart_mm)
+    pages = pages_of(map_of(*(strip(f"AB{n}", 1, places, 403.0) for n in range(10, 13))), "a4")
+    for page in pages:
+        assert (page.lines >= 25.0).all()
+        assert (page.lines <= np.tile(page.size, 2) - 25.0).all()
+    ((marks, _),) = joined(read_tapes(pages))
+    assert np.abs(marks - places).max() <= 0.1
+
+
 def test_what_is_longer_than_a_page_can_be_is_printed_in_lengths():
     places = uneven(12_345.6, 200)
     pages = pages_of(map_of(strip("A1", 1, places, 12_345.6)), "roll")
@@ -149,6 +161,37 @@ def test_what_is_longer_than_a_page_can_be_is_printed_in_lengths():
     ((marks, end),) = joined(read_tapes(pages))
     assert end == pytest.approx(12_345.6, abs=0.1)
     assert np.abs(marks - places).max() <= 0.1
+
+
+def test_tapes_of_a_job_have_the_marks_of_its_pieces(finished):
+    folder = finished(*STRAIGHT)
+    pieces = read_crossing_map(folder / "crossing_map.json").pieces
+    found = joined(read_tapes(read_pages(folder / "sticks.pdf")))
+    assert len(found) == len({piece.kind for piece in pieces})
+    for piece in pieces:
+        marks, end = found[piece.kind - 1]
+        x = np.array([point[0] for point in piece.outline])
+        places = np.array([station.x for station in piece.stations]) - x.min()
+        if piece.turned:
+            places = (np.ptp(x) - places)[::-1]
+        assert end == pytest.approx(np.ptp(x), abs=0.1)
+        assert np.abs(marks - places).max() <= 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("options", "files"),
+    [
+        (OCTAHEDRON, set()),
+        (STRAIGHT, {"sticks.csv", "sticks.pdf"}),
+        ((*STRAIGHT, "--sticks", "none"), {"sticks.csv"}),
+    ],
+)
+def test_jobs_of_straight_strips_have_tapes_unless_none_are_wanted(options, files, finished):
+    folder = finished(*options)
+    assert {path.name for path in folder.glob("sticks.*")} == files
+    page = (folder / "index.html").read_text("utf-8")
+    assert {name for name in ("sticks.csv", "sticks.pdf") if f'href="{name}"' in page} == files
 
 
 def test_no_strips_are_no_tapes():
