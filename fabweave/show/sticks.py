@@ -42,12 +42,13 @@ _FLAT_MM = 0.01
 _HOW = (
     "A tape shows a strip at full size, its outer face up, from its start at the left. Lay the "
     "strip on its outline, or cut the tape out and lay it on the strip. Mark the strip at each "
-    "line, cut it at the thick ones, punch or drill at each cross, and write its name on it. A "
-    "disc: the strip goes over there. A ring: it goes under. Below each line stands who is met "
-    "there, piece by piece, and #4>B2 for joint 4 with B2. Where the arrow before a piece points "
-    "to the left, its start is at the right end of the tape. To glue lengths of a tape together, "
-    "cut the next one off at its dashed line, and lay it on the grey end of the one before, up to "
-    "the dashed line there."
+    "line, cut it at the thick ones, punch or drill at each cross, and write its name on it. Over "
+    "a line stands how far it is from the start in mm, and the diameter of a hole; up is how far "
+    "that is from the lower edge. A disc: the strip goes over there. A ring: it goes under. Below "
+    "stands who is met there, piece by piece, and #4>B2 for joint 4 with B2. Where the arrow "
+    "before a piece points to the left, its start is at the right end of the tape. To glue lengths "
+    "of a tape together, cut the next one off at its dashed line, and lay it on the grey end of "
+    "the one before, up to the dashed line there."
 )
 
 
