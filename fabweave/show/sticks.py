@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 import shapely
@@ -20,7 +21,7 @@ _POINTS = 72.0 / 25.4
 #: Width and height of the papers, in points; a roll is as wide as that of most plotters, and no
 #: page of a PDF is longer than so many points.
 PAPERS = {"a4": (841.89, 595.28), "letter": (792.0, 612.0), "a3": (1190.55, 841.89)}
-_ROLL_HIGH, _LONGEST = 594.0 * _POINTS, 14_400.0
+_ROLL_HIGH, _LONGEST = 1684.0, 14_400.0
 #: So much of a tape is glued under the next one.
 LAP_MM = 10.0
 #: Tapes part so far from marks, where there is room.
@@ -170,10 +171,11 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     gutter = max(names, default=0.0) + _ARROW + _APART
     border = 2.0 * MARGIN + gutter
     longest = max((stick.length_mm for stick in sticks), default=0.0) * _POINTS
-    wide = min(longest + border + 1.0, _LONGEST) if paper == "roll" else PAPERS[paper][0]
+    # Whole points: some programs make others so, and everything smaller with them.
+    wide = min(ceil(longest + border), _LONGEST) if paper == "roll" else PAPERS[paper][0]
     tapes = [tape for stick in sticks for tape in _tapes(stick, wide - border)]
     high = sum(tape.high(_rows(tape, joints)) for tape in tapes) if paper == "roll" else 0.0
-    size = max(wide, PAPERS["a4"][0]), min(high + _ELSE, _ROLL_HIGH)
+    size = max(wide, ceil(PAPERS["a4"][0])), min(ceil(high + _ELSE), _ROLL_HIGH)
     book = Book(size if paper == "roll" else PAPERS[paper], title)
     book.foot += _FOOT
     _page(book)
