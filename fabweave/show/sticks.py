@@ -18,9 +18,10 @@ from fabweave.show.manual.cards import draw_arrow, spread
 
 _TITLE = "Story sticks"
 _POINTS = 72.0 / 25.4
-#: Width and height of the papers, in points; a roll is as wide as that of most plotters, and no
-#: page of a PDF is longer than so many points.
-PAPERS = {"a4": (841.89, 595.28), "letter": (792.0, 612.0), "a3": (1190.55, 841.89)}
+#: Width and height of the papers, in whole points: some programs fit other pages to such a size,
+#: and shrink them. A roll is as wide as that of most plotters, and no page of a PDF is longer than
+#: so many points.
+PAPERS = {"a4": (842.0, 595.0), "letter": (792.0, 612.0), "a3": (1191.0, 842.0)}
 _ROLL_HIGH, _LONGEST = 1684.0, 14_400.0
 #: So much of a tape is glued under the next one.
 LAP_MM = 10.0
@@ -171,11 +172,10 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     gutter = max(names, default=0.0) + _ARROW + _APART
     border = 2.0 * MARGIN + gutter
     longest = max((stick.length_mm for stick in sticks), default=0.0) * _POINTS
-    # Whole points: some programs make others so, and everything smaller with them.
     wide = min(ceil(longest + border), _LONGEST) if paper == "roll" else PAPERS[paper][0]
     tapes = [tape for stick in sticks for tape in _tapes(stick, wide - border)]
     high = sum(tape.high(_rows(tape, joints)) for tape in tapes) if paper == "roll" else 0.0
-    size = max(wide, ceil(PAPERS["a4"][0])), min(ceil(high + _ELSE), _ROLL_HIGH)
+    size = max(wide, PAPERS["a4"][0]), min(ceil(high + _ELSE), _ROLL_HIGH)
     book = Book(size if paper == "roll" else PAPERS[paper], title)
     book.foot += _FOOT
     _page(book)
