@@ -133,6 +133,16 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
+        "sticks",
+        MACHINE,
+        choice(("a4", "letter", "a3", "roll", "none")),
+        "Paper of the story sticks of straight strips: tapes at full size with all marks, one for "
+        "each kind of strip. Tapes longer than the paper come in lengths to be glued; roll is for "
+        "a plotter, which prints them whole.",
+        otherwise="the manual's paper",
+        making=True,
+    ),
+    Option(
         "kerf",
         MACHINE,
         length(10.0, zero=""),  # as an entry of materials.toml

@@ -1,4 +1,4 @@
-"""Write the crossing map as tables, for people and spreadsheets: crossings, and stations."""
+"""Write the crossing map as tables, for people and spreadsheets: crossings, stations, marks."""
 
 import csv
 import io
@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 
+from fabweave.core.units import unit_mm
 from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.sticks import nearest_inches, story_sticks
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,41 @@ def station_table(crossing_map: CrossingMap) -> str:
     """Return the stations of all pieces as CSV, one row each."""
     tables = piece_stations(crossing_map).values()
     return _csv([f.name for f in fields(StationRow)], (astuple(row) for t in tables for row in t))
+
+
+_STICK_COLUMNS = (
+    "kind", "pieces", "turned", "length_mm", "width_mm", "mark", "station", "distance_mm",
+    "distance_in", "nearest_in", "across_mm", "lies", "hole_mm",
+)  # fmt: skip
+_LIES = {None: None, True: "over", False: "under"}
+
+
+def stick_table(crossing_map: CrossingMap) -> str:
+    """Return what to mark on straight strips as CSV, kind by kind, one row for each mark.
+
+    Distances count from the start of the first piece; ``turned`` are those pieces that begin at
+    the other end.
+    """
+    rows = [
+        (
+            stick.kind,
+            " ".join((*(piece.id for piece in stick.pieces), *stick.spares)),
+            " ".join(piece.id for piece in stick.pieces if piece.turned),
+            f"{stick.length_mm:.2f}",
+            f"{stick.width_mm:.2f}",
+            mark.what,
+            mark.station,
+            f"{mark.along_mm:.2f}",
+            f"{mark.along_mm / unit_mm('in'):.3f}",
+            nearest_inches(mark.along_mm),
+            f"{mark.across_mm:.2f}",
+            _LIES[mark.over],
+            mark.hole_mm,
+        )
+        for stick in story_sticks(crossing_map)
+        for mark in stick.marks
+    ]
+    return _csv(_STICK_COLUMNS, rows)
 
 
 def _csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

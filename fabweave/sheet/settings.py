@@ -26,6 +26,7 @@ class MachineSettings:
     rules: tuple[Target, ...]
     strict: bool
     paper: str
+    sticks: str | None
     kerf_mm: float
     micro_joints: MicroJoints | None
     cut_order: str

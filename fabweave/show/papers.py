@@ -39,6 +39,7 @@ from fabweave.show.manual.sheets import drawn_pieces, write_sheets
 from fabweave.show.manual.step_pictures import WholePicture, step_pictures
 from fabweave.show.manual.steps import write_steps
 from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
+from fabweave.show.sticks import sticks_pdf
 from fabweave.show.viewer.page import space_record, viewer_page
 from fabweave.weave.pattern import Weave
 from fabweave.weave.strand_colours import crossing_colours
@@ -73,6 +74,10 @@ def show_job(
         for sheets in job.beside
         for drawing in sheets.drawings
     ]
+    sticks = machine.sticks or machine.paper
+    if job.woven.straight and sticks != "none":
+        path = directory / "sticks.pdf"
+        shown.append(start(_write_sticks, path, plan, job.woven.title, sticks))
     manual = start(
         _write_manual,
         directory / "assembly.pdf",
@@ -257,6 +262,11 @@ def _write_paper(path: Path, make: Callable[[], bytes | str | None]) -> list[str
     if content is not None:
         path.write_bytes(content.encode() if isinstance(content, str) else content)
     return missing
+
+
+def _write_sticks(path: Path, *args: Any) -> list[str]:
+    """Write the story sticks; say why they could not be made, if so."""
+    return _write_paper(path, lambda: sticks_pdf(*args))
 
 
 def _write_manual(path: Path, *args: Any) -> tuple[tuple[View, ...], list[str]]:

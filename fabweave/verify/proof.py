@@ -35,6 +35,7 @@ from fabweave.verify.check.sheets import check_materials, check_offcuts, check_s
 from fabweave.verify.check.source import check_references, check_source
 from fabweave.verify.check.space import check_space
 from fabweave.verify.check.steps import check_steps
+from fabweave.verify.check.sticks import check_sticks
 from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.drawing import ReadError, read_text
 from fabweave.verify.read.job_files import Job, load_job
@@ -86,6 +87,7 @@ _TASKS = (
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
+    _Task("sticks", ("map",), check_sticks),
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),

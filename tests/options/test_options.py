@@ -30,6 +30,7 @@ from fabweave.sheet.presets import preset_named
 from fabweave.sheet.targets import target_named
 from fabweave.sheet.write.dxf import DXF_VERSIONS
 from fabweave.sheet.write.template import PAPERS_MM
+from fabweave.show.sticks import PAPERS as STICK_PAPERS
 from fabweave.stock.machine import Calibration
 from fabweave.stock.material import material_named
 from fabweave.stock.sheet_size import SheetSize
@@ -80,6 +81,7 @@ def test_choices_that_other_rooms_have_too_are_the_same() -> None:
     choices = {option.name: option.kind.choices for option in OPTIONS}
     assert choices["dxf"] == DXF_VERSIONS
     assert set(choices["template"]) == {"sheet", "none", *PAPERS_MM}
+    assert set(choices["sticks"]) == {"roll", "none", *STICK_PAPERS}
     assert choices["preset"] == tuple(sorted(choices["preset"]))
     for name in choices["effort"]:
         assert effort_named(name)
@@ -154,6 +156,7 @@ SPOILT = {
     "rim": ("round", None),
     "label_side": ("both", None),
     "paper": ("a3", None),
+    "sticks": ("a5", 4),
     "kerf_mm": (*NO_NUMBERS, None),
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),

@@ -21,6 +21,12 @@ from fabweave.show import job as drawn
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
+#: A job of straight strips of few kinds, with holes, slots, spares, and pieces turned round.
+STRAIGHT = (
+    "shape:octahedron", "--refine", "loop:1", "--pattern", "kagome", "--strips", "straight",
+    "--size", "250mm", "--joint", "rivet:2,slots", "--spares", "1", "--effort", "quick",
+    "--template", "none",
+)  # fmt: skip
 #: Longer than any job takes, on whatever machine; it only ends waiting for what never comes.
 _PATIENCE_S = 900.0
 

@@ -35,7 +35,8 @@ class Book:
 
     Parameters
     ----------
-    paper : {"a4", "letter"}
+    paper : {"a4", "letter"} or (float, float)
+        Or width and height in points.
     title : str
         It stands at the head of each page, with the number of the page.
 
@@ -47,8 +48,8 @@ class Book:
     b'%PDF-'
     """
 
-    def __init__(self, paper: str, title: str) -> None:
-        self.width, self.height = PAPERS[paper]
+    def __init__(self, paper: str | tuple[float, float], title: str) -> None:
+        self.width, self.height = PAPERS[paper] if isinstance(paper, str) else paper
         self.left, self.right = MARGIN, self.width - MARGIN
         self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
         #: Where the next text or drawing on the page may begin.

@@ -309,7 +309,7 @@ def write_card(book: Book, card: Card, left: float, top: float) -> None:
             _draw_strand(book, name, corner)
     x, y = (card.tag + corner).tolist()
     book.tag(x, y, card.id, dark=True)
-    _draw_arrow(book, x + tag_size(card.id)[0] / 2.0 + 2.0, y, back=card.back)
+    draw_arrow(book, x + tag_size(card.id)[0] / 2.0 + 2.0, y, back=card.back)
     for name in card.names:
         book.line(name.lead + corner, width=0.5, grey=0.35)
     for name in card.names:
@@ -328,7 +328,7 @@ def _draw_strand(book: Book, name: Named, corner: FloatArray) -> None:
     book.line(name.strand + corner, width=0.5, grey=0.45, closed=True, fill=1.0)
 
 
-def _draw_arrow(book: Book, x: float, y: float, *, back: bool) -> None:
+def draw_arrow(book: Book, x: float, y: float, *, back: bool) -> None:
     """Draw the engraved arrow, which points along the thread."""
     tail, tip = (x + _ARROW - 6.0, x) if back else (x, x + _ARROW - 6.0)
     way = 4.0 if back else -4.0

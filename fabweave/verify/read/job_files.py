@@ -45,6 +45,8 @@ FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
 SERVICE, TABLE = "service", "parts.csv"
+#: The marks of straight strips.
+STICKS = "sticks.csv"
 #: Everything is on this layer of a DXF file for a service.
 PLAIN_LAYER = "0"
 _PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
@@ -173,9 +175,14 @@ def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
     return {name: drawing for name, drawing in drawings if drawing is not None}
 
 
+def read_table(path: Path) -> list[dict[str, str]]:
+    """Read the rows of a table."""
+    return list(csv.DictReader(io.StringIO(read_text(path), newline=""), strict=True))
+
+
 def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
     """Read a service's folder; what a row names and cannot be read is told."""
-    rows = list(csv.DictReader(io.StringIO(read_text(directory / TABLE), newline=""), strict=True))
+    rows = read_table(directory / TABLE)
     paths = (path for path in directory.rglob("*") if path.is_file())
     service = Service(
         rows=rows,
@@ -265,6 +272,8 @@ class Job:
     source: SourceMesh | None = None
     #: What is in the folder for a service, if there is one.
     service: Service | None = None
+    #: The rows of the table of marks on straight strips, if there is one.
+    sticks: list[dict[str, str]] | None = None
     #: The drawings of offcuts, by where they are.
     offcuts: dict[str, Drawing] = field(default_factory=dict)
     #: The rings around openings, if there is such a folder.
@@ -433,6 +442,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         source=read_source(directory, options, read),
         ready=read_ready(directory, options, number, read, tally),
         service=if_there(SERVICE, lambda path: read_service(path, tally.fail)),
+        sticks=if_there(STICKS, read_table),
         offcuts=read_offcuts(directory, read),
         rim=read_rim(directory, read),
         former=read_former(directory, read),
