@@ -59,6 +59,8 @@ _BEYOND, _REACH = 1.05, 0.36
 _ROOMY = 0.05
 #: Where they come too near to one another, narrower ones are tried, so often at most.
 _NARROWER, _TRIES = 0.86, 5
+#: But where few crossings are near others, and by so much of what is wanted, hands push them aside.
+_FEW, _CLOSE = 0.01, 0.5
 #: Ribbons are exact to this share of their width; in so many steps at most.
 _EXACT, _STEPS = 1e-11, 25
 #: What is added to equations, a share of their size, lest two of them say the same.
@@ -124,8 +126,10 @@ def straightened(
             wide = width * _NARROWER**number
             ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
             ribbons = _exact(ribbons, weave, wide, height)
-            if number + 1 == tries or not len(measure_clearance(ribbons, weave, limits)[1].pairs):
-                break
+            if number + 1 < tries:
+                near = measure_clearance(ribbons, weave, limits)[0].margins
+                if len(near) <= _FEW * threads.n_crossings and near.min(initial=1.0) >= _CLOSE:
+                    break
     return replace(woven, ribbons=ribbons, straight=True)
 
 
@@ -346,10 +350,11 @@ def _exact(ribbons: Ribbons, weave: Weave, width: float, height: FloatArray) -> 
     for _ in range(_STEPS):
         square = change @ change.T
         square += _RIDGE * square.diagonal().mean() * sp.eye_array(len(off))
-        step = splu(
-            sp.csc_array(square), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}
-        ).solve(off)
-        points = points - (change.T @ step).reshape(3, -1).T
+        factors = splu(
+            sp.csc_array(square), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )  # fmt: skip
+        points = points - (change.T @ factors.solve(off)).reshape(3, -1).T
         off, change = conditions.off(points)
         if float(np.abs(off).max()) <= _EXACT:
             break
