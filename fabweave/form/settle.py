@@ -131,6 +131,8 @@ class Form:
         if self.loaded_mm is not None:
             sags += f", and {_length(self.loaded_mm)} with its load"
         parts = [said, sags]
+        if self.turn_deg is not None:
+            parts.append(f"straight strips turn by up to {self.turn_deg:.1f}° at a crossing")
         if self.loose:
             parts.append(agree(self.loose, "is loose in {n} way[|s], so that its weight sways it"))
         return "; ".join(parts)

@@ -24,7 +24,7 @@ from fabweave.core.arrays import (
     unit,
 )
 from fabweave.core.errors import CannotMakeError
-from fabweave.form.body import elastic_threads
+from fabweave.form.body import MOST_CROSSINGS, elastic_threads
 from fabweave.form.net import Net, State, cut_inner, end_frames, strains
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
@@ -106,6 +106,11 @@ def straightened(
     if len(threads.turn_pass):
         raise CannotMakeError(
             "straight strips cannot turn back at a boundary: use --boundary end, or --strips wavy"
+        )
+    if threads.n_crossings > MOST_CROSSINGS:
+        raise CannotMakeError(
+            f"straight strips are found for at most {MOST_CROSSINGS:,} crossings, and here are "
+            f"{threads.n_crossings:,}: use a coarser mesh (--remesh triangles:N), or --strips wavy"
         )
     thickness = supplies.thickness_mm(woven.bunches)
     height = crossing_heights(weave, thickness, settings.clearance_mm)

@@ -148,12 +148,16 @@ class Settings:
 
     @property
     def common_cuts(self) -> bool:
-        """Whether strips share cuts: straight ones do, a kerf apart, if nobody says otherwise."""
+        """Whether strips share cuts.
+
+        Straight ones with square ends do, a kerf apart, if nobody says otherwise.
+        """
         from fabweave.stock.per_bunch import by_bunch  # noqa: PLC0415 - not for help
 
         gaps = {gap for _, gap in by_bunch(self.stock.gap_mm)}
-        near = gaps <= {None, self.machine.kerf_mm}
-        return self.ribbons.straight and near and self.machine.micro_joints is None
+        near = gaps <= {None, self.machine.kerf_mm} and self.machine.micro_joints is None
+        square = self.pieces.joint.partition(",")[0].partition(":")[0] in ("rivet", "glue")
+        return self.ribbons.straight and square and near
 
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""

@@ -27,7 +27,8 @@ def with_common_cuts(drawing: SheetDrawing) -> SheetDrawing:
     Parameters
     ----------
     drawing : SheetDrawing
-        Drawn for the middle of the beam; outlines of sides along x and y share edges at will.
+        Drawn for the middle of the beam. Sides along x and y share edges at will; others are cut
+        as they are.
 
     Examples
     --------
@@ -60,6 +61,9 @@ def _left(
     points = on_grid(points)
     for start, end in zip(points, np.roll(points, -1, axis=0), strict=True):
         axis = int(np.argmax(np.abs(end - start)))
+        if abs(end - start)[1 - axis] > _SAME_MM:
+            yield np.stack([start, end])
+            continue
         covered = done[axis, round(float(start[1 - axis]) / _SAME_MM)]
         low, high = sorted((float(start[axis]), float(end[axis])))
         open_ = [(low, high)]

@@ -129,7 +129,9 @@ def read_ready(
         if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
             micro = int(words[1]), float(words[2])
     gaps = {length_of(gap) for gap in by_bunch(options.get("gap")).values()}
-    common = options.get("strips") == "straight" and micro is None and gaps == {kerf}
+    square = re.match(r"(rivet|glue)\b", str(options.get("joint", "rivet")).lower())
+    straight = options.get("strips") == "straight" and square is not None
+    common = straight and micro is None and gaps == {kerf}
     sheets = list(sheets)
     ready = Ready(kerf_mm=kerf, micro=micro, shared=frozenset(sheets if common else ()))
     asked = bool(kerf) or micro is not None
