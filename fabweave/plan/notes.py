@@ -58,7 +58,7 @@ def job_notes(
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
-    plan = planned.split_plan
+    plan, rolls = planned.split_plan, planned.supplies.rolls
     reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
     return (
         *woven.source.notes,
@@ -86,7 +86,7 @@ def job_notes(
         ),
         order_note(order, steps, bill.clips),
         *layout.notes,
-        *(code_notes(drawings) if settings.machine.qr != "none" else ()),
+        *(code_notes(drawings) if settings.machine.qr != "none" and not rolls else ()),
         *kerf_notes(
             kerfed,
             settings.machine.kerf_mm,

@@ -24,7 +24,7 @@ from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
-from fabweave.plan.csv_tables import crossing_table, station_table
+from fabweave.plan.csv_tables import crossing_table, cut_list, station_table
 from fabweave.plan.grade import verdict_json
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
@@ -233,6 +233,9 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
     _write(directory / "crossing_map.csv", crossing_table(crossing_map))
     _write(directory / "stations.csv", station_table(crossing_map))
+    cuts = cut_list(crossing_map) if woven.straight else None
+    if cuts is not None:
+        _write(directory / "cut_list.csv", cuts)
     _write(
         directory / "pieces.csv",
         piece_table(job, job.layout, job.allotment),

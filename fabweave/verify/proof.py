@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabweave.verify.check.cut_list import check_cut_list
 from fabweave.verify.check.drawings import (
     check_dxf,
     check_labels,
@@ -86,6 +87,7 @@ _TASKS = (
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
+    _Task("cut-list", ("map",), check_cut_list),
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),

@@ -41,6 +41,8 @@ RIM, RIM_RECORD = "rim", "rim/rim.json"
 FORMER, FORMER_RECORD = "former", "former/former.json"
 #: Where it is told how the object is when it was let go, and its model then.
 FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
+#: The list of cuts of straight strips.
+CUTS = "cut_list.csv"
 #: Where offcuts lie.
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
@@ -173,9 +175,14 @@ def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
     return {name: drawing for name, drawing in drawings if drawing is not None}
 
 
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """Read the rows of a table."""
+    return list(csv.DictReader(io.StringIO(read_text(path), newline=""), strict=True))
+
+
 def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
     """Read a service's folder; what a row names and cannot be read is told."""
-    rows = list(csv.DictReader(io.StringIO(read_text(directory / TABLE), newline=""), strict=True))
+    rows = read_rows(directory / TABLE)
     paths = (path for path in directory.rglob("*") if path.is_file())
     service = Service(
         rows=rows,
@@ -275,6 +282,8 @@ class Job:
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
     verdict: dict[str, Any] | None = None
+    #: The rows of the list of cuts, if there is one.
+    cuts: list[dict[str, str]] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -439,6 +448,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         form=if_there(FORM, lambda path: read_json(path, FormRecord)),
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
+        cuts=if_there(CUTS, read_rows),
     )
 
 
