@@ -301,6 +301,9 @@ class _Entry:
 
     def sheet(self, kind: str, number: int) -> SheetSize:
         """Return the sheet that is described."""
+        shape = (self.table.size, self.table.outline, self.table.defects)
+        if self.table.roll is not None and shape != (None, None, None):
+            raise self.refuse("a roll has no size, outline and defects; leave them out")
         outline, holes = self.outline()
         rings = [*holes, *self.defects()]
         if outline is None:
@@ -344,8 +347,6 @@ class _Entry:
         value = self.table.size
         if self.table.roll is not None:
             value = f"roll:{self.table.roll}"
-            if (self.table.size, self.table.outline, self.table.defects) != (None, None, None):
-                raise self.refuse("a roll has no size, outline and defects; leave them out")
         if value is None:
             raise self.refuse(
                 'there is no size; write size = "600x400mm", or outline = "offcut_01.dxf"'
