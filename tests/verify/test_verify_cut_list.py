@@ -16,7 +16,17 @@ from fabweave.verify.check.cut_list import check_cut_list
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
-BALL = "shape:icosahedron --refine loop:1 --size 300mm --pattern kagome --strips straight".split()
+BALL = [
+    "shape:icosahedron",
+    "--refine",
+    "loop:1",
+    "--size",
+    "300mm",
+    "--pattern",
+    "kagome",
+    "--strips",
+    "straight",
+]
 ROLLS = ("--stock", "roll:8mm:4m:2", "--stock", "roll:8mm:9m")
 FAST = ("--effort", "quick", "-q", "-o")
 
