@@ -28,7 +28,7 @@ BALL = [
     "straight",
 ]
 ROLLS = ("--stock", "roll:8mm:4m:2", "--stock", "roll:8mm:9m")
-FAST = ("--effort", "quick", "-q", "-o")
+FAST = ("--strips", "straight", "--effort", "quick", "-q", "-o")
 
 
 @pytest.fixture(scope="module")
