@@ -140,7 +140,8 @@ def nest_strips(
         )
     notes: tuple[str, ...] = ()
     if any(sheet.is_roll for sheet in used):
-        notes = (_roll_note(used, float(shapes[:, 0].sum())),)
+        longest = max(sheet.width_mm for sheet in sheets)
+        notes = (_roll_note(used, float(shapes[:, 0].sum()), longest),)
     return Layout(
         sheets=tuple(used),
         placements=tuple(placements[at] for at in range(len(outlines))),
@@ -152,14 +153,14 @@ def nest_strips(
 
 
 def _rounded_up(length_mm: float) -> float:
-    """Return a length in whole centimetres."""
-    return 10.0 * math.ceil(length_mm / 10.0 - _SAME_MM)
+    """Return a length in hundredths of a millimetre."""
+    return math.ceil(100.0 * length_mm - _SAME_MM) / 100.0
 
 
-def _roll_note(rolls: Sequence[SheetSize], length_mm: float) -> str:
-    """Say how much of each roll is used and left, and how few rolls could do."""
+def _roll_note(rolls: Sequence[SheetSize], length_mm: float, longest_mm: float) -> str:
+    """Say how much of each roll is used and left, and how few of the longest could do."""
     told = [(roll.width_mm / 1000.0, (roll.roll_mm or 0.0) / 1000.0) for roll in rolls]
-    least = math.ceil(length_mm / 1000.0 / max(whole for _, whole in told) - _SAME_MM)
+    least = math.ceil(length_mm / longest_mm - _SAME_MM)
     each = "; ".join(
         f"roll {number}: {used:.2f} m of {whole:g} m used, {whole - used:.2f} m left"
         for number, (used, whole) in enumerate(told, start=1)

@@ -195,6 +195,10 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         yield from _roll_at_odds(settings)
 
 
+#: Widths in inches are rounded.
+_SAME_MM = 1e-3
+
+
 def _roll_at_odds(settings: Settings) -> Iterator[str]:
     """Say what does not go together with strips from a roll, which scissors cut."""
     stock, width = settings.stock, settings.ribbons.width
@@ -206,7 +210,8 @@ def _roll_at_odds(settings: Settings) -> Iterator[str]:
         yield f"stock: all strips have one width, but there are rolls of {told}; name one of them"
     if not settings.ribbons.straight:
         yield "stock: strips from a roll are straight; add --strips straight, or name a sheet"
-    if width is not None and {width.least_mm, width.most_mm} != {widths[0]}:
+    bounds = [] if width is None else [width.least_mm, width.most_mm]
+    if any(abs(bound - widths[0]) > _SAME_MM for bound in bounds):
         yield f"width: the roll is {told} wide, and so are its strips; leave out --width"
     if settings.machine.kerf_mm or settings.machine.micro_joints is not None:
         yield "kerf: scissors cut rolls, and burn nothing; leave out --kerf and --micro-joints"

@@ -78,11 +78,16 @@ def job_notes(
         *_spare_notes(planned),
         *width_notes(woven, settings.ribbons, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
-        *grain_notes(
-            woven.ribbons,
-            planned.check.limits,
-            planned.supplies.materials,
-            parse_rotations(settings.stock.rotations),
+        # Strips from a roll lie along its grain, whatever bends ask for.
+        *(
+            []
+            if rolls
+            else grain_notes(
+                woven.ribbons,
+                planned.check.limits,
+                planned.supplies.materials,
+                parse_rotations(settings.stock.rotations),
+            )
         ),
         order_note(order, steps, bill.clips),
         *layout.notes,

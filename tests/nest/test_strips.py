@@ -65,11 +65,10 @@ def test_a_roll_has_one_row_that_begins_at_its_end(lengths, roll):
         own = [at for at, place in enumerate(layout.placements) if place.sheet == number]
         used = sum(lengths[at] for at in own)
         assert (sheet.roll_mm, sheet.height_mm) == (roll.width_mm, 9.0)
-        assert used - 1e-6 <= sheet.width_mm <= min(used + 10.0, roll.width_mm) + 1e-6
+        assert used - 1e-6 <= sheet.width_mm <= min(used + 0.01, roll.width_mm) + 1e-6
         placed = np.concatenate([layout.placements[at].apply(outlines[at]) for at in own])
         assert placed[:, 0].min() == pytest.approx(0.0, abs=1e-9)
         assert np.ptp(placed[:, 0]) == pytest.approx(used)
-    assert sum(len(outline) > 0 for outline in outlines) == len(layout.placements)
 
 
 @pytest.mark.parametrize("stock", [["roll:9mm:70mm"], ["roll:9mm:90mm:1"]])
