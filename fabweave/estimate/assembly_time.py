@@ -86,6 +86,8 @@ def job_hands(
     joints: Sequence[str],
     bill: BillOfMaterials,
     calibration: float | None = None,
+    *,
+    rolls: bool = False,
 ) -> AssemblyTime:
     """Return how long hands take whose steps are known.
 
@@ -97,6 +99,7 @@ def job_hands(
     bill : BillOfMaterials
         Whose fasteners are set.
     calibration : float, optional
+    rolls : bool
         As of ``assembly_time``.
     """
     return assembly_time(
@@ -106,6 +109,7 @@ def job_hands(
         joints,
         bill,
         calibration,
+        rolls=rolls,
     )
 
 
@@ -115,6 +119,8 @@ def planned_hands(
     joints: Sequence[str],
     bill: BillOfMaterials,
     calibration: float | None = None,
+    *,
+    rolls: bool = False,
 ) -> AssemblyTime:
     """Predict how long hands take, before the order of pieces is known.
 
@@ -123,7 +129,7 @@ def planned_hands(
     """
     placed = crossings + len(joints) // 2
     under = round(_UNDER * placed)
-    return assembly_time(pieces, placed - under, under, joints, bill, calibration)
+    return assembly_time(pieces, placed - under, under, joints, bill, calibration, rolls=rolls)
 
 
 def assembly_time(
@@ -133,6 +139,8 @@ def assembly_time(
     joints: Sequence[str],
     bill: BillOfMaterials,
     calibration: float | None = None,
+    *,
+    rolls: bool = False,
 ) -> AssemblyTime:
     """Return what actions take together.
 
@@ -146,6 +154,8 @@ def assembly_time(
         Whose fasteners are set: each takes what the first sort takes that is listed for it.
     calibration : float, optional
         What the maker took for a job, divided by what was estimated; by default nobody knows.
+    rolls : bool
+        Whether pieces are cut from rolls by hand, and not taken out of sheets.
     """
     held = [kind for kind in joints if not KINDS[kind].most_fasteners]
     set_: dict[float, int] = defaultdict(int)
@@ -154,7 +164,8 @@ def assembly_time(
         set_[row.diameter_mm] += row.needed
         setting_s[row.diameter_mm] += _setting_s(row, bill)
     often = {
-        "sort": pieces,
+        "sort": 0 if rolls else pieces,
+        "cut": pieces if rolls else 0,
         "find": pieces,
         "take": pieces,
         "over": over,
@@ -247,7 +258,7 @@ def step_seconds(
         made = [name for key in step.fasten for name in holes.get(key, ())]
         made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
         often = {
-            "sort": step.handled if sorting else 0,
+            "cut" if "cut" in each_s else "sort": step.handled if sorting else 0,
             "find": step.handled,
             "take": step.handled,
             "over": len(step.over),

@@ -112,20 +112,11 @@ def assumptions_of(
     stock : bool
         Whether a list of stock has prices.
     """
-    told = [text for one in rates for text in _speeds(one)]
-    if calibration != 1.0:
-        told.append(
-            f"Times of the machine are multiplied by {calibration:g}, as one job was measured "
-            "(--calibrate)."
-        )
+    if hands.often("cut"):
+        told = ["Strips are cut from the roll by hand: no machine is counted."]
     else:
-        told.append(
-            "Nothing is measured on your machine: after a first job, --calibrate makes these times "
-            "yours."
-        )
+        told = [*(text for one in rates for text in _speeds(one)), *_machine_words(calibration)]
     told += [
-        "Lines are followed one colour after another, with one acceleration, slowly round corners, "
-        "and from rest to rest; loading sheets and focusing are not counted.",
         f"Hands: {', '.join(f'{each.each_s:g} s {each.words}' for each in hands.actions)}, "
         f"practised, times {_span(pace_of(hands.calibration))} for "
         + ("a maker" if hands.calibration is None else "one who timed a job (--calibrate)")
@@ -141,6 +132,24 @@ def assumptions_of(
             "are slid under others are predicted, and sheets are not counted whole."
         )
     return tuple(told)
+
+
+def _machine_words(calibration: float) -> Iterator[str]:
+    """Say what times of the machine rest on, beside its speeds."""
+    if calibration != 1.0:
+        yield (
+            f"Times of the machine are multiplied by {calibration:g}, as one job was measured "
+            "(--calibrate)."
+        )
+    else:
+        yield (
+            "Nothing is measured on your machine: after a first job, --calibrate makes these times "
+            "yours."
+        )
+    yield (
+        "Lines are followed one colour after another, with one acceleration, slowly round corners, "
+        "and from rest to rest; loading sheets and focusing are not counted."
+    )
 
 
 def _span(value: OneOrSpan) -> str:
@@ -295,9 +304,12 @@ def job_costs(
         What machine and hands took, divided by what was estimated.
     """
     times = [
-        scaled_time(sheet_time(drawing, material), calibration.machine)
-        for drawing, material in zip(drawings, materials, strict=True)
+        add_times(())
+        if sheet.is_roll
+        else scaled_time(sheet_time(drawing, material), calibration.machine)
+        for sheet, drawing, material in zip(sheets, drawings, materials, strict=True)
     ]
+    kinds, rolls = [joint.kind.name for joint in piece_set.joints], sheets[0].is_roll
     stated = [0.0 if sheet.offcut and sheet.price is None else sheet.price for sheet in sheets]
     each = tuple(
         SheetCosts(
@@ -314,7 +326,7 @@ def job_costs(
         times,
         materials,
         sum_prices(sheet.price for sheet in each),
-        job_hands(steps, [joint.kind.name for joint in piece_set.joints], bill, calibration.hands),
+        job_hands(steps, kinds, bill, calibration.hands, rolls=rolls),
         bill,
         sheets=each,
         calibration=calibration.machine,
@@ -351,7 +363,7 @@ def pieces_costs(
     for material, members in of_material.items():
         own = [pieces[at] for at in members]
         time = piece_time(own, [marks[at] for at in members], material)
-        times.append(scaled_time(time, calibration.machine))
+        times.append(add_times(()) if supplies.rolls else scaled_time(time, calibration.machine))
         area = sum(piece.path.area for piece in own)
         prices.append(sheet_price((area / _FILLED[1], area / _FILLED[0]), material))
     crossings = len({int(key) for piece in pieces for key in piece.crossings})
@@ -361,7 +373,9 @@ def pieces_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_hands(len(pieces), crossings, joints, bill, calibration.hands),
+        planned_hands(
+            len(pieces), crossings, joints, bill, calibration.hands, rolls=supplies.rolls
+        ),
         bill,
         planned=True,
         calibration=calibration.machine,

@@ -104,6 +104,9 @@ def container_of(
     >>> container_of(SheetSize(100.0, 60.0, defects=(knot,)), 10.0, 2.0).barred.bounds
     (30.0, 10.0, 40.0, 20.0)
     """
+    if sheet.is_roll:
+        # The strips of a roll are as wide as it is, so that only their length matters.
+        return Container((max(sheet.width_mm - 2.0 * margin_mm, 0.0),) * 2)
     size = usable_size(sheet, margin_mm)
     if rotations.step_deg is not None:
         rotations = rotations.along(sheet.grain_deg)

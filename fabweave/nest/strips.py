@@ -1,5 +1,6 @@
 """Lay straight strips side by side in rows: what shears and paper cutters can follow, too."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -52,7 +53,7 @@ def fill_rows(lengths: Sequence[float], row_mm: float, gap_mm: float = 0.0) -> l
     rows = []
     while left:
         first = left.pop(0)
-        free = max(room - int(steps[first]), 0)
+        free = max(min(room - int(steps[first]), int(steps[left].sum())), 0)
         # Which length brought each sum about that can be reached; those before it are before it.
         by = np.full(free + 1, -1, dtype=np.int64)
         reached = np.zeros(free + 1, dtype=np.bool_)
@@ -81,7 +82,7 @@ def nest_strips(
     *,
     margin_mm: float,
     gap_mm: float,
-    ids: Sequence[str],
+    ids: Sequence[str] = (),
     rotations: Rotations = FREE,
 ) -> Layout | None:
     """Lay rectangles of one width in rows; None for others, or on sheets that are no rectangles.
@@ -127,19 +128,48 @@ def nest_strips(
                     along += shapes[at, 0] + gap_mm
                     left.remove(at)
             used.append(replace(sheet, quantity=1))
+            if sheet.is_roll:
+                on_roll = [at for at, one in placements.items() if one.sheet == len(used) - 1]
+                length = float(shapes[on_roll, 0].sum())
+                used[-1] = replace(used[-1], width_mm=min(_rounded_up(length), sheet.width_mm))
             times = None if times is None else times - 1
     if left:
+        ids = ids or [str(at) for at in range(len(outlines))]
         raise CannotMakeError(
             f"{agree(len(left), '{n} strip[ has|s have]')} no room on the sheets that there are: "
             f"{few_of([ids[at] for at in left])}; a larger or another --sheet, or a smaller "
             "--max-length, would help"
         )
+    notes: tuple[str, ...] = ()
+    if any(sheet.is_roll for sheet in used):
+        longest = max(sheet.width_mm for sheet in sheets)
+        notes = (_roll_note(used, float(shapes[:, 0].sum()), longest),)
     return Layout(
         sheets=tuple(used),
         placements=tuple(placements[at] for at in range(len(outlines))),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
         rotations=rotations,
+        notes=notes,
+    )
+
+
+def _rounded_up(length_mm: float) -> float:
+    """Return a length in hundredths of a millimetre."""
+    return math.ceil(100.0 * length_mm - _SAME_MM) / 100.0
+
+
+def _roll_note(rolls: Sequence[SheetSize], length_mm: float, longest_mm: float) -> str:
+    """Say how much of each roll is used and left, and how few of the longest could do."""
+    told = [(roll.width_mm / 1000.0, (roll.roll_mm or 0.0) / 1000.0) for roll in rolls]
+    least = math.ceil(length_mm / longest_mm - _SAME_MM)
+    each = "; ".join(
+        f"roll {number}: {used:.2f} m of {whole:g} m used, {whole - used:.2f} m left"
+        for number, (used, whole) in enumerate(told, start=1)
+    )
+    return (
+        f"rolls: {length_mm / 1000.0:.2f} m of strips on {agree(len(rolls), '{n} roll[|s]')}; no "
+        f"fewer than {least} could do. {each}"
     )
 
 
@@ -150,6 +180,8 @@ def _frame(outline: FloatArray) -> tuple[float, float, float] | None:
     side = np.roll(outline, -1, axis=0) - outline
     size = np.hypot(*side.T)
     way = side[int(size.argmax())] / size.max()
+    # Forwards, so that letters stand upright.
+    way = -way if way[0] < 0.0 else way
     along, across = outline @ way, outline @ np.array([-way[1], way[0]])
     ends = [np.minimum(np.abs(one - one.min()), np.abs(one - one.max())) for one in (along, across)]
     # Each corner lies on two sides of the box around it, and what is between on one.

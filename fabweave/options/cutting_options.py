@@ -179,13 +179,15 @@ CUTTING_OPTIONS = (
         STOCK,
         stock_list(),
         "A list of your stock (stock.toml): sheets with quantity, price, grain, material and "
-        "defects, and offcuts with their outlines. It may also set options of this section, "
+        "defects, and offcuts with their outlines. Or a roll, such as roll:12mm:50m: width, length "
+        "and, as in roll:12mm:50m:3, how many; --strips straight cuts strips from it that are as "
+        "wide. Repeat it for several lists and rolls. A list may also set options of this section, "
         "such as margin and gap. fabweave takes offcuts first, the smallest first. Then it "
         "takes the sheets that cost least for their area; sheets without a price, and those of "
         "--sheet, come last. It exchanges the last sheet for the cheapest that takes its "
         "pieces.",
         holder="sheets",
-        brief="List of sheets and offcuts (stock.toml).",
+        brief="List of sheets and offcuts (stock.toml), or a roll such as roll:12mm:50m.",
     ),
     Option(
         "margin",

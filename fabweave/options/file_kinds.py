@@ -244,7 +244,7 @@ def sheets() -> Kind:
 
     def write(value: Any) -> list[str]:
         stock = load("fabweave.stock.sheet_size.format_stock")
-        return [stock(sheet) for sheet in value if sheet.plain]
+        return [stock(sheet) for sheet in value if sheet.plain and not sheet.is_roll]
 
     expected = "a sheet such as '600x400mm:3', or a list of them"
     read = later("fabweave.stock.sheet_size.parse_stock")
@@ -266,20 +266,33 @@ def bed() -> Kind:
 
 
 def stock_list() -> Kind:
-    """Return the kind of files that list stock, or of the tables that job.toml keeps of one."""
+    """Return the kind of rolls, and of files that list stock or the tables that job.toml keeps."""
 
     def read(text: str) -> Any:
+        if is_roll(text):
+            return (load("fabweave.stock.sheet_size.parse_roll")(text),)
         return load("fabweave.stock.stock_file.read_stock")(Path(text))
 
     def of_table(table: Mapping[str, Any]) -> Any:
         return load("fabweave.stock.stock_file.stock_of")(table, "the stock in job.toml")
 
     def write(value: Any) -> Any:
-        kept = [sheet for sheet in value if not sheet.plain]
-        return load("fabweave.stock.sheet_size.stock_table")(kept)
+        module = "fabweave.stock.sheet_size."
+        table = load(module + "stock_table")([sheet for sheet in value if not sheet.plain])
+        rolls = [sheet for sheet in value if sheet.plain and sheet.is_roll]
+        texts = [load(module + "format_stock")(roll) for roll in rolls]
+        return [*texts, *([table] if table else [])] if texts else table
 
-    expected = "a list of stock, such as stock.toml"
-    return Kind("FILE", expected, _accept_sheets, read, write, of_table=of_table)
+    expected = "a list of stock, such as stock.toml, or a roll such as roll:12mm:50m"
+    return Kind(
+        "FILE|roll:W:L[:N]", expected, _accept_sheets, read, write, repeatable=True,
+        of_table=of_table,
+    )  # fmt: skip
+
+
+def is_roll(text: object) -> bool:
+    """Return whether a value of ``--stock`` is a roll, and not a file."""
+    return isinstance(text, str) and text.strip().lower().startswith("roll:")
 
 
 def _accept_sheets(value: Any) -> Any:
@@ -296,6 +309,9 @@ def _accept_sheets(value: Any) -> Any:
                 load("fabweave.stock.per_bunch.bunch_number")(sheet.bunch)
     except TypeError:  # a text in place of a number
         return None
+    names = [sheet.name for sheet in found if sheet.name]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise InputError(f"{shown(min(twice))} is the name of two entries of the stock; rename one")
     return tuple(found)
 
 

@@ -13,6 +13,7 @@ from fabweave import __version__
 from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
+from fabweave.options.file_kinds import is_roll
 from fabweave.options.kinds import load
 from fabweave.options.option import GROUPS, STOCK
 from fabweave.options.table import OPTIONS, option_named, option_of_field
@@ -131,13 +132,16 @@ class Settings:
     def width_rule(self) -> WidthRule:
         """How wide ribbons are.
 
-        Where that is left to fabweave, they have one width. On a built-in shape they take a share
-        of their room, as its faces are alike, or get larger and smaller by degrees.
+        Strips from a roll are as wide as that. Where it is left to fabweave, they have one width.
+        On a built-in shape they take a share of their room, as its faces are alike, or get larger
+        and smaller by degrees.
         """
-        from fabweave.ribbon.width import EVEN, PROPORTIONAL  # noqa: PLC0415 - not for help
+        from fabweave.ribbon.width import EVEN, PROPORTIONAL, parse_width  # noqa: PLC0415 - not for help
 
         if self.ribbons.width is not None:
             return self.ribbons.width
+        if self.stock.rolls:
+            return parse_width(f"{self.stock.rolls[0].height_mm:.10g}mm")
         regular = self.mesh.source.startswith("shape:") and self.mesh.remesh is None
         return PROPORTIONAL if regular else EVEN
 
@@ -191,6 +195,34 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
+    if settings.stock.rolls:
+        yield from _roll_at_odds(settings)
+
+
+#: Widths in inches are rounded.
+_SAME_MM = 1e-3
+
+
+def _roll_at_odds(settings: Settings) -> Iterator[str]:
+    """Say what does not go together with strips from a roll, which scissors cut."""
+    stock, width = settings.stock, settings.ribbons.width
+    widths = sorted({roll.height_mm for roll in stock.rolls})
+    told = " and ".join(f"{each:g} mm" for each in widths)
+    if len(stock.rolls) < len(stock.sheets):
+        yield "stock: a job is cut from rolls or from sheets; leave the ones or the others out"
+    if len(widths) > 1:
+        yield f"stock: all strips have one width, but there are rolls of {told}; name one of them"
+    if not settings.ribbons.straight:
+        yield "stock: strips from a roll are straight; add --strips straight, or name a sheet"
+    bounds = [] if width is None else [width.least_mm, width.most_mm]
+    if any(abs(bound - widths[0]) > _SAME_MM for bound in bounds):
+        yield f"width: the roll is {told} wide, and so are its strips; leave out --width"
+    if settings.machine.kerf_mm or settings.machine.micro_joints is not None:
+        yield "kerf: scissors cut rolls, and burn nothing; leave out --kerf and --micro-joints"
+    if settings.mesh.rim != "none":
+        yield "rim: a ring is cut from a sheet, and there are only rolls; leave out --rim"
+    if stock.rotations.startswith("across"):
+        yield "rotations: strips from a roll run along it; leave out --rotations"
 
 
 def settings_from_options(mesh: str, **options: Any) -> Settings:
@@ -230,22 +262,22 @@ def _of_machine(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _of_stock(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that the named list of stock sets beside its sheets."""
-    named = given.get("stock")
-    if not isinstance(named, str | os.PathLike):
-        return {}
-    table = {
-        name: value
-        for name, value in read_toml(Path(named), "the stock").items()
-        if not isinstance(value, list | dict)
-    }
+    """Return the options that the named lists of stock set beside their sheets."""
+    stock = given.get("stock")
+    table: dict[str, Any] = {}
     known = [option.name for option in OPTIONS if option.section == STOCK]
-    for name in table:
-        if name not in known:
-            raise InputError(
-                f"stock: {named} sets {name!r}, which is no option of the stock; these are: "
-                f"{', '.join(closest_first(name, known))}"
-            )
+    for named in stock if isinstance(stock, list | tuple) else [stock]:
+        if not isinstance(named, str | os.PathLike) or is_roll(named):
+            continue
+        for name, value in read_toml(Path(named), "the stock").items():
+            if isinstance(value, list | dict):
+                continue
+            if name not in known:
+                raise InputError(
+                    f"stock: {named} sets {name!r}, which is no option of the stock; these are: "
+                    f"{', '.join(closest_first(name, known))}"
+                )
+            table[name] = value
     return table
 
 

@@ -73,6 +73,9 @@ _FEW_CROSSINGS = 6
 #: A piece may be longer than its sheet if it bends: half a circle over a side is so many sides
 #: long. What bends further is rare, and left to ``--max-length``.
 _BENT = math.pi / 2
+#: Strips from a roll are no longer if nobody says: two arms measure them, and draw them through
+#: the weave; an estimate.
+_REACH_MM = 2000.0
 
 
 def plan_pieces(
@@ -118,7 +121,10 @@ def plan_pieces(
     bed, side = _bed(supplies, supplies.margin_mm + beyond)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
-    longest = max(_BENT * side, asked or 0.0)
+    if supplies.rolls:
+        longest = min(max(_REACH_MM, asked or 0.0), side)
+    else:
+        longest = max(_BENT * side, asked or 0.0)
     if repeats is not None and barred is not None:
         barred = repeats.spread(barred)
     candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred)

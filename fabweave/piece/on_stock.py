@@ -9,6 +9,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout import ROUGH
 from fabweave.nest.nesting import nest
+from fabweave.nest.strips import nest_strips
 from fabweave.piece.rim_ring import RimRing
 from fabweave.piece.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets
 from fabweave.stock.material import Material
@@ -41,15 +42,15 @@ def rough_nesting(
         found = []
         for number, supply in enumerate(supplies.each):
             try:
-                layout = nest(
-                    [outlines[piece] for piece in np.flatnonzero(supply_of == number).tolist()],
-                    supplies.as_nested(supply.sheets),
-                    margin_mm=supplies.margin_mm,
-                    gap_mm=supply.gap_mm,
-                    effort=ROUGH,
-                    rotations=rotations,
+                own = [outlines[piece] for piece in np.flatnonzero(supply_of == number).tolist()]
+                stock = supplies.as_nested(supply.sheets)
+                margin, gap = supplies.margin_mm, supply.gap_mm
+                layout = nest_strips(
+                    own, stock, margin_mm=margin, gap_mm=gap, rotations=rotations
+                ) or nest(
+                    own, stock, margin_mm=margin, gap_mm=gap, effort=ROUGH, rotations=rotations,
                     workers=1,
-                )
+                )  # fmt: skip
             except (CannotMakeError, InputError):
                 # No room, or outlines that cross themselves, and will be cut elsewhere.
                 return None

@@ -19,7 +19,7 @@ from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
 from fabweave.sheet.kerf import check_kerf
 from fabweave.stock.per_bunch import by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
-from fabweave.stock.rotations import parse_rotations
+from fabweave.stock.rotations import AUTO, parse_rotations
 from fabweave.stock.sheet_size import check_stock
 from fabweave.stock.supplies import Supplies, Supply, parse_materials, plan_supplies
 from fabweave.weave.weave_mesh import weave_mesh
@@ -108,6 +108,10 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         hole is too small to burn, the margin leaves nothing of a sheet, or the layout to be taken
         cannot be read.
     """
+    if settings.stock.rolls:
+        # Strips fill a roll's width, and lie along it, however its grain runs.
+        along = "free" if settings.stock.rotations == AUTO else settings.stock.rotations
+        settings = settings.but(margin_mm=0.0, gap_mm=0.0, rotations=along)
     stock = settings.stock
     supplies = replace(
         supplies_of(settings),
@@ -152,7 +156,7 @@ def supplies_of(settings: Settings) -> Supplies:
 def _former_supply(settings: Settings, supplies: Supplies) -> Supply:
     """Return what a former is cut from; its sheets and gap are the material's own."""
     own, asked = supplies.each[0], settings.pieces.former
-    if asked == "auto" and own.material.thickness_mm >= _STIFF_MM:
+    if asked == "auto" and not supplies.rolls and own.material.thickness_mm >= _STIFF_MM:
         return own
     material = _FORMER if asked in (None, "auto") else str(asked)
     stock, bed = settings.stock, settings.machine.bed

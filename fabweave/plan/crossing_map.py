@@ -129,6 +129,7 @@ class SheetRecord:
 
     ``sheet`` counts from 1; ``mirrored`` says that the sheet is drawn from its back. ``stock`` is
     its name in the list of stock, empty if it is in none; ``grain_deg`` the direction of its grain.
+    Of a roll it is what is used, and ``roll_mm`` is how long all of the roll is.
     """
 
     sheet: int
@@ -143,6 +144,7 @@ class SheetRecord:
     outline: tuple[Point, ...]
     defects: tuple[tuple[Point, ...], ...]
     rest: RestRecord | None = None
+    roll_mm: float | None = optional()
     material: str
     thickness_mm: float
     code: CodeRecord | None = None

@@ -1,4 +1,4 @@
-"""Write the crossing map as tables, for people and spreadsheets: crossings, stations, marks."""
+"""Write the plan as tables for people and spreadsheets: crossings, stations, marks, cuts."""
 
 import csv
 import io
@@ -6,8 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 
+import numpy as np
+
+from fabweave.core.arrays import FloatArray
 from fabweave.core.units import unit_mm
-from fabweave.plan.crossing_map import CrossingMap
+from fabweave.plan.crossing_map import CrossingMap, SheetRecord
 from fabweave.plan.sticks import nearest_inches, story_sticks
 
 
@@ -158,6 +161,72 @@ def stick_table(crossing_map: CrossingMap) -> str:
         for mark in stick.marks
     ]
     return _csv(_STICK_COLUMNS, rows)
+
+
+#: Strips lie in a row, side by side, to this; what is less is no rest, millimetres.
+_ROW_MM = 2e-3
+_CUT_COLUMNS = (
+    "sheet", "cut", "row", "piece", "from_mm", "to_mm", "length_mm", "length_in", "length_32nds",
+)  # fmt: skip
+
+
+def cut_list(crossing_map: CrossingMap) -> str | None:
+    """Return the cuts of straight strips as CSV, in their order; None if they lie in no rows.
+
+    Of each sheet come the cuts along rows (``rip``), at their distance from the edge below, or from
+    the left one if rows stand upright. Then come the pieces of each row, from one end to the other,
+    and the rest of the row. A roll has one row, and its rest goes to the end of the roll.
+    """
+    rows: list[Sequence[object]] = []
+    for sheet in crossing_map.sheets:
+        boxes: dict[str, FloatArray] = {}
+        for piece in crossing_map.to_cut:
+            if piece.sheet == sheet.sheet:
+                corners = crossing_map.on_sheet(piece, np.array(piece.outline))
+                boxes[piece.id] = np.stack([corners.min(axis=0), corners.max(axis=0)])
+        along = int(np.argmax(np.ptp(next(iter(boxes.values())), axis=0)))
+        across = np.array([box[:, 1 - along] for box in boxes.values()])
+        starts = across[np.argsort(across[:, 0], kind="stable")]
+        starts = starts[np.diff(starts[:, 0], prepend=-np.inf) > _ROW_MM]
+        wide = np.ptp(across, axis=1)
+        if np.ptp(wide) > _ROW_MM or (np.diff(starts[:, 0]) < wide.max() - _ROW_MM).any():
+            return None
+        rows += _cuts(sheet, boxes, along, starts)
+    return _csv(_CUT_COLUMNS, rows)
+
+
+def _cuts(
+    sheet: SheetRecord, boxes: dict[str, FloatArray], along: int, across: FloatArray
+) -> Iterable[Sequence[object]]:
+    """Yield the cuts of a sheet whose rows run along an axis, each between two of ``across``."""
+    sides = sheet.width_mm, sheet.height_mm
+    # A cut goes through the middle of what is between two rows.
+    rips = [across[0, 0], *(across[1:, 0] + across[:-1, 1]) / 2.0, across[-1, 1]]
+    for number, at in enumerate(rips):
+        if _ROW_MM < at < sides[1 - along] - _ROW_MM:
+            yield sheet.name, "rip", number, None, None, f"{at:.2f}", None, None, None
+    for number, (low, _) in enumerate(across, start=1):
+        row = [key for key, box in boxes.items() if abs(box[0, 1 - along] - low) <= _ROW_MM]
+        end = 0.0
+        for key in sorted(row, key=lambda one: float(boxes[one][0, along])):
+            begin, end = boxes[key][:, along].tolist()
+            yield sheet.name, "piece", number, key, *_measured(begin, end)
+        whole = sheet.roll_mm or sides[along]
+        if whole - end > _ROW_MM:
+            yield sheet.name, "rest", number, None, *_measured(end, whole)
+
+
+def _measured(begin_mm: float, end_mm: float) -> tuple[str, ...]:
+    """Return where something begins and ends, and its length: inches to 1/1000, and to 1/32.
+
+    Examples
+    --------
+    >>> _measured(0.0, 587.4)
+    ('0.00', '587.40', '587.40', '23.126', '23 1/8')
+    """
+    long = end_mm - begin_mm
+    told = f"{begin_mm:.2f}", f"{end_mm:.2f}", f"{long:.2f}", f"{long / unit_mm('in'):.3f}"
+    return (*told, nearest_inches(long))
 
 
 def _csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

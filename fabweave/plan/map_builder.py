@@ -157,6 +157,7 @@ def _sheets(
                 outline=drawn.ring,
                 defects=drawn.defects,
                 rest=rests.get(index),
+                roll_mm=sheet.roll_mm,
                 material=material.name,
                 thickness_mm=material.thickness_mm,
                 code=None if code is None else CodeRecord(**code._asdict()),

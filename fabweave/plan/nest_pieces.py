@@ -91,7 +91,9 @@ def _sheet_faults(
     """Return the pieces that come near the border of their sheet, or near a defect."""
     polygons = np.array([polygon for _, polygon in placed])
     border = shapely.Polygon(sheet.ring)
-    held, room = shapely.contains(border, polygons), shapely.distance(polygons, border.exterior)
+    # What fills the sheet may be off by a rounding.
+    around = shapely.buffer(border, _TOLERANCE_MM, join_style="mitre")
+    held, room = shapely.contains(around, polygons), shapely.distance(polygons, border.exterior)
     faults = [
         f"piece {placed[at][0]} {f'is {room[at]:.3f} mm from' if held[at] else 'reaches over'} the "
         f"border of sheet {number + 1}; the margin is {layout.margin_mm:.3f} mm"
@@ -196,8 +198,10 @@ def read_layout(
     )
     layout = Layout(
         sheets=tuple(
-            replace(sheets[number], quantity=1, bunch="") if isinstance(number, int) else number
-            for number in used
+            replace(_used(sheets[number], record.width_mm), quantity=1, bunch="")
+            if isinstance(number, int)
+            else number
+            for number, record in zip(used, crossing_map.sheets, strict=True)
         ),
         placements=tuple(_placement(number, records[name]) for number, name in enumerate(ids)),
         margin_mm=margin_mm,
@@ -246,7 +250,9 @@ def _sheets_of_stock(
     result: list[int | SheetSize] = []
     for width, height, name in used:
         for number, sheet in enumerate(stock):
-            near = abs(sheet.width_mm - width) + abs(sheet.height_mm - height) < _SAME_MM
+            short = sheet.width_mm - width
+            near = (sheet.is_roll and short > 0.0) or abs(short) < _SAME_MM
+            near = near and abs(sheet.height_mm - height) < _SAME_MM
             left = sheet.quantity is None or taken[number] < sheet.quantity
             if near and left and sheet.name == name:
                 taken[number] += 1
@@ -255,6 +261,11 @@ def _sheets_of_stock(
         else:
             result.append(SheetSize(width, height, 1, name=name))
     return result
+
+
+def _used(sheet: SheetSize, length_mm: float) -> SheetSize:
+    """Return so much of a roll; a sheet as it is."""
+    return replace(sheet, width_mm=length_mm) if sheet.is_roll else sheet
 
 
 def _stock_faults(used: Sequence[int | SheetSize]) -> list[str]:

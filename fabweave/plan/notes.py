@@ -58,7 +58,7 @@ def job_notes(
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
-    plan = planned.split_plan
+    plan, rolls = planned.split_plan, planned.supplies.rolls
     reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
     return (
         *woven.source.notes,
@@ -78,15 +78,20 @@ def job_notes(
         *_spare_notes(planned),
         *width_notes(woven, settings.ribbons, planned.supplies),
         *ribbon_notes(planned.check, planned.supplies.materials),
-        *grain_notes(
-            woven.ribbons,
-            planned.check.limits,
-            planned.supplies.materials,
-            parse_rotations(settings.stock.rotations),
+        # Strips from a roll lie along its grain, whatever bends ask for.
+        *(
+            []
+            if rolls
+            else grain_notes(
+                woven.ribbons,
+                planned.check.limits,
+                planned.supplies.materials,
+                parse_rotations(settings.stock.rotations),
+            )
         ),
         order_note(order, steps, bill.clips),
         *layout.notes,
-        *(code_notes(drawings) if settings.machine.qr != "none" else ()),
+        *(code_notes(drawings) if settings.machine.qr != "none" and not rolls else ()),
         *kerf_notes(
             kerfed,
             settings.machine.kerf_mm,

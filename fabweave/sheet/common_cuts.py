@@ -64,17 +64,19 @@ def _left(
         if abs(end - start)[1 - axis] > _SAME_MM:
             yield np.stack([start, end])
             continue
-        covered = done[axis, round(float(start[1 - axis]) / _SAME_MM)]
+        line = round(float(start[1 - axis]) / _SAME_MM)
+        # What is off by a rounding may be on the next line.
+        near = [part for at in (line - 1, line, line + 1) for part in done[axis, at]]
         low, high = sorted((float(start[axis]), float(end[axis])))
         open_ = [(low, high)]
-        for begin, stop in covered:
+        for begin, stop in near:
             open_ = [
                 part
                 for first, last in open_
                 for part in ((first, min(last, begin)), (max(first, stop), last))
                 if part[1] - part[0] >= MIN_SEGMENT_MM
             ]
-        covered += open_
+        done[axis, line] += open_
         for part in open_ if end[axis] > start[axis] else [one[::-1] for one in open_[::-1]]:
             run = np.stack([start, end])
             run[:, axis] = part

@@ -154,10 +154,10 @@ _FAULTS = {
     "line(s) are not in cutting order": "put engraving first, then holes, then the outline",
     "piece(s) have no outline": "give each piece a closed line on CUT_OUTER",
     "line(s) that are cut are open": "close them, or engrave them",
-    "point(s) are not finite, or over 100 m away": "coordinates must be numbers, in millimetres",
+    "point(s) are not finite, or over 500 m away": "coordinates must be numbers, in millimetres",
 }
-#: A coordinate beyond this is a mistaken unit, millimetres (a hundred metres).
-_MOST_MM = 1e5
+#: A coordinate beyond this is a mistaken unit, millimetres: no roll is longer.
+_MOST_MM = 5e5
 
 
 def on_grid(points: FloatArray) -> FloatArray:

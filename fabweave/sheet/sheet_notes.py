@@ -254,8 +254,8 @@ def sheet_notes(
     Returns
     -------
     tuple of Entity
-        Polylines on the layer NOTES, within the sheet. The frame comes first, then the bar. On a
-        sheet too narrow for 100 mm the bar is 50, 20 or 10 mm long, and lettered so.
+        Polylines on the layer NOTES, within the sheet; none on a roll. The frame comes first, then
+        the bar. On a sheet too narrow for 100 mm the bar is 50, 20 or 10 mm long, and lettered so.
 
     Raises
     ------
@@ -270,6 +270,9 @@ def sheet_notes(
     >>> float(np.ptp(bar.points[:, 0]))
     100.0
     """
+    if sheet.is_roll:
+        # Its strips leave no margin to letter on, and its edges are theirs.
+        return ()
     width_mm, height_mm = sheet.width_mm, sheet.height_mm
     if not (width_mm >= 10.0 and height_mm >= 10.0):
         raise InputError(

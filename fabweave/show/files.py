@@ -24,7 +24,7 @@ from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
-from fabweave.plan.csv_tables import crossing_table, station_table, stick_table
+from fabweave.plan.csv_tables import crossing_table, cut_list, station_table, stick_table
 from fabweave.plan.grade import verdict_json
 from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
@@ -235,6 +235,9 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     _write(directory / "stations.csv", station_table(crossing_map))
     if woven.straight:
         _write(directory / "sticks.csv", stick_table(crossing_map))
+    cuts = cut_list(crossing_map) if woven.straight else None
+    if cuts is not None:
+        _write(directory / "cut_list.csv", cuts)
     _write(
         directory / "pieces.csv",
         piece_table(job, job.layout, job.allotment),

@@ -27,7 +27,7 @@ from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.settings import MachineSettings
-from fabweave.sheet.write.preview import png_bytes
+from fabweave.sheet.write.preview import in_lanes, png_bytes
 from fabweave.sheet.write.template import template_pdf
 from fabweave.show.job import Job
 from fabweave.show.manual.book import Book
@@ -66,7 +66,8 @@ def show_job(
     machine, rings = job.settings.machine, job.piece_set.rings
     ids = _lettered_ids(job)
     shown = [
-        start(_show_sheet, directory / "sheets", drawing, machine, ids) for drawing in job.drawings
+        start(_show_sheet, directory / "sheets", drawing, machine, ids, roll=job.supplies.rolls)
+        for drawing in job.drawings
     ]
     letters = {piece.id: float(piece.label[3]) for ring in rings for piece in ring.pieces}
     shown += [
@@ -298,15 +299,25 @@ def _lettered_ids(job: Job) -> dict[str, float]:
 
 
 def _show_sheet(
-    folder: Path, drawing: SheetDrawing, machine: MachineSettings, ids: Mapping[str, float]
+    folder: Path,
+    drawing: SheetDrawing,
+    machine: MachineSettings,
+    ids: Mapping[str, float],
+    *,
+    roll: bool = False,
 ) -> list[str]:
-    """Show one sheet as a picture, and as PDF at full size; say which of these is missing."""
+    """Show one sheet as a picture, and as PDF at full size; say which of these is missing.
+
+    A roll is shown in lanes, and needs no template: its strips are measured off.
+    """
     missing = []
-    if machine.template != "none":
+    if machine.template != "none" and not roll:
         missing += _write_paper(
             folder / f"{drawing.name}.pdf", lambda: template_pdf(drawing, machine.template)
         )
     return missing + _write_paper(
         folder / f"{drawing.name}.png",
-        lambda: png_bytes(drawing, colours=machine.preset, lettered=ids),
+        lambda: png_bytes(
+            in_lanes(drawing) if roll else drawing, colours=machine.preset, lettered=ids
+        ),
     )

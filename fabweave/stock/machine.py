@@ -92,9 +92,10 @@ def machines() -> Mapping[str, Machine]:
 #: What one takes a practised hand, seconds, and what it is called. Taking up a strip (flexible, in
 #: two hands), laying, sliding (obstructed, held) and aligning (obstructed): Boothroyd and Dewhurst,
 #: as tabled by Whitney, Mechanical Assemblies, fig. 15-1, and in worked sheets, benthamopen.com
-#: TOMEJ-10-173. Sorting and finding are estimates.
+#: TOMEJ-10-173. Sorting, cutting and finding are estimates.
 PRACTISED = {
     "sort": (5.0, "to take a piece out of its sheet and sort it"),
+    "cut": (5.0, "to measure a strip off its roll and cut it"),
     "find": (5.0, "to find a piece"),
     "take": (4.5, "to take it up and turn it"),
     "over": (2.5, "to lay a strand over another"),

@@ -22,3 +22,8 @@ class StockSettings:
     margin_mm: float
     gap_mm: float | ByBunch[float] | None
     rotations: str
+
+    @property
+    def rolls(self) -> tuple[SheetSize, ...]:
+        """The rolls of the stock."""
+        return tuple(sheet for sheet in self.sheets if sheet.is_roll)

@@ -41,6 +41,9 @@ class SheetSize:
         Polygons that pieces keep the gap from.
     bunch : str
         The bunch of threads that alone is cut from it; empty for any.
+    roll_mm : float or None
+        If it is a roll, or what is used of one: how long the whole roll is. Its width is the length
+        that there is, and its height that of the strip.
     """
 
     width_mm: float
@@ -54,11 +57,19 @@ class SheetSize:
     outline: Ring = ()
     defects: tuple[Ring, ...] = ()
     bunch: str = ""
+    roll_mm: float | None = None
 
     @property
     def plain(self) -> bool:
         """Whether there is nothing to know but size, number and bunch."""
-        return self == SheetSize(self.width_mm, self.height_mm, self.quantity, bunch=self.bunch)
+        return self == SheetSize(
+            self.width_mm, self.height_mm, self.quantity, bunch=self.bunch, roll_mm=self.roll_mm
+        )
+
+    @property
+    def is_roll(self) -> bool:
+        """Whether it is a roll."""
+        return self.roll_mm is not None
 
     @property
     def ring(self) -> Ring:
@@ -100,6 +111,8 @@ class SheetSize:
 
 #: A longer side is a slip of the unit, not a sheet.
 MAX_SIDE_MM = 20_000.0
+#: No roll is longer, or wider.
+MAX_ROLL_MM, MAX_STRIP_MM = 500_000.0, 300.0
 #: Nobody has more sheets of one size.
 MOST_SHEETS = 1_000_000
 #: What knife plotters cut of a sheet on a mat, by the mat's inches: half an inch less each way.
@@ -173,20 +186,54 @@ def parse_stock(text: str) -> SheetSize:
             f"sheet {text!r} is {format_length(max(sides))} long, but no sheet is longer than "
             f"{format_length(MAX_SIDE_MM)}; check the unit, as in 600x400mm or 60x40cm"
         )
-    quantity: int | None = None
-    if stock["quantity"] is not None:
-        digits = re.fullmatch(r"[0-9]{1,9}", stock["quantity"])
-        if not digits or not 1 <= int(stock["quantity"]) <= MOST_SHEETS:
-            raise InputError(
-                f"quantity {stock['quantity'][:40]!r} of sheet {text[:80]!r} must be a whole "
-                f"number from 1 to {MOST_SHEETS}; leave it out if there is no limit"
-            )
-        quantity = int(stock["quantity"])
-    return SheetSize(sides[0], sides[1], quantity)
+    return SheetSize(sides[0], sides[1], _quantity(stock["quantity"], f"sheet {text[:80]!r}"))
+
+
+def _quantity(text: str | None, what: str) -> int | None:
+    """Return how many there are; None for enough."""
+    if text is None:
+        return None
+    if not re.fullmatch(r"[0-9]{1,9}", text) or not 1 <= int(text) <= MOST_SHEETS:
+        raise InputError(
+            f"quantity {text[:40]!r} of {what} must be a whole number from 1 to {MOST_SHEETS}; "
+            "leave it out if there is no limit"
+        )
+    return int(text)
+
+
+def parse_roll(text: str) -> SheetSize:
+    """Return the roll that a text such as ``roll:12mm:50m:2`` describes: width, length, number.
+
+    Raises
+    ------
+    InputError
+        If the text does not describe a roll.
+
+    Examples
+    --------
+    >>> roll = parse_roll("roll:12mm:50m")
+    >>> roll.width_mm, roll.height_mm, format_stock(roll)
+    (50000.0, 12.0, 'roll:12mm:50000mm')
+    """
+    parts = [part.strip() for part in text.split(":")]
+    if not 3 <= len(parts) <= 4 or not parts[1] or not parts[2]:
+        raise InputError(
+            f"roll {text[:80]!r} is not roll:WIDTH:LENGTH with an optional number of rolls, such "
+            "as roll:12mm:50m or roll:0.5in:100ft:2"
+        )
+    wide = round(parse_length(parts[1], what=f"width of {text[:80]!r}:"), 3)
+    long = round(parse_length(parts[2], what=f"length of {text[:80]!r}:"), 3)
+    if not (0.0 < wide <= MAX_STRIP_MM and wide < long <= MAX_ROLL_MM):
+        raise InputError(
+            f"{text[:80]!r} is {format_length(wide)} wide and {format_length(long)} long: write "
+            f"the width of the strip first, up to {MAX_STRIP_MM:g} mm, then the length of the "
+            f"roll, up to {MAX_ROLL_MM / 1000:g} m, as in roll:12mm:50m"
+        )
+    return SheetSize(long, wide, _quantity((*parts, None)[3], repr(text[:80])), roll_mm=long)
 
 
 def format_stock(sheet: SheetSize) -> str:
-    """Return the text that `parse_stock` reads as this sheet.
+    """Return the text that `parse_stock`, or `parse_roll`, reads as this sheet.
 
     Examples
     --------
@@ -194,6 +241,8 @@ def format_stock(sheet: SheetSize) -> str:
     '609.6x457.2mm:2'
     """
     size = f"{round(sheet.width_mm, 3):.10g}x{format_length(sheet.height_mm)}"
+    if sheet.roll_mm is not None:
+        size = f"roll:{format_length(sheet.height_mm)}:{format_length(sheet.roll_mm)}"
     if sheet.bunch:
         size = f"{sheet.bunch}={size}"
     return size if sheet.quantity is None else f"{size}:{sheet.quantity}"
@@ -212,8 +261,11 @@ def stock_table(sheets: Iterable[SheetSize]) -> dict[str, list[dict[str, Any]]] 
         entry = {
             "name": sheet.name,
             "size": None
-            if sheet.outline
+            if sheet.outline or sheet.is_roll
             else format_stock(SheetSize(sheet.width_mm, sheet.height_mm)),
+            "roll": format_stock(replace(sheet, quantity=None)).removeprefix("roll:")
+            if sheet.is_roll
+            else None,
             "outline": [list(point) for point in sheet.outline] or None,
             "quantity": sheet.quantity,
             "price": sheet.price,
@@ -285,10 +337,11 @@ def check_stock(sheets: Sequence[SheetSize], margin_mm: float) -> None:
     if not sheets:
         raise InputError("no sheet was given: name at least one, such as 600x400mm")
     for sheet in sheets:
-        if not (0.0 < sheet.width_mm <= MAX_SIDE_MM and 0.0 < sheet.height_mm <= MAX_SIDE_MM):
+        most = MAX_ROLL_MM if sheet.is_roll else MAX_SIDE_MM
+        if not (0.0 < sheet.width_mm <= most and 0.0 < sheet.height_mm <= most):
             raise InputError(
                 f"sheet of {sheet.width_mm} × {sheet.height_mm} mm: both sides must be more "
-                f"than 0 and at most {MAX_SIDE_MM:.0f} mm"
+                f"than 0 and at most {most:.0f} mm"
             )
         if sheet.quantity is not None and sheet.quantity < 1:
             raise InputError(
@@ -301,12 +354,14 @@ def check_stock(sheets: Sequence[SheetSize], margin_mm: float) -> None:
 def on_bed(sheet: SheetSize, bed: SheetSize | None) -> SheetSize:
     """Return what of a sheet a machine's bed takes, laid with its longer side along the bed's.
 
+    No machine cuts a roll.
+
     Examples
     --------
     >>> format_stock(on_bed(SheetSize(1000.0, 700.0), SheetSize(400.0, 800.0)))
     '800x400mm'
     """
-    if bed is None:
+    if bed is None or sheet.is_roll:
         return sheet
     most = sorted((bed.width_mm, bed.height_mm), reverse=sheet.width_mm >= sheet.height_mm)
     return replace(

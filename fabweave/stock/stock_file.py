@@ -24,7 +24,14 @@ from fabweave.core.errors import InputError
 from fabweave.core.files import read_input, read_text, silenced
 from fabweave.core.messages import agree, shown
 from fabweave.core.units import format_length, parse_length
-from fabweave.stock.sheet_size import MAX_SIDE_MM, MOST_SHEETS, Ring, SheetSize, parse_stock
+from fabweave.stock.sheet_size import (
+    MAX_SIDE_MM,
+    MOST_SHEETS,
+    Ring,
+    SheetSize,
+    parse_roll,
+    parse_stock,
+)
 
 _CHORD_MM = 0.01  # how far chords may be from arcs
 _MOST_RINGS = 5_000
@@ -265,6 +272,7 @@ class _Table:
 
     name: Annotated[str | None, line_key(200)] = None
     size: Annotated[str | None, _kind_key('a text such as "600x400mm"', str)] = None
+    roll: Annotated[str | None, _kind_key('a text such as "12mm:50m"', str)] = None
     outline: Annotated[
         str | list[Any] | None, _kind_key("a list of points or the name of a DXF file", str | list)
     ] = None
@@ -293,6 +301,9 @@ class _Entry:
 
     def sheet(self, kind: str, number: int) -> SheetSize:
         """Return the sheet that is described."""
+        shape = (self.table.size, self.table.outline, self.table.defects)
+        if self.table.roll is not None and shape != (None, None, None):
+            raise self.refuse("a roll has no size, outline and defects; leave them out")
         outline, holes = self.outline()
         rings = [*holes, *self.defects()]
         if outline is None:
@@ -311,6 +322,7 @@ class _Entry:
             material=self.material(),
             grain_deg=self.table.grain,
             offcut=kind == "offcut",
+            roll_mm=None if self.table.roll is None else wide,
             outline=() if outline is None else _ring(outline - low),
             defects=tuple(_ring(ring - low) for ring in rings),
         )
@@ -333,17 +345,19 @@ class _Entry:
     def size(self) -> SheetSize:
         """Return the sheet that a size describes."""
         value = self.table.size
+        if self.table.roll is not None:
+            value = f"roll:{self.table.roll}"
         if value is None:
             raise self.refuse(
                 'there is no size; write size = "600x400mm", or outline = "offcut_01.dxf"'
             )
         try:
-            size = parse_stock(value)
+            size = parse_stock(value) if self.table.roll is None else parse_roll(value)
         except InputError as error:
             raise self.refuse(str(error)) from error
         if size.quantity is not None:
             raise self.refuse(
-                f"size {value!r} includes a number of sheets; write quantity = {size.quantity}"
+                f"{value!r} includes a number of sheets; write quantity = {size.quantity}"
             )
         # What job.toml keeps is rounded so.
         return SheetSize(round(size.width_mm, 3), round(size.height_mm, 3))

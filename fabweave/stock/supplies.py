@@ -92,6 +92,11 @@ class Supplies:
         return tuple(sheet.mirrored() for sheet in sheets) if self.mirrored else sheets
 
     @property
+    def rolls(self) -> bool:
+        """Whether strips are cut from rolls; then all are."""
+        return any(sheet.is_roll for sheet in self.sheets)
+
+    @property
     def several(self) -> bool:
         """Whether threads are cut from different supplies."""
         return len(self.each) > 1

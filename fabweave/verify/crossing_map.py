@@ -221,6 +221,8 @@ class Sheet(msgspec.Struct, frozen=True):
     material: str | None = None
     thickness_mm: float | None = None
     rest: Rest | None = None
+    #: If it is what is used of a roll: how long the whole roll is.
+    roll_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Require corners."""

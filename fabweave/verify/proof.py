@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabweave.verify.check.cut_list import check_cut_list
 from fabweave.verify.check.drawings import (
     check_dxf,
     check_labels,
@@ -88,6 +89,7 @@ _TASKS = (
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("sticks", ("map",), check_sticks),
+    _Task("cut-list", ("map",), check_cut_list),
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),

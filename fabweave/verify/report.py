@@ -48,6 +48,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "sticks": "the marks of straight strips are told as they are, of every kind and piece",
+        "cut-list": "the list of cuts has each straight strip once, where and as long as it is",
         "stock": "sheets, angles and prices are those of the stock in the settings",
         "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
         "rim": "rings around openings lie hole on hole on the crossings beside them, all round",

@@ -1,20 +1,92 @@
-"""Strips in rows: nothing is lost, nothing overlaps, and no row is longer than a sheet."""
+"""Strips in rows: one-dimensional cutting stock, on sheets and on rolls."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sheet_fit import bar
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.nest.layout import Placement
 from fabweave.nest.strips import fill_rows, nest_strips
 from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import parse_rotations
-from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_size import SheetSize, parse_roll
 
-LENGTHS = st.lists(st.floats(9.0, 400.0), min_size=1, max_size=40)
+#: What lengths are rounded up by, each.
+STEP_MM = 0.05
+LENGTHS = st.lists(st.floats(1.0, 100.0), min_size=1, max_size=40)
+
+
+@given(LENGTHS, st.floats(100.0, 300.0), st.sampled_from([0.0, 0.2, 3.0]))
+def test_rows_hold_each_length_once_and_no_more_than_they_can(lengths, row, gap):
+    rows = fill_rows(lengths, row, gap)
+    assert sorted(at for one in rows for at in one) == list(range(len(lengths)))
+    for one in rows:
+        assert sum(lengths[at] for at in one) + gap * (len(one) - 1) <= row + 1e-6
+        assert one == sorted(one, key=lambda at: -lengths[at])
+    assert len(rows) >= math.ceil(sum(length + gap for length in lengths) / (row + gap) - 1e-9)
+    # Of two rows, the second would not have gone into the first: none is half empty twice.
+    used = sorted(sum(lengths[at] + gap + STEP_MM for at in one) for one in rows)
+    assert len(rows) < 2 or used[0] + used[1] > row + gap
+
+
+def fewest(lengths, row):
+    """Return how few rows could do, of all dealings."""
+    return min(
+        len(set(dealing))
+        for dealing in product(range(len(lengths)), repeat=len(lengths))
+        if all(
+            sum(length for length, at in zip(lengths, dealing, strict=True) if at == one) <= row
+            for one in set(dealing)
+        )
+    )
+
+
+@given(st.lists(st.integers(1, 10), min_size=1, max_size=5))
+def test_a_few_lengths_take_as_few_rows_as_any_dealing_has(lengths):
+    assert len(fill_rows([float(one) for one in lengths], 10.0)) == fewest(lengths, 10)
+
+
+ROLL = st.builds(
+    lambda length, quantity: parse_roll(f"roll:9mm:{length}mm{quantity}"),
+    st.integers(100, 400),
+    st.sampled_from(["", ":50"]),
+)
+
+
+@given(st.lists(st.floats(10.0, 100.0), min_size=1, max_size=30), ROLL)
+def test_a_roll_has_one_row_that_begins_at_its_end(lengths, roll):
+    outlines = [bar(length, 9.0) for length in lengths]
+    layout = nest_strips(outlines, [roll], margin_mm=0.0, gap_mm=0.0)
+    assert check_layout(layout, outlines) == []
+    for number, sheet in enumerate(layout.sheets):
+        own = [at for at, place in enumerate(layout.placements) if place.sheet == number]
+        used = sum(lengths[at] for at in own)
+        assert (sheet.roll_mm, sheet.height_mm) == (roll.width_mm, 9.0)
+        assert used - 1e-6 <= sheet.width_mm <= min(used + 0.01, roll.width_mm) + 1e-6
+        placed = np.concatenate([layout.placements[at].apply(outlines[at]) for at in own])
+        assert placed[:, 0].min() == pytest.approx(0.0, abs=1e-9)
+        assert np.ptp(placed[:, 0]) == pytest.approx(used)
+
+
+@pytest.mark.parametrize("stock", [["roll:9mm:70mm"], ["roll:9mm:90mm:1"]])
+def test_what_rolls_do_not_hold_is_refused(stock):
+    rolls = [parse_roll(text) for text in stock]
+    with pytest.raises(CannotMakeError):
+        nest_strips([bar(80.0, 9.0)] * 2, rolls, margin_mm=0.0, gap_mm=0.0)
+
+
+def test_what_is_no_strip_is_left_to_others():
+    triangle = np.array([[0.0, 0.0], [50.0, 0.0], [0.0, 9.0]])
+    bent = bar(50.0, 9.0)
+    bent[2] += 1.0
+    for outlines in ([triangle], [bent], [bar(50.0, 9.0), bar(50.0, 8.0)]):
+        sheets = [SheetSize(100.0, 100.0)]
+        assert nest_strips(outlines, sheets, margin_mm=0.0, gap_mm=0.0) is None
 
 
 def strip(length, width=8.0, turn=0.0):
@@ -22,27 +94,11 @@ def strip(length, width=8.0, turn=0.0):
     return Placement(0, 0, turn, 3.0, -2.0).apply(corners)
 
 
-@given(LENGTHS, st.floats(0.0, 4.0))
-def test_each_length_is_in_one_row_that_it_fits(lengths, gap):
-    rows = fill_rows(lengths, 400.0, gap)
-    assert sorted(at for row in rows for at in row) == list(range(len(lengths)))
-    for row in rows:
-        assert sum(lengths[at] for at in row) + gap * (len(row) - 1) <= 400.0 + 1e-6
-    bound = math.ceil(sum(length + gap for length in lengths) / (400.0 + gap) - 1e-9)
-    assert bound <= len(rows)
-    # Of two rows, all of one and the longest of the other have no room in one.
-    heads = [lengths[row[0]] for row in rows]
-    assert heads == sorted(heads, reverse=True)
-
-
-@given(st.lists(st.lists(st.integers(40, 300), min_size=1, max_size=3), min_size=1, max_size=6))
-def test_what_fills_rows_to_the_end_takes_no_more_rows(parts):
-    """Each row is parted in two or three at will, the rest of it too: so many rows are enough."""
-    lengths = [float(one) for row in parts for one in (*row, 1000 - sum(row)) if one > 0]
-    assert len(fill_rows(lengths, 1000.0)) <= len(parts) + 1
-
-
-@given(LENGTHS, st.sampled_from([0.0, 0.15, 2.0]), st.floats(0.0, 360.0))
+@given(
+    st.lists(st.floats(9.0, 400.0), min_size=1, max_size=40),
+    st.sampled_from([0.0, 0.15, 2.0]),
+    st.floats(0.0, 360.0),
+)
 def test_strips_keep_margin_and_gap_at_allowed_angles(lengths, gap, turn):
     names = [str(at) for at in range(len(lengths))]
     for size, rule, own in (((430.0, 90.0), "free", turn), ((90.0, 430.0), "grain:5deg", 0.0)):
@@ -54,17 +110,6 @@ def test_strips_keep_margin_and_gap_at_allowed_angles(lengths, gap, turn):
         )  # fmt: skip
         assert layout is not None
         assert check_layout(layout, outlines) == []
-
-
-def test_others_than_strips_of_one_width_are_left_to_nesting():
-    how = {"margin_mm": 5.0, "gap_mm": 0.0, "ids": ["A", "B"]}
-    sheets = [SheetSize(500.0, 300.0)]
-    bent = strip(90.0)
-    bent[2] += 1.0
-    assert nest_strips([strip(90.0), bent], sheets, **how) is None
-    assert nest_strips([strip(90.0), strip(90.0, 9.0)], sheets, **how) is None
-    hole = ((1.0, 1.0), (2.0, 1.0), (2.0, 2.0))
-    assert nest_strips([strip(90.0)] * 2, [SheetSize(500.0, 300.0, defects=(hole,))], **how) is None
 
 
 def test_offcuts_go_first_and_what_runs_out_is_told():

@@ -6,7 +6,14 @@ from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
 from fabweave.sheet.targets import target_named
-from fabweave.stock.sheet_size import SheetSize, check_stock, format_stock, parse_stock, usable_size
+from fabweave.stock.sheet_size import (
+    SheetSize,
+    check_stock,
+    format_stock,
+    parse_roll,
+    parse_stock,
+    usable_size,
+)
 
 
 @pytest.mark.parametrize(
@@ -38,6 +45,30 @@ def test_format_is_read_back(width, height, quantity):
 def test_what_is_no_stock_is_refused(text):
     with pytest.raises(InputError):
         parse_stock(text)
+
+
+@given(st.integers(1, 29_999), st.integers(30_000, 5 * 10**7), st.none() | st.integers(1, 99))
+def test_a_roll_is_read_back(width, length, quantity):
+    text = f"roll:{width / 100}mm:{length / 100}mm" + f":{quantity}" * (quantity is not None)
+    roll = parse_roll(text)
+    assert (roll.height_mm, roll.width_mm, roll.quantity) == (width / 100, length / 100, quantity)
+    assert roll.is_roll
+    assert roll.plain
+    assert parse_roll(format_stock(roll)) == roll
+    check_stock([roll], 0.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "roll:", "roll:12mm", "roll:12mm:", "roll::5m", "roll:0mm:5m", "roll:12mm:5m:0",
+        "roll:12mm:5m:1.5", "roll:12mm:5m:1:1", "roll:12mm:501m", "roll:301mm:50m", "roll:5m:12mm",
+        "roll:12mm:-5m", "roll:12mm:1e400m", "roll:nanmm:5m", "roll:12x5m",
+    ],
+)  # fmt: skip
+def test_what_is_no_roll_is_refused(text):
+    with pytest.raises(InputError):
+        parse_roll(text)
 
 
 def test_margin_must_leave_something():

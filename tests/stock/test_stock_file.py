@@ -42,6 +42,30 @@ def written(tmp_path, text):
     return path
 
 
+def test_a_roll_of_a_list_has_a_price_and_comes_back(tmp_path):
+    text = '[[sheet]]\nname = "band"\nroll = "0.5in:100ft"\nprice = 8.0\nquantity = 2\n'
+    (roll,) = read_stock(written(tmp_path, text))
+    assert (roll.height_mm, roll.width_mm, roll.roll_mm) == (12.7, 30480.0, 30480.0)
+    assert (roll.price, roll.quantity, roll.offcut) == (8.0, 2, False)
+    assert stock_of(tomllib.loads(tomli_w.dumps(stock_table([roll]))), "again") == (roll,)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"roll": "12mm"},
+        {"roll": "12mm:50m:2"},
+        {"roll": 12},
+        {"roll": "12mm:50m", "size": "600x400mm"},
+        {"roll": "12mm:50m", "defects": []},
+        {"roll": "12mm:50m", "outline": [[0, 0], [9, 0], [0, 9]]},
+    ],
+)
+def test_what_is_no_roll_of_a_list_is_refused(entry):
+    with pytest.raises(InputError):
+        stock_of({"sheet": [entry]}, "stock.toml")
+
+
 def test_a_list_says_what_it_says(tmp_path):
     sheets = offcut, sheet = read_stock(written(tmp_path, LIST))
     assert stock_of(tomllib.loads(tomli_w.dumps(stock_table(sheets))), "again") == sheets

@@ -3,7 +3,7 @@
 import struct
 import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TypeAlias
@@ -12,7 +12,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from fabweave.core.arrays import FloatArray, offsets_of
-from fabweave.sheet.drawing import Entity, Layer, Polyline, SheetDrawing, check_drawing
+from fabweave.sheet.drawing import (
+    Circle,
+    Entity,
+    Layer,
+    PieceDrawing,
+    Polyline,
+    SheetDrawing,
+    check_drawing,
+)
 from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.presets import Preset, preset_named
 
@@ -165,6 +173,8 @@ _INK = (38, 43, 51)
 _BORDER_MM, _HEADING_MM, _TITLE_MM = 8.0, 16.0, 9.0
 _PLAIN_SHEET_MM = 500.0
 _BAR_MM = 100.0
+#: Lanes of a roll are so many times its width apart.
+_LANE = 2.0
 #: A picture is painted this many times larger, then shrunk, so that its lines are smooth.
 _SUPERSAMPLING = 2
 _MAX_PIXELS = 100_000_000
@@ -276,6 +286,56 @@ def png_bytes(
         if piece.piece_id in titles:
             letterer.title(piece.title, titles[piece.piece_id])
     return png_encoded(letterer.image)
+
+
+def in_lanes(drawing: SheetDrawing) -> SheetDrawing:
+    """Return the drawing of a roll as people can look at it: in lanes, as a text in its lines.
+
+    Strips stay whole, and as many stand in a lane as have room there.
+
+    Examples
+    --------
+    >>> from fabweave.sheet.drawing import Layer, Polyline
+    >>> strip = np.array([[0.0, 0.0], [400.0, 0.0], [400.0, 10.0], [0.0, 10.0]])
+    >>> pieces = tuple(PieceDrawing(f"A{at}", (Polyline(Layer.CUT_OUTER, strip + (at, 0.0), True),))
+    ...     for at in (0.0, 400.0, 800.0))
+    >>> lanes = in_lanes(SheetDrawing("roll", 1200.0, 10.0, pieces, ()))
+    >>> lanes.width_mm, lanes.height_mm
+    (400.0, 60.0)
+    """
+    spans = np.array(
+        [
+            (corners[:, 0].min(), corners[:, 0].max())
+            for piece in drawing.pieces
+            for corners in [np.concatenate(piece.outlines(_FLAT_MM))]
+        ]
+    )
+    step = _LANE * drawing.height_mm
+    room = max(float(np.ptp(spans, axis=1).max()), float(np.sqrt(drawing.width_mm * step)))
+    lanes: list[list[int]] = []
+    for at in np.argsort(spans[:, 0]).tolist():
+        if not lanes or spans[at, 1] - spans[lanes[-1][0], 0] > room:
+            lanes.append([])
+        lanes[-1].append(at)
+    pieces = [
+        _moved(drawing.pieces[at], -spans[lane[0], 0], (len(lanes) - number + 0.25) * step)
+        for number, lane in enumerate(lanes, start=1)
+        for at in lane
+    ]
+    wide = max(float(spans[lane[-1], 1] - spans[lane[0], 0]) for lane in lanes)
+    name = f"{drawing.name}: {drawing.width_mm / 1000:g} m of a roll"
+    return SheetDrawing(name, round(wide, 1), len(lanes) * step, tuple(pieces), ())
+
+
+def _moved(piece: PieceDrawing, x: float, y: float) -> PieceDrawing:
+    """Return a piece that is drawn elsewhere."""
+    entities = [
+        replace(entity, x=entity.x + x, y=entity.y + y)
+        if isinstance(entity, Circle)
+        else replace(entity, points=entity.points + np.array([x, y]))
+        for entity in piece.entities
+    ]
+    return replace(piece, entities=tuple(entities))
 
 
 class _Letterer:

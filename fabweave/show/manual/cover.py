@@ -169,9 +169,11 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
 def _proceed(crossing_map: CrossingMap, bill: BillOfMaterials) -> list[tuple[str, str]]:
     """Return what is done, in order, each line with its number."""
     viewer = _VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""
+    taken = "Take the pieces out of their sheets, one sheet after another"
+    if any(sheet.roll_mm for sheet in crossing_map.sheets):
+        taken = "Cut the strips off their rolls, write its name on each"
     lines = [
-        "Take the pieces out of their sheets, one sheet after another, and tick each in the list "
-        "of its sheet.",
+        f"{taken}, and tick each in the list of its sheet.",
         f"Sort them: {_piles(crossing_map)}.",
         f"Follow the steps.{viewer}",
     ]

@@ -24,6 +24,8 @@ _TITLE_MM = 14.0
 _FLAT_MM = 0.1
 #: Names are tried at so many places along a piece, the middle first.
 _PLACES = 15
+_TITLE = "Pieces of {}, to tick off as you take them out:"
+_ROLL_TITLE = "Strips of {}, to cut off the roll in this order:"
 _MARGIN_DASH, _REST_DASH = (1.0, 2.0), (6.0, 3.0)
 
 
@@ -98,6 +100,11 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
         titles = place_titles(drawing.pieces, largest_mm=_TITLE_MM)
         drawn = drawn_pieces(drawing)
         names = {piece.piece_id: piece.title for piece in drawing.pieces}
+        if sheet.roll_mm is not None:
+            book.page(SHEETS)
+            book.entry(sheet.name, level=1)
+            write_ticks(book, sheet.name, _strip_texts(drawn, names), _ROLL_TITLE)
+            continue
         keys = _tick_texts(names)
         rows = -(-len(keys) // _tick_columns(book, keys))
         # A short list of pieces stands below its sheet, a long one on pages of its own.
@@ -249,10 +256,16 @@ def _tick_texts(names: Mapping[str, str]) -> list[str]:
     ]
 
 
-def write_ticks(book: Book, name: str, keys: Sequence[str]) -> None:
+def _strip_texts(drawn: Mapping[str, DrawnPiece], names: Mapping[str, str]) -> list[str]:
+    """Return what is cut of a roll: each strip with its length, in the order of cutting."""
+    order = sorted(drawn, key=lambda key: float(drawn[key].outline[:, 0].min()))
+    return [f"{names[key]}  {np.ptp(drawn[key].outline[:, 0]):.1f} mm" for key in order]
+
+
+def write_ticks(book: Book, name: str, keys: Sequence[str], title: str = _TITLE) -> None:
     """Write the list of a sheet's pieces, each with a box to tick."""
     book.y -= 14.0
-    book.text(book.left, book.y, f"Pieces of {name}, to tick off as you take them out:", bold=True)
+    book.text(book.left, book.y, title.format(name), bold=True)
     book.y -= 16.0
     columns = _tick_columns(book, keys)
     for number, key in enumerate(keys):

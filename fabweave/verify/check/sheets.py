@@ -75,7 +75,8 @@ def check_room(
     """Check that pieces keep the margin from the sheet's outline."""
     inside = shapely.Polygon(outline)
     edge = shapely.distance(polygons, inside.exterior)
-    edge[~shapely.covers(inside, polygons)] = -1.0
+    # What fills a sheet is off by a rounding.
+    edge[~shapely.covers(inside.buffer(ROUNDING_MM, join_style="mitre"), polygons)] = -1.0
     for name, room in zip(names, edge.tolist(), strict=True):
         place.at(f"piece {name}").at_least(
             "margin_mm",
@@ -137,6 +138,7 @@ def _check_rest(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
 _SAME_MM = 1e-3
 _ANGLE_DEG = 1e-5
 _PLAIN = re.compile(r"([\d.]+)x([\d.]+)mm(?::(\d+))?")
+_ROLL = re.compile(r"(?:roll:)?([\d.]+)mm:([\d.]+)mm(?::(\d+))?")
 _GRAIN = re.compile(r"(grain|across)(?::([\d.]+)deg)?")
 
 
@@ -163,10 +165,23 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
         key = ("", float(width), float(height))
         entries[key] = {}
         quantities[key] += int(quantity) if quantity else 10**9
-    for tables in options.get("stock", {}).values():
+    stock = options.get("stock", [])
+    # Rolls of which there is nothing to know but their size are texts beside the tables.
+    rolls = [text for text in stock if isinstance(text, str)] if isinstance(stock, list) else []
+    listed = [one for one in stock if isinstance(one, dict)] if isinstance(stock, list) else [stock]
+    for text in rolls:
+        match = _ROLL.fullmatch(text)
+        if tally.at("job.toml").expect(match, f"{text!r} is no roll") and match:
+            key = ("", float(match[2]), float(match[1]))
+            entries[key] = {"roll": text}
+            quantities[key] += int(match[3] or 10**9)
+    for tables in (tables for one in listed for tables in one.values()):
         for entry in tables:
             points = entry.get("outline")
-            if points is None:
+            if "roll" in entry:
+                match = _ROLL.fullmatch(entry["roll"])
+                width, height = (float(match[2]), float(match[1])) if match else (0.0, 0.0)
+            elif points is None:
                 match = _PLAIN.fullmatch(entry["size"])
                 width, height = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
             else:
@@ -181,7 +196,7 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
             key
             for key in entries
             if key[0] == sheet.stock
-            and abs(key[1] - sheet.width_mm) <= _SAME_MM
+            and abs(key[1] - (sheet.roll_mm or sheet.width_mm)) <= _SAME_MM
             and abs(key[2] - sheet.height_mm) <= _SAME_MM
         ]
         if place.expect(
@@ -200,6 +215,8 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
 def _check_entry(sheet: Sheet, entry: dict[str, Any], place: Place) -> None:
     """Check what the map says of a sheet against its entry."""
     place.equal("grain", sheet.grain_deg, entry.get("grain"))
+    place.equal("that it is a roll", sheet.roll_mm is not None, "roll" in entry)
+    place.at_most("used_mm", sheet.width_mm, sheet.roll_mm or sheet.width_mm, "it is {} long")
     if "outline" in entry:
         place.expect(
             corners_apart(sheet.outline, np.array(entry["outline"], dtype=float)) <= _SAME_MM,

@@ -41,6 +41,8 @@ RIM, RIM_RECORD = "rim", "rim/rim.json"
 FORMER, FORMER_RECORD = "former", "former/former.json"
 #: Where it is told how the object is when it was let go, and its model then.
 FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
+#: The list of cuts of straight strips.
+CUTS = "cut_list.csv"
 #: Where offcuts lie.
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
@@ -286,6 +288,8 @@ class Job:
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
     verdict: dict[str, Any] | None = None
+    #: The rows of the list of cuts, if there is one.
+    cuts: list[dict[str, str]] | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -451,6 +455,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         form=if_there(FORM, lambda path: read_json(path, FormRecord)),
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
+        cuts=if_there(CUTS, read_table),
     )
 
 
