@@ -108,17 +108,16 @@ def nest_strips(
     used: list[SheetSize] = []
     placements: dict[int, Placement] = {}
     for sheet in (sheets[at] for at in order_of_use(sheets)):
-        times = sheet.quantity
         turn, row_mm, count = _rows(sheet, margin_mm, gap_mm, wide, rotations)
-        while left and count and (times is None or times > 0):
-            fitting = [at for at in left if shapes[at, 0] <= row_mm + _SAME_MM]
-            if not fitting:
-                break
-            lengths = shapes[fitting, 0].tolist()
-            for number, row in enumerate(fill_rows(lengths, row_mm, gap_mm)[:count]):
+        fitting = [at for at in left if shapes[at, 0] <= row_mm + _SAME_MM]
+        if not (fitting and count):
+            continue
+        rows = fill_rows(shapes[fitting, 0].tolist(), row_mm, gap_mm)
+        rows = rows if sheet.quantity is None else rows[: sheet.quantity * count]
+        for start in range(0, len(rows), count):
+            for number, row in enumerate(rows[start : start + count]):
                 along = margin_mm
-                for place in row:
-                    at = fitting[place]
+                for at in (fitting[place] for place in row):
                     corner = along, margin_mm + number * (wide + gap_mm)
                     if turn:
                         corner = corner[::-1]
@@ -126,13 +125,10 @@ def nest_strips(
                         at, len(used), outlines[at], turn - shapes[at, 2], corner
                     )
                     along += shapes[at, 0] + gap_mm
-                    left.remove(at)
             used.append(replace(sheet, quantity=1))
             if sheet.is_roll:
-                on_roll = [at for at, one in placements.items() if one.sheet == len(used) - 1]
-                length = float(shapes[on_roll, 0].sum())
-                used[-1] = replace(used[-1], width_mm=min(_rounded_up(length), sheet.width_mm))
-            times = None if times is None else times - 1
+                used[-1] = replace(used[-1], width_mm=min(_rounded_up(along), sheet.width_mm))
+        left = [at for at in left if at not in placements]
     if left:
         ids = ids or [str(at) for at in range(len(outlines))]
         raise CannotMakeError(
