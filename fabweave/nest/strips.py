@@ -108,16 +108,12 @@ def nest_strips(
     used: list[SheetSize] = []
     placements: dict[int, Placement] = {}
     for sheet in (sheets[at] for at in order_of_use(sheets)):
-        turn, row_mm, count = _rows(sheet, margin_mm, gap_mm, wide, rotations)
-        fitting = [at for at in left if shapes[at, 0] <= row_mm + _SAME_MM]
-        if not (fitting and count):
-            continue
-        rows = fill_rows(shapes[fitting, 0].tolist(), row_mm, gap_mm)
+        turn, count, rows = _dealt(sheet, left, shapes, margin_mm, gap_mm, rotations)
         rows = rows if sheet.quantity is None else rows[: sheet.quantity * count]
         for start in range(0, len(rows), count):
             for number, row in enumerate(rows[start : start + count]):
                 along = margin_mm
-                for at in (fitting[place] for place in row):
+                for at in row:
                     corner = along, margin_mm + number * (wide + gap_mm)
                     if turn:
                         corner = corner[::-1]
@@ -188,23 +184,32 @@ def _frame(outline: FloatArray) -> tuple[float, float, float] | None:
     return float(np.ptp(along)), float(np.ptp(across)), direction
 
 
-def _rows(
-    sheet: SheetSize, margin_mm: float, gap_mm: float, wide_mm: float, rotations: Rotations
-) -> tuple[float, float, int]:
-    """Return in which direction rows run on a sheet, how long they are, and how many it takes.
+def _dealt(
+    sheet: SheetSize,
+    left: Sequence[int],
+    shapes: FloatArray,
+    margin_mm: float,
+    gap_mm: float,
+    rotations: Rotations,
+) -> tuple[float, int, list[list[int]]]:
+    """Return in which direction rows run on a sheet, how many it takes, and strips dealt to rows.
 
-    They run where they are longest, if that is an angle that is allowed; there are none if neither
-    is.
+    Rows run where they hold as many strips as may be, on few sheets, and on little of the last one;
+    those of a roll along it. There are none if no strip has room.
     """
-    size = usable_size(sheet, margin_mm)
+    size, wide = usable_size(sheet, margin_mm), float(shapes[:, 1].max())
     turns = rotations.along(sheet.grain_deg)
-    best = 0.0, 0.0, 0
-    for turn, (row, high) in ((0.0, size), (90.0, size[::-1])):
-        count = int((high + gap_mm) / (wide_mm + gap_mm) + _SAME_MM)
+    found = []
+    for turn, (row_mm, high) in ((0.0, size), (90.0, size[::-1])):
+        count = int((high + gap_mm) / (wide + gap_mm) + _SAME_MM)
         allowed = float(turns.off_deg(np.array([turn]))[0]) == 0.0
-        if allowed and count and row > best[1]:
-            best = turn, row, count
-    return best
+        if not (count and allowed) or (sheet.is_roll and turn):
+            continue
+        fitting = [at for at in left if shapes[at, 0] <= row_mm + _SAME_MM]
+        rows = fill_rows(shapes[fitting, 0].tolist(), row_mm, gap_mm)
+        worth = -len(fitting), math.ceil(len(rows) / count), len(rows) * row_mm
+        found.append((worth, turn, count, [[fitting[at] for at in row] for row in rows]))
+    return min(found)[1:] if found else (0.0, 1, [])
 
 
 def _placed(
