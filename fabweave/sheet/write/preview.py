@@ -323,7 +323,7 @@ def in_lanes(drawing: SheetDrawing) -> SheetDrawing:
         for at in lane
     ]
     wide = max(float(spans[lane[-1], 1] - spans[lane[0], 0]) for lane in lanes)
-    name = f"{drawing.name}: {drawing.width_mm / 1000:g} m of a roll"
+    name = f"{drawing.name}: {drawing.width_mm / 1000:.2f} m of a roll"
     return SheetDrawing(name, round(wide, 1), len(lanes) * step, tuple(pieces), ())
 
 
