@@ -627,7 +627,10 @@ def _costs(
     piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
 ) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(piece_set, woven, settings.pieces, supplies, settings.machine.calibrate)
+    costs = pieces_costs(
+        piece_set, woven, settings.pieces, supplies, settings.machine.calibrate,
+        common=settings.common_cuts,
+    )  # fmt: skip
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
 
 
