@@ -86,7 +86,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
         f"{agree(job.piece_set.kinds.count, '{n} kind[|s]')}, "
         f"{agree(len(job.piece_set.joints), '{n} joint[|s]')}, "
-        f"{agree(len(job.drawings), '{n} sheet[|s]')}; "
+        f"{agree(len(job.drawings), '{n} roll[|s]' if job.supplies.rolls else '{n} sheet[|s]')}; "
         f"proved by {len(proof.checks)} checks of the written files",
         markup=False,
     )

@@ -143,7 +143,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
             "Made of",
             agree(len(crossing_map.pieces), "{n} [piece|pieces]")
             + (agree(spares, " and {n} spare[|s]") if spares else "")
-            + agree(len(crossing_map.sheets), " on {n} [sheet|sheets], ")
+            + agree(len(crossing_map.sheets), f" on {{n}} {_stock(crossing_map)}[|s], ")
             + agree(len(crossing_map.threads), "{n} [thread|threads], ")
             + agree(len(crossing_map.crossings), "{n} [crossing|crossings], ")
             + agree(len(crossing_map.joints), "{n} [joint|joints]"),
@@ -152,12 +152,18 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     ]
 
 
+def _stock(crossing_map: CrossingMap) -> str:
+    """Return what pieces are cut from."""
+    return "roll" if any(sheet.roll_mm for sheet in crossing_map.sheets) else "sheet"
+
+
 def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return what has to be there before the first step, each line with its name."""
-    sheets = agree(len(crossing_map.sheets), "the {n} [sheet|sheets]")
+    stock = _stock(crossing_map)
+    sheets = agree(len(crossing_map.sheets), f"the {{n}} {stock}[|s]")
     for folder, count in facts.beside:
         sheets += agree(count, " and the {n} [sheet|sheets] in ") + f"{folder}/"
-    lines = [("Sheets", f"{sheets}, cut")]
+    lines = [(f"{stock.capitalize()}s", f"{sheets}, cut")]
     lines += buy_lines(facts.bill)
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]
