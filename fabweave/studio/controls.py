@@ -11,7 +11,6 @@ from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 from fabweave.options.user_files import all_entries
 from fabweave.ribbon.lay import WovenObject
-from fabweave.ribbon.width import WidthRule
 from fabweave.stock.material import material_library
 from fabweave.weave.strand_colours import STRATEGIES
 
@@ -76,7 +75,7 @@ def controls(settings: Settings, complete: Settings, woven: WovenObject) -> list
             if np.any(woven.halfedges.twin < 0)
             else []
         ),
-        *_widths(settings.width_rule, woven),
+        *_widths(settings, woven),
         *_stock(settings, complete),
         _own("Joints", "Joint", settings.pieces.joint, ("rivet", "rivet:2", "glue", "dovetail",
                                                         "slot", "none"), "joint"),
@@ -172,15 +171,15 @@ def _density(settings: Settings, woven: WovenObject) -> list[Control]:
     return found
 
 
-def _widths(rule: WidthRule, woven: WovenObject) -> list[Control]:
+def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
     """Return how wide ribbons are: one width, a share of the room, or how open the weave is."""
-    ribbons = woven.ribbons
+    rule, ribbons = settings.width_rule, woven.ribbons
     own = np.linalg.norm(ribbons.right - ribbons.left, axis=1)[ribbons.entry]
     middle = round(float(np.median(own)), 1) if len(own) else 1.0
     room = max(middle, float(own.max(initial=1.0)))
     ways = (("even", "one width"), ("proportional", "a share of the room"))
     found = [
-        Control("Ribbons", "Strips", "strips", "choice", "straight" if woven.straight else "wavy",
+        Control("Ribbons", "Strips", "strips", "choice", settings.ribbons.strips,
                 choices=(("wavy", "wavy"), ("straight", "straight")),
                 help=option_named("strips").text),
         Control("Ribbons", "Width", "width", "choice", "even" if rule.even or rule.constant

@@ -83,8 +83,8 @@ def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         if first.weave.weave.broken.total:
             tell(_seen(first, wish, first.ribbons, kept, better=True))
     if "ribbons" not in vars(stations) and stations.settings.ribbons.straight:
-        first = stations.also({"strips": "wavy"})
-        tell(_seen(first, wish, first.ribbons, kept, better=True))
+        wavy = stations.also({"strips": "wavy"}).ribbons
+        tell(_seen(stations, wish, wavy, kept, better=True))
     tell(_seen(stations, wish, stations.ribbons, kept))
 
 

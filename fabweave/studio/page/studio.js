@@ -138,7 +138,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
     seen = head;
     arrays = found;
     if (found.index) have = yarns ? "" : head.shape;
-    hint(head.better ? "This twill is a first vote. A better one is being searched for." : TOOLS[tool]);
+    hint(head.better ? "This is a first answer. A better one is being searched for." : TOOLS[tool]);
     if (scene) {
       scene.show(found, yarns ? 0 : usualWidthOf(found.position));
       scene.choose(-1);
