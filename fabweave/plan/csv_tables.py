@@ -223,6 +223,8 @@ def _measured(begin_mm: float, end_mm: float) -> tuple[str, ...]:
     --------
     >>> _measured(0.0, 587.4)
     ('0.00', '587.40', '587.40', '23.126', '23 1/8')
+    >>> _measured(580.0, 600.6)
+    ('580.00', '600.60', '20.60', '0.811', '13/16')
     """
     long = end_mm - begin_mm
     told = f"{begin_mm:.2f}", f"{end_mm:.2f}", f"{long:.2f}", f"{long / unit_mm('in'):.3f}"

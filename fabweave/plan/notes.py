@@ -97,6 +97,7 @@ def job_notes(
             settings.machine.kerf_mm,
             settings.machine.micro_joints,
             service=settings.machine.profile == "service",
+            common=settings.common_cuts and not rolls,
         ),
         *extent_notes(woven.weave.threads.n_crossings, len(steps)),
     )

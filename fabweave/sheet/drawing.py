@@ -116,7 +116,8 @@ def draw_flat(
 class SheetDrawing:
     """One sheet: its size, its pieces in cutting order, and notes that are not cut.
 
-    ``open_outlines`` says that outlines are interrupted by micro-joints on purpose.
+    ``open_outlines`` says that outlines are open on purpose: for micro-joints, or where another
+    piece is cut along the same line.
     """
 
     name: str

@@ -515,14 +515,18 @@ def kerf_notes(
     micro_joints: MicroJoints | None,
     *,
     service: bool = False,
+    common: bool = False,
 ) -> tuple[str, ...]:
     """Return what a job's notes say of these sheets; nothing where there are none.
 
-    ``service`` says that there are files for a service, too.
+    ``service`` says that there are files for a service, too; ``common``, that what pieces share is
+    cut once.
     """
     done = [f"compensation for a kerf of {kerf_mm:g} mm"] if kerf_mm else []
     if micro_joints is not None:
         done.append(f"micro-joints of {micro_joints.width_mm:g} mm in the outlines")
+    if common:
+        done.append("what strips share cut once")
     if not done:
         return ()
     notes = [

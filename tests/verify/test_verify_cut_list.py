@@ -12,7 +12,7 @@ from jobs import contents_of, run
 from sealing import found_by, told
 from spoiling import edit_json, put
 
-from fabweave.verify.check.cut_list import check_cut_list
+from fabweave.verify.check.cut_list import _check_length, check_cut_list
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
@@ -197,3 +197,15 @@ def test_a_list_that_is_missing_is_found(roll, tmp_path):
     folder = shutil.copytree(roll, tmp_path / "job")
     (folder / "cut_list.csv").unlink()
     assert "cut-list" in told(folder)
+
+
+@pytest.mark.parametrize(
+    ("words", "inches"),
+    [("13/16", 0.8125), ("0", 0.0), ("3", 3.0), ("22 3/8", 22.375), ("1 1/0", None), ("-1", None)],
+)
+def test_inches_are_read_as_rules_have_them(words, inches):
+    """Less than an inch has no whole ones before it."""
+    length = 25.4 * (inches or 0.0)
+    row = {"length_mm": length, "length_in": length / 25.4, "length_32nds": words}
+    found = found_by(lambda tally: _check_length(row, length, tally.at("row")))
+    assert bool(found) == (inches is None)

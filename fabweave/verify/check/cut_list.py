@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
@@ -15,7 +16,7 @@ from fabweave.verify.report import Place, Tally
 _Row: TypeAlias = dict[str, str]
 #: Places are told to a hundredth of a millimetre, and strips lie in a row to that.
 _SAME_MM = 0.011
-_FINE = re.compile(r"(\d+)(?: (\d+)/(\d+))?")
+_FINE = re.compile(r"\d+|(?:\d+ )?\d+/[1-9]\d*")
 _INCH_MM = 25.4
 
 
@@ -120,6 +121,6 @@ def _check_length(row: _Row, length_mm: float, place: Place) -> None:
     place.number("length_mm", float(row["length_mm"]), length_mm, within=_SAME_MM)
     inches = length_mm / _INCH_MM
     place.number("length_in", float(row["length_in"]), inches, within=1e-3)
-    words = _FINE.fullmatch(row["length_32nds"])
-    fine = math.nan if words is None else int(words[1]) + int(words[2] or 0) / int(words[3] or 1)
+    words = row["length_32nds"]
+    fine = float(sum(map(Fraction, words.split()))) if _FINE.fullmatch(words) else math.nan
     place.number("length_32nds", fine, inches, within=1.0 / 64.0 + 1e-3)
