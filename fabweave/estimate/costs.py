@@ -279,6 +279,11 @@ class Costs:
     price: Price | None
     assumptions: tuple[str, ...]
 
+    @property
+    def by_hand(self) -> bool:
+        """Whether there is nothing for a machine to do."""
+        return self.machine_s is not None and self.machine_s[1] == 0.0
+
 
 def job_costs(
     piece_set: PieceSet,

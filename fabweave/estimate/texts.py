@@ -40,8 +40,10 @@ def hours_text(span: Span) -> str:
 
 
 def machine_text(costs: Costs) -> str:
-    """Return what the machine takes."""
+    """Return what the machine takes; strips off a roll need none."""
     times = costs.machine
+    if costs.by_hand:
+        return "no machine"
     return (
         f"cutting {time_text(times.cut_s)}, engraving {time_text(times.engrave_s)}, moves "
         f"{time_text(times.travel_s)}; {time_text(costs.machine_s)} in all"
@@ -59,7 +61,8 @@ def difficulty_text(costs: Costs) -> str:
 
 def _money(costs: Costs) -> str:
     """Return what all of it costs."""
-    sheets = "material" if costs.planned else agree(len(costs.sheets), "{n} sheet[|s]")
+    bare = costs.planned or costs.by_hand
+    sheets = "material" if bare else agree(len(costs.sheets), "{n} sheet[|s]")
     text = f"{sheets} {price_text(costs.sheet_price)}, hardware {price_text(costs.hardware_price)}"
     if costs.machine_price is not None:
         text += f", machine {price_text(costs.machine_price)}"

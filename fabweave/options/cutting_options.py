@@ -154,13 +154,13 @@ CUTTING_OPTIONS = (
             form=lambda told: "".join(told.lower().split()),
         ),
         "How pieces of one thread are joined. rivet is a lap with a fastener under the strand "
-        "above, and rivet:2 to rivet:4 take more. glue is a lap with marks. dovetail is a "
-        "tongue in a socket, flush. slot is a tab through a slot. none is end to end, taped. "
-        "lap=30mm after a comma sets how far pieces lap, at most to the crossings beside. slots "
-        "after a comma cuts slots for holes in the strand below, where it has no joint; they "
-        "take up small errors.",
+        "above, and rivet:2 to rivet:4 take more. glue is a lap with marks. tuck is a lap over "
+        "three crossings that the weave holds. dovetail is a tongue in a socket, flush. slot is a "
+        "tab through a slot. none is end to end, taped. lap=30mm after a comma sets how far pieces "
+        "lap, at most to the crossings beside. slots after a comma cuts slots for holes in the "
+        "strand below, where it has no joint; they take up small errors.",
         default="rivet",
-        brief="rivet, rivet:2, glue, dovetail, slot or none.",
+        brief="rivet, rivet:2, glue, tuck, dovetail, slot or none.",
     ),
     Option(
         "sheet",

@@ -160,7 +160,7 @@ class Settings:
 
         gaps = {gap for _, gap in by_bunch(self.stock.gap_mm)}
         near = gaps <= {None, self.machine.kerf_mm} and self.machine.micro_joints is None
-        square = self.pieces.joint.partition(",")[0].partition(":")[0] in ("rivet", "glue")
+        square = self.pieces.joint.partition(",")[0].partition(":")[0] in ("rivet", "glue", "tuck")
         return self.ribbons.straight and square and near
 
     def narrower(self, factor: float) -> Settings:

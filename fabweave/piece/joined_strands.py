@@ -26,7 +26,7 @@ from fabweave.piece.development import Runs, unfold_runs
 from fabweave.piece.joint.ends import CutStrips, cut_strips, overlapping_ends
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import parse_joint
-from fabweave.piece.joint.planning import JointPlan, lap_beyond, plan_joints
+from fabweave.piece.joint.planning import JointPlan, lap_beyond, laps_meeting, plan_joints
 from fabweave.piece.on_stock import outlines_with_place, rough_nesting, sheet_price
 from fabweave.piece.outline import resting_frame, simple, strip_outlines
 from fabweave.piece.settings import PieceSettings
@@ -117,7 +117,7 @@ def plan_pieces(
     """
     settings, supplies = brief.pieces, brief.supplies
     # Long laps go on beyond the panels with which the pieces end that are measured here.
-    beyond = lap_beyond(ribbons, weave.threads, parse_joint(settings.joint).lap_mm)
+    beyond = lap_beyond(ribbons, weave, parse_joint(settings.joint))
     bed, side = _bed(supplies, supplies.margin_mm + beyond)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
@@ -127,7 +127,9 @@ def plan_pieces(
         longest = max(_BENT * side, asked or 0.0)
     if repeats is not None and barred is not None:
         barred = repeats.spread(barred)
-    candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred)
+    # A hand weaver closes a ring with the strip that it began with.
+    whole = brief.ribbons.straight
+    candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred, whole=whole)
     room = room_for_joints(ribbons, weave, brief.rules)
     if bunches is None:
         bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
@@ -137,6 +139,7 @@ def plan_pieces(
         found = window_kinds(candidates.course, candidates.sites, candidates.windows, weave.over)
         likes = found if earlier is not None or repeating(found) else None
     prices = KIND_PRICES if likes is None else LIKE_PRICES
+    around = laps_meeting(weave, parse_joint(settings.joint).kind.crossings)
 
     def cut(length: float, threads: IntArray | None = None) -> Runs:
         limit = np.inf if asked is None else max(asked, length) - 2 * beyond
@@ -152,6 +155,7 @@ def plan_pieces(
             repeats=repeats,
             kind_price=prices[settings.kinds] or 0.0,
             likes=likes,
+            around=around,
         )
 
     def told(length: float, runs: Runs, scale: float = 1.0) -> Choice:

@@ -106,7 +106,8 @@ class Joint:
     ``pieces`` holds the number of the piece that ends here and of the piece that begins here;
     for a ring cut from one piece both are the same. ``holes`` is an (n, 2, 2) array: for each
     fastener the point on the first and on the second piece; ``hole_mm`` is their diameter, NaN if
-    there are none. ``lap_mm`` is how far the pieces lap along their middle line.
+    there are none. ``lap_mm`` is how far the pieces lap along their middle line, ``ahead_mm`` how
+    much of that lies ahead of the middle of the crossing.
     """
 
     id: int
@@ -116,6 +117,7 @@ class Joint:
     holes: FloatArray
     hole_mm: float
     lap_mm: float
+    ahead_mm: float
 
 
 @frozen_value

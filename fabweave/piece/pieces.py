@@ -357,6 +357,7 @@ def _join(
                 holes=np.stack((first[:, :2], second[:, :2]), axis=1),
                 hole_mm=float(first[0, 2]) if len(first) else np.nan,
                 lap_mm=float(plan.lap_mm[number - 1]),
+                ahead_mm=float(plan.ahead_mm[number - 1]),
             )
         )
     return tuple(joints)

@@ -308,6 +308,7 @@ class JointRecord:
 
     ``holes`` are its fasteners: for each the point on the first and on the second piece.
     ``hole_mm`` is their diameter and ``grip_mm`` the thickness of all layers, None without any.
+    ``ahead_mm`` says how much of a lap lies ahead of the crossing, where that is not half.
     """
 
     id: int
@@ -317,6 +318,7 @@ class JointRecord:
     holes: tuple[tuple[Point, Point], ...]
     hole_mm: float | None
     lap_mm: float
+    ahead_mm: float | None = optional()
     grip_mm: float | None
 
     def mate(self, piece: str) -> str:

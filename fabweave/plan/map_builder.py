@@ -356,6 +356,7 @@ def _joints(piece_set: PieceSet) -> tuple[JointRecord, ...]:
             holes=tuple(_points(pair) for pair in joint.holes),
             hole_mm=None if np.isnan(joint.hole_mm) else joint.hole_mm,
             lap_mm=round(joint.lap_mm, DECIMALS),
+            ahead_mm=round(joint.ahead_mm, DECIMALS) if joint.kind.crossings > 1 else None,
             grip_mm=float(grip[joint.crossing]) if len(joint.holes) else None,
         )
         for joint in piece_set.joints

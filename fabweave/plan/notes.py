@@ -69,7 +69,7 @@ def job_notes(
         *_hole_notes(pieces, planned.rules, woven.size_mm),
         *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
         *bom_notes(bill),
-        *_label_notes(marks),
+        *([] if rolls else _label_notes(marks)),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
         *hanging_notes(pieces, woven.weave, woven.labels),
@@ -269,6 +269,9 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
     if not lost or (idle and rule.kind.most_fasteners):
         return [note]
     some = ", ".join(f"#{number}" for number in lost[:6]) + (" …" if len(lost) > 6 else "")
+    if rule.kind.crossings > 1:
+        lack = agree(len(lost), "{n} [has|have] not enough crossings without another joint")
+        return [f"{note}. {lack} ({some}): longer pieces (--max-length) have fewer joints"]
     note += f". {agree(len(lost), '{n} [is|are]')} too narrow or too slanted for {rule} ({some})"
     other = plan.where(lambda kind: kind != rule.kind)
     if rule.lap_mm is not None and np.any(other & (plan.room_mm >= plan.needed_mm)):

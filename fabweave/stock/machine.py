@@ -103,9 +103,9 @@ PRACTISED = {
     "align": (6.0, "to bring holes or ends into line"),
 }
 #: What holding a joint takes, by its kind: a brush and a clip, pressing (a snap that is hard to
-#: align), threading (obstructed and held), tape; the first and the last are estimates. Fasteners
-#: are counted by themselves.
-HOLDING_S = {"glue": 15.0, "dovetail": 5.0, "slot": 8.5, "none": 6.0}
+#: align), threading (obstructed and held; what is tucked in, too), tape; the first and the last are
+#: estimates. Fasteners are counted by themselves.
+HOLDING_S = {"glue": 15.0, "tuck": 8.5, "dovetail": 5.0, "slot": 8.5, "none": 6.0}
 #: A maker takes so many times as long as a practised hand that does nothing else: an estimate.
 PACE: Span = (1.5, 3.0)
 #: One number for both, where one is needed.

@@ -172,7 +172,8 @@ class Spare(msgspec.Struct, frozen=True):
 class Joint(msgspec.Struct, frozen=True):
     """Where two pieces meet; ``holes`` is (n, 2, 2), for each hole its place in both pieces.
 
-    A lap of no stated length is as long as its crossing panel.
+    A lap of no stated length is as long as its crossing panel; ``ahead_mm`` says how much of it
+    lies ahead of the crossing, where that is not half.
     """
 
     id: int
@@ -183,6 +184,7 @@ class Joint(msgspec.Struct, frozen=True):
     hole_mm: float | None
     grip_mm: float | None
     lap_mm: float | None = None
+    ahead_mm: float | None = None
 
     def __post_init__(self) -> None:
         """Require two places for each hole."""

@@ -22,6 +22,7 @@ from fabweave.ribbon.project import crossing_heights
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
+from fabweave.stock.sheet_size import parse_roll
 from fabweave.weave.pattern import strand_passes
 
 BALL = {
@@ -231,3 +232,34 @@ def test_a_gap_that_is_asked_for_parts_the_cuts(tmp_path):
     ]  # fmt: skip
     assert run("make", *words, "-o", tmp_path / "job") == 0
     assert not (tmp_path / "job" / "cut").exists()
+
+
+@pytest.fixture(scope="module")
+def tucked(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tucked") / "job"
+    rolls = (parse_roll("roll:8mm:20m"),)
+    job, proof, *_ = run_job(asked(sheets=rolls, joint="tuck", fastener="none"), folder)
+    assert proof.ok
+    return job, folder
+
+
+def test_each_ring_is_one_strip_off_the_roll_that_laps_its_own_start(tucked):
+    pieces, strips = tucked[0].piece_set, unfold_threads(tucked[0].woven.ribbons)
+    length = strips.right[strips.offsets[1:] - 1, 0] - strips.right[strips.offsets[:-1], 0]
+    assert [joint.pieces for joint in pieces.joints] == [(n, n) for n in range(len(length))]
+    for piece, joint in zip(pieces.pieces, pieces.joints, strict=True):
+        assert joint.kind.name == "tuck"
+        assert np.ptp(piece.outline[:, 0]) == pytest.approx(
+            length[piece.thread] + joint.lap_mm, abs=2 * pieces.fit_mm
+        )
+
+
+@pytest.mark.parametrize("change", [-8.0, 8.0])
+def test_a_ring_that_laps_its_own_start_elsewhere_is_found(tucked, tmp_path, change):
+    folder = shutil.copytree(tucked[1], tmp_path / "job")
+
+    def shift(plan):
+        plan["joints"][0]["ahead_mm"] += change
+
+    edit_json(folder / "crossing_map.json", shift)
+    assert {"joints", "unfolding"} <= set(told(folder))

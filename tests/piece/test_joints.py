@@ -122,6 +122,26 @@ def test_pieces_are_the_thread_and_its_laps(mesh, rule):
         assert pieces - share == pytest.approx(whole, abs=slack + 1e-6)
 
 
+@pytest.mark.parametrize("name", ["torus?m=16&n=8", "octahedron", "geodesic?n=3"])
+def test_a_tuck_lies_over_three_crossings_of_its_own_and_ends_under_strands(name):
+    _, _, made = make(shape_at(name), parse_joint("tuck"))
+    tucked = [joint for joint in made.joints if joint.kind.name == "tuck"]
+    assert tucked or name == "octahedron"
+    taken = [joint.crossing for joint in made.joints]
+    for joint in tucked:
+        first, second = (made.pieces[index] for index in joint.pieces)
+        figure = shapely.Polygon(first.outline)
+        covers = shapely.covers(figure, shapely.points(onto(made, joint)(second.points)))
+        on = int(np.argmin(covers)) - 1
+        assert on >= 2
+        assert not second.over[[0, on]].any()
+        assert on + 1 < len(second.crossings)
+        assert np.isnan(second.hole_mm[: on + 1]).all()
+        taken += second.crossings[1 : on + 1].tolist()
+    assert len(taken) == len(set(taken))
+    assert sorted(taken) == sorted(made.plan.laps.tolist())
+
+
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_groups_keep_their_pitch_and_go_through_three_layers(count):
     weave, _, made = make(shape_at("torus?m=12&n=8"), parse_joint(f"rivet:{count}"))

@@ -119,7 +119,7 @@ def random_job(seed, *, small=False):
         "material": one_of(*MATERIALS),
         "sheet": maybe(0.5, one_of("300x200mm", "600x400mm", "1000x700mm", "250x250mm:2")),
         "width": maybe(0.4, round(float(dice.uniform(0.2, 0.9)), 2)),
-        "joint": maybe(0.4, one_of("glue", "rivet:2", "dovetail", "slot", "none")),
+        "joint": maybe(0.4, one_of("glue", "rivet:2", "tuck", "dovetail", "slot", "none")),
         "fastener": maybe(0.3, one_of("none", "2mm", "4mm")),
         "labels": maybe(0.3, one_of("none", "numbers")),
         "kerf": maybe(0.2, "0.15mm"),

@@ -37,6 +37,7 @@ KINDS = {
     "rivet:2": {"joint": "rivet:2"},
     "slots": {"joint": "rivet,slots"},
     "glue": {"joint": "glue,lap=14mm"},
+    "tuck": {"joint": "tuck", "source": "shape:torus?m=16&n=8", "fasten": "all"},
     "none": {"joint": "none"},
     "dovetail": {"joint": "dovetail"},
     "slot": {"joint": "slot"},
@@ -164,6 +165,19 @@ def state(**changes):
     return lambda _plan, joint: joint.update(changes)
 
 
+def tuck_two_crossings_only(_plan, joint):
+    """Let a lap end with the panel of the next crossing, as the map says."""
+    joint["ahead_mm"] -= 0.5 * joint["ahead_mm"]
+
+
+def fasten_a_lap(plan, joint):
+    piece_of(plan, joint, 1)["stations"][1]["hole_mm"] = 3.3
+
+
+def lay_the_end_on_top(plan, joint):
+    piece_of(plan, joint, 1)["stations"][2]["over"] = True
+
+
 def state_more(key, by):
     return lambda _plan, joint: joint.update({key: joint[key] + by})
 
@@ -260,6 +274,13 @@ SPOILS = [
     ("glue", LONGER_LAP, "unfolding", "leaves the unfolded ribbon"),
     ("glue", state(lap_mm=0.0), "joints", "laps by 0.0 mm"),
     ("glue", shorten_a_lap, "joints", "do not lie on one another"),
+    ("tuck", tuck_two_crossings_only, "joints", "not over 3"),
+    ("tuck", tuck_two_crossings_only, "unfolding", "leaves the unfolded ribbon"),
+    ("tuck", fasten_a_lap, "joints", "only one of its layers"),
+    ("tuck", lay_the_end_on_top, "joints", "does not end under"),
+    ("tuck", state_more("ahead_mm", 2.0), "joints", "do not lie on one another"),
+    ("tuck", shorten_a_lap, "joints", "do not lie on one another"),
+    ("glue", state(kind="tuck"), "joints", "goes over 1 crossings"),
     ("none", leave_a_gap, "joints", "apart along their seam"),
     ("none", let_pieces_overlap, "joints", "side by side"),
     ("none", LONGER_LAP, "joints", "laps by 2.0 mm"),

@@ -249,7 +249,7 @@ def drill(
     A crossing has a hole in its middle, through both strands, the largest that has room. A riveted
     joint has all the fasteners that were asked for, through both laps and the strand above; where
     there is no room for several it has one, and where there is none for that it has none. Other
-    joints have none.
+    joints have none, nor have the crossings beside over which they lap.
 
     Parameters
     ----------
@@ -271,6 +271,7 @@ def drill(
     stations, threads = cut.stations, weave.threads
     room = middle_room(cut, threads.n_crossings)
     room[plan.crossing[plan.where(lambda kind: not kind.most_fasteners)]] = np.inf
+    room[plan.beside] = np.inf
     wanted = np.ones(len(room), dtype=np.bool_) if fastened is None else fastened
     # A joint that takes none is glued: a hole would weaken its lap.
     idle = plan.crossing[~wanted[plan.crossing]]

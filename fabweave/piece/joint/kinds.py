@@ -163,6 +163,9 @@ class JointKind:
         The entry of the bill of materials, besides fasteners, in which it is counted.
     marked : bool
         Whether ticks and a cross are engraved, to lay it by.
+    crossings : int
+        Over so many crossings pieces lap, at least: from the joint's own to one at which their
+        thread goes under again.
     """
 
     name: str
@@ -176,6 +179,7 @@ class JointKind:
     most_fasteners: int = 0
     bought: str | None = None
     marked: bool = False
+    crossings: int = 1
 
 
 #: What a job has unless it asks for another; more fasteners find no room under a strand.
@@ -199,6 +203,16 @@ GLUE = JointKind(
     marked=True,
 )
 _OTHERS = (
+    JointKind(
+        "tuck",
+        title="a long lap over three crossings, its ends under strands, held by the weave",
+        ties=("tuck its end along {}", "tuck its start along {}"),
+        note="[lap|laps] over three crossings: both ends lie under strands, and the weave holds "
+        "[it|them]",
+        laps=True,
+        marked=True,
+        crossings=3,
+    ),
     JointKind(
         "dovetail",
         title="a tongue in a socket, flush",
@@ -274,10 +288,12 @@ class JointRule:
             raise InputError(f"a joint of kind {name} has no fasteners: write just {name}")
         if self.lap_mm is not None and not (math.isfinite(self.lap_mm) and self.lap_mm > 0.0):
             raise InputError(f"the lap is {self.lap_mm} mm; it must be a positive length")
-        if self.lap_mm is not None and not self.kind.laps:
-            lapped = ", ".join(kind.name for kind in KINDS.values() if kind.laps)
+        if self.lap_mm is not None and not (self.kind.laps and self.kind.crossings == 1):
+            lapped = ", ".join(
+                kind.name for kind in KINDS.values() if kind.laps and kind.crossings == 1
+            )
             raise InputError(
-                f"a joint of kind {name} has no lap: leave out the lap's length, or ask for one of "
+                f"a joint of kind {name} has no lap to set: leave that out, or ask for one of "
                 f"{lapped}"
             )
 

@@ -4,15 +4,19 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
+import scipy.sparse as sp
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
+from fabweave.core.errors import CannotMakeError
 from fabweave.piece.development import Runs, Strips, run_rungs, trim_strips, unfold
 from fabweave.piece.joint.kinds import GLUE, Interlock, JointKind, JointRule
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
+#: A lap goes on over so many crossings more at most, until its thread goes under again.
+_MOST_MORE = 3
 #: A lap ends at least this far from the crossing panels before and after its own.
 _SHORT_OF_NEXT_MM = 0.5
 #: Rungs apart in one long line of all windows; no window is longer.
@@ -38,6 +42,10 @@ class JointPlan:
         Where the second piece begins, and where the first one ends.
     lap_mm : (J,) float array
         Length of the lap along the middle line; 0 where none.
+    ahead_mm : (J,) float array
+        How much of that lies ahead of the middle of the crossing.
+    beside : (K,) int array
+        The crossings after their own over which laps go on.
     lap_mm2 : (J,) float array
         Area of the lap.
     room_mm : (J,) float array
@@ -57,6 +65,8 @@ class JointPlan:
     begin: FloatArray
     end: FloatArray
     lap_mm: FloatArray
+    ahead_mm: FloatArray
+    beside: IntArray
     lap_mm2: FloatArray
     room_mm: FloatArray
     needed_mm: FloatArray
@@ -70,7 +80,7 @@ class JointPlan:
     @property
     def laps(self) -> IntArray:
         """The crossings at which two pieces lie on one another."""
-        return np.asarray(self.crossing[self.where(lambda kind: kind.laps)])
+        return np.concatenate([self.crossing[self.where(lambda kind: kind.laps)], self.beside])
 
 
 def plan_joints(
@@ -86,7 +96,8 @@ def plan_joints(
     A lap is as long as its crossing panel unless another length is asked for; it then reaches as
     far to either side, and stops short of the crossing panels before and after. Pieces that do
     not lap meet in the middle of the panel. Where the panel is too narrow or too slanting for the
-    kind, the joint is a glued lap. The strands' heights do not matter: panels keep their shape.
+    kind, the joint is a glued lap; and where a lap over several crossings has not enough of them
+    for itself. The strands' heights do not matter: panels keep their shape.
 
     Parameters
     ----------
@@ -97,20 +108,36 @@ def plan_joints(
         Of the material, or of each thread's: tongues and slots are cut to their own thread's.
     lapped : (K,) int array, optional
         Crossings at which pieces have to lap, whatever is asked.
+
+    Raises
+    ------
+    CannotMakeError
+        If laps over several crossings are asked of strips of several thicknesses: which of them
+        lies below is not the same at all crossings.
     """
     passes = runs.joint_passes(weave.threads)
-    strips, entry = _windows(ribbons, weave.threads, passes)
+    thickness = np.array(np.broadcast_to(thickness_mm, weave.threads.n_threads))
+    if rule.kind.crossings > 1 and np.ptp(thickness) > 0.0:
+        raise CannotMakeError(
+            f"a joint of kind {rule.kind.name} asks for strips of one thickness; use another "
+            "--joint, or one --thickness"
+        )
+    beyond = _apart(weave.threads, passes, _passes_beyond(weave, passes, rule.kind.crossings))
+    strips, entry, last = _windows(ribbons, weave.threads, passes, beyond)
     middle = (strips.right + strips.left) / 2
     panel_mm = np.hypot(*(middle[entry + 1] - middle[entry]).T)
     room = _room(strips, entry)
-    begin, end, lap = np.zeros(len(passes)), np.ones(len(passes)), panel_mm.copy()
+    begin, end, lap = np.zeros(len(passes)), (last + 1 - entry).astype(float), panel_mm.copy()
+    more = beyond > 0
+    lap[more] = _middle_mm(strips, entry, last + 1)[more]
     if rule.lap_mm is not None:
         begin, end, lap = _reach(strips, entry, rule.lap_mm)
         # On a slanting panel a cross-line may meet the rails again: then the panel is the lap.
         bent = ~_simple(strips, entry, begin, end)
         begin[bent], end[bent], lap[bent] = 0.0, 1.0, panel_mm[bent]
-    kinds, needed = [rule.kind] * len(passes), np.zeros(len(passes))
-    thickness = np.array(np.broadcast_to(thickness_mm, weave.threads.n_threads))
+    long = rule.kind.crossings > 1
+    kinds = [GLUE if long and not goes_on else rule.kind for goes_on in more.tolist()]
+    needed = np.zeros(len(passes))
     ends: list[Interlock | None] = [None] * len(passes)
     if rule.kind.shape is not None and rule.kind.room_mm is not None:
         thicknesses = thickness[weave.threads.thread_of_pass[passes]].tolist()
@@ -136,6 +163,8 @@ def plan_joints(
         begin=begin,
         end=end,
         lap_mm=np.where(laps, lap, 0.0),
+        ahead_mm=np.where(laps, np.where(more, lap - panel_mm / 2, lap / 2), 0.0),
+        beside=np.concatenate(_crossings_after(weave.threads, passes, beyond)),
         lap_mm2=np.where(laps, _areas(strips, entry, begin, end), 0.0),
         room_mm=room,
         needed_mm=needed,
@@ -144,20 +173,106 @@ def plan_joints(
     )
 
 
-def lap_beyond(ribbons: Ribbons, threads: Threads, lap_mm: float | None) -> float:
-    """Return how far laps of a length go beyond either end of a crossing panel, at most."""
-    if lap_mm is None or not len(ribbons.entry):
+def lap_beyond(ribbons: Ribbons, weave: Weave, rule: JointRule) -> float:
+    """Return how far laps go beyond either end of a crossing panel, at most.
+
+    Of laps that go on to one side only, it is half of what they do there.
+    """
+    passes = np.flatnonzero(~weave.over)
+    if (rule.lap_mm is None and rule.kind.crossings == 1) or not len(passes):
         return 0.0
-    _, _, lap = _reach(*_windows(ribbons, threads, np.arange(len(ribbons.entry))), lap_mm)
-    middle = (ribbons.right + ribbons.left) / 2
-    panel = np.linalg.norm(middle[ribbons.entry + 1] - middle[ribbons.entry], axis=1)
-    return max(float((lap - panel).max()) / 2, 0.0)
+    beyond = _passes_beyond(weave, passes, rule.kind.crossings, joined=False)
+    strips, entry, last = _windows(ribbons, weave.threads, passes, beyond)
+    lap = _middle_mm(strips, entry, last + 1)
+    if rule.lap_mm is not None:
+        lap = _reach(strips, entry, rule.lap_mm)[2]
+    return max(float((lap - _middle_mm(strips, entry, entry + 1)).max()) / 2, 0.0)
 
 
-def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Strips, IntArray]:
+def _passes_beyond(
+    weave: Weave, passes: IntArray, crossings: int, *, joined: bool = True
+) -> IntArray:
+    """Return how many passes after each a lap over several crossings ends, where it goes under.
+
+    It is 0 where the thread ends before that, or, if the passes are those of joints, where another
+    one comes first; and where laps lie at one crossing only.
+    """
+    threads = weave.threads
+    thread = threads.thread_of_pass[passes]
+    place, count = passes - threads.offsets[thread], threads.lengths[thread]
+    taken = np.zeros(len(threads.crossing), dtype=np.bool_)
+    taken[passes] = joined
+    beyond = np.zeros(len(passes), dtype=np.int64)
+    if crossings == 1:
+        return beyond
+    free = np.ones(len(passes), dtype=np.bool_)
+    for step in range(1, crossings + _MOST_MORE):
+        after = threads.offsets[thread] + (place + step) % count
+        free &= (threads.closed[thread] | (place + step < count)) & (step < count) & ~taken[after]
+        beyond[free & (beyond == 0) & (step >= crossings - 1) & ~weave.over[after]] = step
+    return beyond
+
+
+def _apart(threads: Threads, passes: IntArray, beyond: IntArray) -> IntArray:
+    """Return how far laps go on where those do not that would meet others at a crossing."""
+    taken = set(threads.crossing[passes].tolist())
+    beyond = beyond.copy()
+    for joint, crossings in enumerate(_crossings_after(threads, passes, beyond)[:-1]):
+        if taken.isdisjoint(crossings.tolist()):
+            taken.update(crossings.tolist())
+        else:
+            beyond[joint] = 0
+    return beyond
+
+
+def laps_meeting(weave: Weave, crossings: int) -> IntArray | None:
+    """Return at which crossings joints would meet a lap over several from each, (X, N).
+
+    A lap begins where its thread goes under. Where there are fewer, the crossing itself fills the
+    row; None if no lap goes on.
+    """
+    if crossings == 1:
+        return None
+    threads, count = weave.threads, weave.threads.n_crossings
+    passes = np.flatnonzero(~weave.over)
+    beyond = _passes_beyond(weave, passes, crossings, joined=False)
+    own = threads.crossing[passes]
+    after = np.concatenate(_crossings_after(threads, passes, beyond))
+    rows = np.concatenate([own, np.repeat(own, beyond)])
+    covers = sp.csr_array(
+        (np.ones(len(rows)), (rows, np.concatenate([own, after]))), shape=(count, count)
+    )
+    meeting = sp.csr_array(covers @ covers.T)
+    size = np.diff(meeting.indptr)
+    around = np.tile(np.arange(count)[:, None], int(size.max()))
+    around[np.repeat(np.arange(count), size), places_in_groups(size)] = meeting.indices
+    return around
+
+
+def _crossings_after(threads: Threads, passes: IntArray, count: IntArray) -> list[IntArray]:
+    """Return the crossings of so many passes after each, and no more at last."""
+    thread = np.repeat(threads.thread_of_pass[passes], count)
+    start = threads.offsets[thread]
+    place = np.repeat(passes, count) - start + 1 + places_in_groups(count)
+    return np.split(
+        threads.crossing[start + place % threads.lengths[thread]], np.cumsum(count, dtype=np.int64)
+    )
+
+
+def _middle_mm(strips: Strips, first: IntArray, last: IntArray) -> FloatArray:
+    """Return the length of the middle line between two rungs of each strip."""
+    middle = (strips.right + strips.left) / 2
+    run = np.append(0.0, np.cumsum(np.hypot(*np.diff(middle, axis=0).T)))
+    return np.asarray(run[last] - run[first])
+
+
+def _windows(
+    ribbons: Ribbons, threads: Threads, passes: IntArray, beyond: IntArray
+) -> tuple[Strips, IntArray, IntArray]:
     """Unfold the ribbon about each joint, from the panel before to the panel after.
 
-    Returns the strips, and the rung where each enters its joint's panel.
+    Returns the strips, and the rungs where each enters its joint's panel, and the one as many
+    passes beyond it as are asked for; the window goes on to the panel after that.
     """
     thread = threads.thread_of_pass[passes]
     count = threads.lengths[thread]
@@ -167,13 +282,17 @@ def _windows(ribbons: Ribbons, threads: Threads, passes: IntArray) -> tuple[Stri
     ring = ribbons.closed[thread]
     final = np.diff(ribbons.offsets)[thread] - 1
     before = local_entry(ribbons, thread, np.maximum(place - 1, 0)) + 1
-    after = local_entry(
-        ribbons, thread, np.where(ring, place + 1, np.minimum(place + 1, count - 1))
-    )
+    far = place + beyond
+    after = local_entry(ribbons, thread, np.where(ring, far + 1, np.minimum(far + 1, count - 1)))
     first = np.where(~ring & (place == 0), 0, before)
-    last = np.where(~ring & (place == count - 1), final, after)
+    last = np.where(~ring & (far == count - 1), final, after)
     offsets, rung = run_rungs(ribbons, thread, first, last)
-    return unfold(ribbons, offsets, rung), offsets[:-1] + entry - first
+    shift = offsets[:-1] - first
+    return (
+        unfold(ribbons, offsets, rung),
+        shift + entry,
+        shift + local_entry(ribbons, thread, far),
+    )
 
 
 def _reach(

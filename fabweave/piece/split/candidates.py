@@ -243,6 +243,7 @@ def measure_windows(
     most_passes: int,
     longest_mm: float,
     usable: Sequence[tuple[float, float]] = (),
+    whole: bool = False,
 ) -> Windows:
     """Measure every stretch between two sites of one thread.
 
@@ -258,10 +259,12 @@ def measure_windows(
         Windows are at most so long along their middle.
     usable : sequence of (float, float)
         What the margin leaves of each sheet; none for sheets without bounds.
+    whole : bool
+        Whether a ring may be one piece though it can be cut in two.
     """
     thread = sites.thread
     at = station_of_site(course, sites)
-    first, last, ahead = _pairs(sites, at, most_passes)
+    first, last, ahead = _pairs(sites, at, most_passes, whole)
     strips = course.strips
     middle = (strips.right + strips.left) / 2
     along = _running_length(middle)
@@ -296,13 +299,15 @@ def measure_windows(
     )
 
 
-def _pairs(sites: Sites, at: IntArray, most_passes: int) -> tuple[IntArray, IntArray, IntArray]:
+def _pairs(
+    sites: Sites, at: IntArray, most_passes: int, whole: bool
+) -> tuple[IntArray, IntArray, IntArray]:
     """Return first and last station of every window, and how many sites it goes ahead."""
     count = np.diff(sites.offsets)
     thread = sites.thread
     place = np.arange(len(thread)) - sites.offsets[thread]
-    # A whole ring is not a window as long as it can be cut in two.
-    most = np.where(sites.closed, np.maximum(count - 1, np.minimum(count, 1)), count - 1)
+    ring = count if whole else np.maximum(count - 1, np.minimum(count, 1))
+    most = np.where(sites.closed, ring, count - 1)
     windows = []
     for ahead in range(1, int(most.max(initial=0)) + 1):
         site = np.flatnonzero(
@@ -685,6 +690,8 @@ class Candidates:
         Which of them keep clear of themselves.
     barred : Runs or None
         Stretches that no piece may carry all of, whatever these ribbons show.
+    whole : bool
+        Whether a ring may be one piece though it can be cut in two.
     """
 
     ribbons: Ribbons
@@ -693,6 +700,7 @@ class Candidates:
     windows: Windows
     clear: BoolArray
     barred: Runs | None = None
+    whole: bool = False
 
     @property
     def slack(self) -> FloatArray:
@@ -713,15 +721,22 @@ def list_candidates(
     threads: IntArray,
     most_passes: int = MOST_PASSES,
     barred: Runs | None = None,
+    whole: bool = False,
 ) -> Candidates:
     """Measure all pieces that some threads could be cut into.
 
-    No piece may carry all of a stretch that is barred.
+    No piece may carry all of a stretch that is barred. A ring is one piece only if that is asked
+    for, or it can be cut at one place only.
     """
     sites = list_sites(weave).of(threads)
     course = lay_course(ribbons, most_passes)
     windows = measure_windows(
-        course, sites, most_passes=most_passes, longest_mm=longest_mm, usable=bed.usable
+        course,
+        sites,
+        most_passes=most_passes,
+        longest_mm=longest_mm,
+        usable=bed.usable,
+        whole=whole,
     )
     behind = last_clear(course, int(windows.passes.max(initial=1)))
     if barred is not None:
@@ -729,7 +744,7 @@ def list_candidates(
     at = station_of_site(course, sites)[:, None]
     there = windows.passes > 0
     last = np.where(there, at + windows.passes - 1, at)
-    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]), barred)
+    return Candidates(ribbons, sites, course, windows, there & (at > behind[last]), barred, whole)
 
 
 def joint_price(candidates: Candidates) -> float:

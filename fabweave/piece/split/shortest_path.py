@@ -41,10 +41,16 @@ def _beside(threads: Threads) -> IntArray:
 class Joints:
     """Count the joints at each crossing and around it while threads are cut one after another."""
 
-    def __init__(self, threads: Threads, near_mm2: float, usable: BoolArray | None) -> None:
+    def __init__(
+        self,
+        threads: Threads,
+        near_mm2: float,
+        usable: BoolArray | None,
+        around: IntArray | None = None,
+    ) -> None:
         """Begin without any joint."""
-        #: The crossings within two steps of each, (X, 20).
-        self.around = neighbours(threads)
+        #: The crossings beside each, and itself: those within two steps, (X, 20), if not given.
+        self.around = neighbours(threads) if around is None else around
         #: What a joint costs more for each other one beside it.
         self.near_mm2 = near_mm2
         self._at = np.zeros(threads.n_crossings, dtype=np.int64)

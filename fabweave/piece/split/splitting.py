@@ -274,6 +274,8 @@ def _overlap_mm2(strip: Strips) -> float:
 
 #: A joint beside another strand's joint costs more by this share of a joint.
 _NEAR_SHARE = 0.25
+#: Where another kind of joint would come of that, by so much.
+_LOST_SHARE = 4.0
 
 
 def choose_runs(
@@ -289,13 +291,15 @@ def choose_runs(
     repeats: Repeats | None = None,
     kind_price: float = 0.0,
     likes: IntArray | None = None,
+    around: IntArray | None = None,
 ) -> Runs:
     """Cut every thread at crossings where it goes under, at the least cost.
 
     The cost is the predicted area of sheet, a price for every joint, and a little for unevenness
-    and for joints beside one another. A closed thread is always opened, into two pieces at least
-    where it goes under twice. Pieces of fewer than three crossings, joints without room and two
-    joints at one crossing are avoided where that is possible at all.
+    and for joints beside one another. A closed thread is always opened; where it goes under twice,
+    into two pieces at least, if candidates are not whole rings, too. Pieces of fewer than three
+    crossings, joints without room and two joints at one crossing are avoided where that is possible
+    at all.
 
     Parameters
     ----------
@@ -325,12 +329,17 @@ def choose_runs(
         The kind of each candidate, as of :func:`window_kinds`, where threads are cut so that pieces
         repeat although no rotation carries them onto one another.
 
+    around : (X, N) int array, optional
+        Beside a joint at each crossing, one at these is made otherwise than asked; by default,
+        joints are only kept some crossings apart.
+
     Raises
     ------
     CannotMakeError
         If a stretch without any crossing to join at is still too long, too large or too curled.
     """
-    joints = Joints(weave.threads, _NEAR_SHARE * joint_price(candidates), room)
+    near = _NEAR_SHARE if around is None else _LOST_SHARE
+    joints = Joints(weave.threads, near * joint_price(candidates), room, around)
     if threads is None:
         threads = np.flatnonzero(np.diff(candidates.sites.offsets))
     price_mm2 = kind_price * joint_price(candidates)
@@ -347,7 +356,14 @@ def choose_runs(
         # way to cut a thread, cutting it at all its sites is one.
         most = max(MOST_PASSES, int(candidates.sites.steps.max()) + 1)
         wider = list_candidates(
-            candidates.ribbons, weave, bed, max_length_mm, lost, most, candidates.barred
+            candidates.ribbons,
+            weave,
+            bed,
+            max_length_mm,
+            lost,
+            most,
+            candidates.barred,
+            candidates.whole,
         )
         cuts |= _Cutter(wider, bed, joints, price_mm2, None, max_length_mm).cut(lost, repeats)
         stuck = _lost(cuts).tolist()

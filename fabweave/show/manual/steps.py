@@ -152,6 +152,7 @@ class _Writer:
         # Where no fastener goes, nobody needs to know that the last layer has come.
         self._idle = {one.id for one in crossing_map.crossings if one.fastened is False}
         self._joints = {joint.id: joint for joint in crossing_map.joints}
+        self._rolls = crossing_map.sheets[0].roll_mm is not None
         self._step_of = {key: step.step for step in crossing_map.steps for key in step.pieces}
         self._columns = 1 if pictured else 2
         self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
@@ -325,7 +326,10 @@ class _Writer:
     def _rows(self, step: StepRecord, room: float) -> list[list[str]]:
         """Return the pieces of a step in rows; the first is beside its number."""
         by_kind = self._map.cut.labels == "kinds"
-        names = [place_words(self._pieces[key], by_kind=by_kind) for key in step.pieces]
+        names = [
+            place_words(self._pieces[key], by_kind=by_kind, rolls=self._rolls)
+            for key in step.pieces
+        ]
         names += [f"{name} (rim)" for name in step.ring or ()]
         left = room - text_width(f"Step {step.step}", _NUMBER, bold=True) - 84.0
         rows: list[list[str]] = [[]]
@@ -398,7 +402,7 @@ def _draw_slide(book: Book, slide: Slide, corner: FloatArray) -> None:
     book.line(head, width=0.8, grey=1.0, closed=True, fill=0.0)
 
 
-def place_words(piece: PieceRecord, *, by_kind: bool) -> str:
+def place_words(piece: PieceRecord, *, by_kind: bool, rolls: bool = False) -> str:
     """Return the id of a piece, and where it is found: on which sheet, or among which kind.
 
     Parameters
@@ -406,7 +410,11 @@ def place_words(piece: PieceRecord, *, by_kind: bool) -> str:
     piece : PieceRecord
     by_kind : bool
         Whether pieces bear their kind in place of their id.
+    rolls : bool
+        Whether they came off rolls.
     """
+    if rolls and not by_kind:
+        return piece.id
     which = f"sheet {piece.sheet}"
     if by_kind:
         which = f"any K{piece.kind}" + (", arrow back" if piece.turned else "")

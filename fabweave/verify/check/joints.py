@@ -15,6 +15,7 @@ from fabweave.verify.measure.development import (
     Development,
     kind_of,
     lap_rungs,
+    lapped_stations,
     ring_of_rungs,
 )
 from fabweave.verify.measure.geometry import Motion, farthest, fit_motion
@@ -59,10 +60,10 @@ def check_joints(job: Job, tally: Tally) -> None:
         slack += fitted
         _check_holes(joint, plan, motion, slack, place)
         _check_statement(joint, job.layers.get(joint.crossing, (0, nan))[1], place)
-        # A ring that is cut from one piece cannot be laid on itself as a whole.
-        if joint.pieces[0] != joint.pieces[1]:
+        # A ring that is cut from one piece may wind back to its joint elsewhere, if it is wavy.
+        if joint.pieces[0] != joint.pieces[1] or job.options.get("strips") == "straight":
             thickness = job.supplies[plan.piece[joint.pieces[0]].thread].thickness_mm
-            pair = _Pair(plan, joint, first, motion, slack, thickness)
+            pair = _Pair(plan, joint, first, second, motion, slack, thickness)
             for fit in kind_of(joint).fits:
                 _FITS[fit](pair, place)
     check_layers(plan, developments, tally)
@@ -118,11 +119,13 @@ class _Pair:
         plan: CrossingMap,
         joint: Joint,
         first: Development,
+        second: Development,
         motion: Motion,
         slack: float,
         thickness: float | None,
     ) -> None:
         ends, begins = (plan.piece[name] for name in joint.pieces)
+        self.joint, self.begins, self.development = joint, begins, second
         self.slack, self.thickness, self.lap_mm = slack, thickness, joint.lap_mm
         self.panel = first.panels[-1]
         middle = self.panel.reshape(2, 2, 2).mean(axis=1)
@@ -179,6 +182,20 @@ def _check_lap(pair: _Pair, place: Place) -> None:
         f"its laps do not lie on one another over {pair.lap_mm:g} mm: {off:.3f} mm² stand out, in "
         "the mean by {}",
     )
+
+
+def _check_under(pair: _Pair, place: Place) -> None:
+    """Check that a long lap has crossings for itself, and ends where its thread goes under."""
+    stations, on = pair.begins.stations, lapped_stations(pair.development, pair.joint)
+    least = kind_of(pair.joint).crossings
+    place.expect(on + 1 >= least, f"its lap goes over {on + 1} crossings, not over {least}")
+    place.expect(not stations[on].over, "its lap does not end under a strand")
+    place.expect(
+        on < len(stations) - 1 or pair.begins.joints[1] is None,
+        "its lap goes on to the next joint of its thread",
+    )
+    held = [station.crossing for station in stations[1 : on + 1] if station.hole_mm is not None]
+    place.expect(not held, f"only one of its layers has the holes of crossings {held}")
 
 
 def _check_flush(pair: _Pair, place: Place, most_air: float = MOST_AIR_MM) -> None:
@@ -258,6 +275,7 @@ def _check_tab(pair: _Pair, place: Place) -> None:
 #: How pieces are checked, by the names that kinds of joints give it.
 _FITS: Mapping[str, Callable[[_Pair, Place], None]] = {
     "lap": _check_lap,
+    "under": _check_under,
     "flush": _check_flush,
     "abut": partial(_check_flush, most_air=EDGE_MM),
     "hold": _check_hold,

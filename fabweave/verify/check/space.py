@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.drawing import Floats, Ints
-from fabweave.verify.measure.development import kind_of
+from fabweave.verify.measure.development import kind_of, lapped_stations
 from fabweave.verify.measure.walks import Panels, Pass, edge_quads, follows_walk, measure_panels
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
@@ -193,6 +193,7 @@ def check_space(job: Job, tally: Tally) -> None:
     beside = np.linalg.norm(over - under - apart[:, None] * normal, axis=1)
     off = np.linalg.norm((over + under) / 2.0 - stated, axis=1)
     astray = np.linalg.norm(stated - quads.middle, axis=1)
+    doubled = _doubled(job, plan)
     for at, crossing in enumerate(both):
         place = tally.at(f"crossing {crossing.id}")
         place.at_least(
@@ -201,7 +202,7 @@ def check_space(job: Job, tally: Tally) -> None:
             LEAST_APART_MM,
             "the over strand stands {} outside the under strand",
         )
-        wanted = _layers_mm(job, plan, crossing)
+        wanted = _layers_mm(job, crossing, doubled)
         place.at_least(
             "air_mm",
             apart[at] - wanted,
@@ -221,10 +222,22 @@ def check_space(job: Job, tally: Tally) -> None:
         )
 
 
-def _layers_mm(job: Job, plan: CrossingMap, crossing: Crossing) -> float:
+def _doubled(job: Job, plan: CrossingMap) -> set[tuple[int, bool]]:
+    """Return at which crossings the strand over, or the one under, has two layers."""
+    doubled = set()
+    for joint in plan.joints:
+        begins = job.developments.get(joint.pieces[1])
+        if kind_of(joint).laps and begins is not None:
+            stations = plan.piece[joint.pieces[1]].stations
+            lapped = stations[: 1 + lapped_stations(begins, joint)]
+            doubled |= {(station.crossing, station.over) for station in lapped}
+    return doubled
+
+
+def _layers_mm(job: Job, crossing: Crossing, doubled: set[tuple[int, bool]]) -> float:
     """Return how far apart the middles of two strands must be; 0 if the settings do not say.
 
-    Half of the strand above, half of what lies below (twice its thickness where it laps), and the
+    Half of what lies above, half of what lies below (twice its thickness where it laps), and the
     clearance.
     """
     above, below = (
@@ -232,10 +245,8 @@ def _layers_mm(job: Job, plan: CrossingMap, crossing: Crossing) -> float:
     )
     if above is None or below is None:
         return 0.0
-    station = plan.piece[crossing.under.piece].stations[crossing.under.station]
-    joint = None if station.joint is None else plan.joint.get(station.joint)
-    lapped = joint is not None and kind_of(joint).laps
-    return (above + below * (2 if lapped else 1)) / 2.0 + (job.clearance_mm or 0.0)
+    layers = [1 + ((crossing.id, over) in doubled) for over in (True, False)]
+    return (above * layers[0] + below * layers[1]) / 2.0 + (job.clearance_mm or 0.0)
 
 
 def _check_course(

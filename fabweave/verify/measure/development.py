@@ -39,6 +39,8 @@ class JointKind:
         middle of the crossing to a shape of the joint's own. Others end half a lap beyond it.
     fastened : bool
         Whether fasteners hold it.
+    crossings : int
+        Over how many crossings its pieces lap at least.
     """
 
     name: str
@@ -46,6 +48,7 @@ class JointKind:
     laps: bool = False
     shaped: tuple[bool, bool] = (False, False)
     fastened: bool = False
+    crossings: int = 1
 
     @property
     def slotted(self) -> bool:
@@ -53,12 +56,16 @@ class JointKind:
         return "tab" in self.fits
 
 
+#: A lap ends with a crossing panel to this.
+_LAPPED_MM = 0.05
+
 KINDS: Mapping[str, JointKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
             JointKind("rivet", ("lap",), laps=True, fastened=True),
             JointKind("glue", ("lap",), laps=True),
+            JointKind("tuck", ("lap", "under"), laps=True, crossings=3),
             JointKind("dovetail", ("flush", "hold"), shaped=(True, True)),
             JointKind("slot", ("tab",), laps=True, shaped=(True, False)),
             JointKind("none", ("abut",), shaped=(True, True)),
@@ -97,8 +104,15 @@ def _reach(joint: Joint | None, side: int) -> Reach:
         return Reach()
     if kind_of(joint).shaped[side]:
         return Reach(0.0, shaped=True)
-    half = None if joint.lap_mm is None else joint.lap_mm / 2.0
-    return Reach(half)
+    return Reach(lap_reach(joint)[1 - side])
+
+
+def lap_reach(joint: Joint) -> tuple[float | None, float | None]:
+    """Return how far a lap goes behind and ahead of the middle of its crossing."""
+    if joint.lap_mm is None:
+        return None, None
+    ahead = joint.lap_mm / 2.0 if joint.ahead_mm is None else joint.ahead_mm
+    return joint.lap_mm - ahead, ahead
 
 
 def cut_rungs(rungs: Floats, first: int, last: int, ends: tuple[Reach, Reach]) -> Floats:
@@ -123,19 +137,19 @@ def cut_rungs(rungs: Floats, first: int, last: int, ends: tuple[Reach, Reach]) -
 
 
 def lap_rungs(window: Floats, panel: Floats, joint: Joint) -> Floats:
-    """Return the rungs of a ribbon where it laps at a joint: half the lap to either side.
+    """Return the rungs of a ribbon where it laps at a joint.
 
     Parameters
     ----------
     window : (N, 2, 2) float array
-        Laid rungs, from before the joint's crossing panel to after it.
+        Laid rungs, from before the lap to after it.
     panel : (4, 2) float array
         The corners of that panel: right and left where the ribbon enters, then where it leaves.
     joint : Joint
     """
-    half = Reach((joint.lap_mm or 0.0) / 2.0)
+    behind, ahead = (Reach(mm or 0.0) for mm in lap_reach(joint))
     entered = int(np.argmin(np.hypot(*(window[:, 0] - panel[0]).T)))
-    return cut_rungs(window, entered, entered, (half, half))
+    return cut_rungs(window, entered, entered, (behind, ahead))
 
 
 def ring_of_rungs(rungs: Floats) -> Floats:
@@ -162,7 +176,8 @@ class Development:
     space : (S, 4, 3) float array
         The same corners in the model.
     window : (N, 2, 2) float array
-        The rungs from the panel before the piece to the panel after it, as far as there are any.
+        The rungs from the panel before the piece to the panel after it, or after its lap's last
+        one, as far as there are any.
     slack_mm : float
         What the model's rounding to 32 bits may have added to any deviation.
     """
@@ -182,6 +197,16 @@ class Development:
     def outline(self) -> Floats:
         """The rails as one ring: along the right one and back along the left one."""
         return np.concatenate([self.rungs[:, 0], self.rungs[::-1, 1]])
+
+
+def lapped_stations(development: Development, joint: Joint) -> int:
+    """Return how many crossings after its first one the piece that begins at a joint laps over."""
+    middle, panels = development.rungs.mean(axis=1), development.panels
+    run = np.append(0.0, np.cumsum(np.hypot(*np.diff(middle, axis=0).T)))
+    sides = panels.reshape(-1, 2, 2, 2).mean(axis=2)
+    at = np.hypot(*np.moveaxis(sides[:, :, None] - middle, -1, 0)).argmin(axis=2)
+    ahead = run[at[:, 1]] - run[at[0]].mean()
+    return int(np.count_nonzero(ahead[1:] <= (lap_reach(joint)[1] or 0.0) + _LAPPED_MM))
 
 
 def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Development]:
@@ -204,13 +229,29 @@ def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Deve
         if thread.label not in steps_of:
             steps_of[thread.label] = lay_steps(strip)
         result[piece.id] = _develop(
-            piece, strip, steps_of[thread.label], start, reaches(plan, piece)
+            piece,
+            strip,
+            steps_of[thread.label],
+            start,
+            reaches(plan, piece),
+            _panels_on(plan, piece),
         )
     return result
 
 
+def _panels_on(plan: CrossingMap, piece: Piece) -> int:
+    """Return how many panels on from its last one a piece is looked at."""
+    joint = plan.joint.get(piece.joints[1]) if piece.joints[1] is not None else None
+    return 1 if joint is None or joint.ahead_mm is None else 2 * kind_of(joint).crossings
+
+
 def _develop(
-    piece: Piece, strip: Strip, steps: Steps, start: int, ends: tuple[Reach, Reach]
+    piece: Piece,
+    strip: Strip,
+    steps: Steps,
+    start: int,
+    ends: tuple[Reach, Reach],
+    panels_on: int,
 ) -> Development:
     """Unfold one piece and lay it on itself by its stations."""
     begin, end = panel_bounds(strip, start, len(piece.stations))
@@ -227,8 +268,10 @@ def _develop(
     before, after = first, last
     if strip.closed or start > 0:
         before -= int((strip.entry[start] - strip.exit[(start - 1) % size]) % count)
-    if strip.closed or final < size - 1:
-        after += int((strip.entry[(final + 1) % size] - strip.exit[final % size]) % count)
+    if not strip.closed:
+        panels_on = min(panels_on, size - 1 - final)
+    if panels_on:
+        after += int((strip.entry[(final + panels_on) % size] - strip.exit[final % size]) % count)
     window = unfold(strip, steps, before, after)
     panels = np.concatenate([window[begin - before], window[end - before]], axis=1)
     rungs = window[first - before : last - before + 1]
