@@ -129,7 +129,7 @@ SPOILT = {
     "fasten": ("some", "every:1", "form:0mm", 3),
     "former": ("marble", "", "card:!", 3),
     "fastener": ("nail", "m99", "screw-m3,9mm", "2m", 3),
-    "joint": ("weld", "rivet:9", "glue:2", 2, None),
+    "joint": ("weld", "rivet:9", "glue:2", "tuck,lap=30mm", 2, None),
     "lap_mm": (*NO_NUMBERS, 0, "auto"),
     "sheets": ("600x400mm", [(600, 400)], (SheetSize(0.0, 5.0),), (SheetSize(math.nan, 5.0),),
                (SheetSize(9e9, 5.0),), (SheetSize(9.0, 9.0, 0),), (SheetSize(9.0, 9.0, "3"),),

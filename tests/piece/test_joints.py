@@ -9,7 +9,7 @@ from random_jobs import random_job
 from splitting import split_threads
 from weaving_meshes import meshes
 
-from fabweave.core.errors import InputError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -338,5 +338,19 @@ def test_verify_knows_the_same_kinds_and_what_they_are():
 def test_joints_are_read():
     assert parse_joint("rivet") == JointRule()
     assert parse_joint("Rivet:3,lap=12mm") == JointRule(KINDS["rivet"], 3, 12.0)
-    with pytest.raises(InputError, match="has no lap"):
+    with pytest.raises(InputError, match="none"):
         parse_joint("none,lap=12mm")
+
+
+def test_long_laps_are_refused_where_strips_differ_in_thickness():
+    mesh = shape_at("torus?m=12&n=8")
+    halfedges = build_halfedges(mesh)
+    weave = plain_weave(trace_threads(halfedges))
+    ribbons = smooth_ribbons(project_ribbons(mesh, halfedges, weave, height_mm=0.25), 2)
+    labels = thread_labels(weave.threads.n_threads)
+    runs = split_threads(ribbons, weave, length_mm=300.0, fits=lambda _: True, labels=labels)
+    thickness = np.full(weave.threads.n_threads, 0.5)
+    assert plan_joints(ribbons, weave, runs, parse_joint("tuck"), thickness).beside.size
+    thickness[0] = 0.8
+    with pytest.raises(CannotMakeError):
+        plan_joints(ribbons, weave, runs, parse_joint("tuck"), thickness)
