@@ -361,7 +361,7 @@ const PLAY_MS = 2600;
   window.addEventListener("hashchange", readAddress);
   by("slider").max = last;
   for (const option of by("colours").options) option.hidden = !schemes.includes(option.value);
-  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.spares.length ? `${plan.spares.length} spare${plan.spares.length === 1 ? "" : "s"}, ` : ""}${plan.plan.joints.length} joints, ${plan.sheets.length} sheet${plan.sheets.length === 1 ? "" : "s"}`;
+  by("facts").textContent = `${plan.pieces.length} pieces, ${plan.spares.length ? `${plan.spares.length} spare${plan.spares.length === 1 ? "" : "s"}, ` : ""}${plan.plan.joints.length} joints, ${plan.sheets.length} ${plan.sheets[0].roll_mm ? "roll" : "sheet"}${plan.sheets.length === 1 ? "" : "s"}`;
   if (space) {
     const dark = matchMedia("(prefers-color-scheme: dark)"), paper = () => space.paper(getComputedStyle(by("space")).getPropertyValue("--paper").trim());
     dark.addEventListener("change", paper);
