@@ -194,11 +194,15 @@ def test_the_table_of_materials_is_that_of_the_library():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("row", "shape", "size"),
-    [(0, "shape:octahedron", "200mm"), (2, "shape:torus?m=24&n=12", "400mm")],
+    ("row", "words"),
+    [
+        (0, "shape:octahedron --size 200mm"),
+        (1, f"{ROOT / 'examples' / 'lampshade.obj'} --size 300mm --pattern twill --boundary turn"),
+        (2, "shape:torus?m=24&n=12 --size 400mm"),
+    ],
 )
-def test_figures_of_the_guide_are_those_of_a_job(finished, row, shape, size):
-    job = finished(shape, "--size", size, "--effort", "quick")
+def test_figures_of_the_guide_are_those_of_a_job(finished, row, words):
+    job = finished(*words.split(), "--effort", "quick")
     waste = json.loads((job / "waste.json").read_text("utf-8"))
     plan = json.loads((job / "crossing_map.json").read_text("utf-8"))
     _, *told, time = rows(page("design"), "object")[row]

@@ -56,7 +56,7 @@ ROUGH = {
     "torus": lambda: (shaken(RING, 0), FINE_RING),
     "hypar": lambda: (shaken(hypar(8, 8, 100.0, 20.0), 2), hypar(20, 20, 100.0, 20.0)),
     "hemisphere": lambda: (shaken(hemisphere(4, 50.0), 4), hemisphere(16, 50.0)),
-    "triangles": lambda: (shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5, 0.06), FINE_RING),
+    "triangles": lambda: (shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5), FINE_RING),
 }
 rough = pytest.mark.parametrize("name", ROUGH)
 
