@@ -178,8 +178,9 @@ def lap_beyond(ribbons: Ribbons, weave: Weave, rule: JointRule) -> float:
 
     Of laps that go on to one side only, it is half of what they do there.
     """
-    passes = np.flatnonzero(~weave.over)
-    if (rule.lap_mm is None and rule.kind.crossings == 1) or not len(passes):
+    long = rule.kind.crossings > 1
+    passes = np.flatnonzero(~(weave.over & long))
+    if not len(passes) or (rule.lap_mm is None and not long):
         return 0.0
     beyond = _passes_beyond(weave, passes, rule.kind.crossings, joined=False)
     strips, entry, last = _windows(ribbons, weave.threads, passes, beyond)
