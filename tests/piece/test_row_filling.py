@@ -16,7 +16,7 @@ from fabweave.piece.joined_strands import object_repeats, plan_pieces
 from fabweave.piece.outline import strip_outlines
 from fabweave.piece.split.row_filling import climb
 from fabweave.plan.ask import brief_of
-from fabweave.stock.sheet_size import parse_roll, usable_size
+from fabweave.stock.sheet_size import SheetSize, parse_roll, usable_size
 
 ROW_MM = 100.0
 
@@ -82,6 +82,16 @@ def test_a_ball_wastes_no_more_of_rows_than_cut_without_a_thought_for_them(
     assert max(filled) <= (length_mm or row_mm)
     assert len(fill_rows(filled, row_mm)) <= len(fill_rows(plain, row_mm))
     assert len(filled) <= 1.25 * len(plain)
+
+
+def test_no_strip_lies_askew_on_a_sheet_that_is_longer_that_way(ball) -> None:
+    woven, settings, supplies = ball
+    stock = (SheetSize(320.0, 320.0),)
+    each = tuple(replace(supply, sheets=stock) for supply in supplies.each)
+    brief = brief_of(settings, replace(supplies, sheets=stock, each=each))
+    plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief)
+    outlines = strip_outlines(unfold_runs(woven.ribbons, plan.runs))
+    assert max(float(np.ptp(outline[:, 0])) for outline in outlines) <= 300.0 + 1e-6
 
 
 def test_rolls_have_no_rows_to_fill(ball, monkeypatch) -> None:

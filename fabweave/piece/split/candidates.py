@@ -790,7 +790,7 @@ def sheet_area(
     [1683.6]
     """
     inflated = rim_mm * (bed.gap_mm / 2)
-    if bed.straight:
-        return np.asarray((area_mm2 + inflated) / _FULL_ROWS)
     taken = _AREA_SHARE * (area_mm2 + inflated) + _HULL_SHARE * (hull_mm2 + inflated)
+    if bed.straight:
+        taken = (area_mm2 + inflated) / _FULL_ROWS
     return np.where(extent_mm > bed.side_mm, np.maximum(taken, bed.askew_mm2), taken)
