@@ -49,31 +49,40 @@ def fill_rows(lengths: Sequence[float], row_mm: float, gap_mm: float = 0.0) -> l
     """
     steps = np.ceil((np.array(lengths) + gap_mm) / _STEP_MM - _SAME_MM).astype(np.int64)
     room = int((row_mm + gap_mm) / _STEP_MM + _SAME_MM)
-    left = sorted(range(len(steps)), key=lambda at: (-lengths[at], at))
+    sizes = steps.tolist()
+    left = sorted(range(len(sizes)), key=lambda at: (-lengths[at], at))
     rows = []
     while left:
         first = left.pop(0)
-        free = max(min(room - int(steps[first]), int(steps[left].sum())), 0)
-        # Which length brought each sum about that can be reached; those before it are before it.
-        by = np.full(free + 1, -1, dtype=np.int64)
-        reached = np.zeros(free + 1, dtype=np.bool_)
-        reached[0] = True
-        for place, at in enumerate(left):
-            size = int(steps[at])
-            if size > free:
-                continue
-            new = np.flatnonzero(reached[: free + 1 - size] & ~reached[size:]) + size
-            reached[new], by[new] = True, place
-            if reached[free]:
+        free = max(min(room - sizes[first], sum(sizes[at] for at in left)), 0)
+        # Bit by bit, which sums can be reached with the lengths up to each.
+        reached, within = [1], (2 << free) - 1
+        for at in left:
+            if reached[-1] >> free:
                 break
-        total, row = int(np.flatnonzero(reached)[-1]), []
-        while total:
-            row.append(int(by[total]))
-            total -= int(steps[left[row[-1]]])
-        rows.append([first, *(left[place] for place in sorted(row))])
-        for place in sorted(row, reverse=True):
-            del left[place]
+            reached.append((reached[-1] | reached[-1] << sizes[at]) & within)
+        total, row = reached[-1].bit_length() - 1, [first]
+        for place in range(len(reached) - 1, 0, -1):
+            if not reached[place - 1] >> total & 1:
+                row.insert(1, left.pop(place - 1))
+                total -= sizes[row[1]]
+        rows.append(row)
     return rows
+
+
+def row_rests(lengths: Sequence[float], row_mm: float, gap_mm: float = 0.0) -> float:
+    """Return what strips waste of rows: of each row its rest, times the share that is full.
+
+    The rest of a row that is nearly empty is as good as new.
+
+    Examples
+    --------
+    >>> row_rests([6.0, 5.0, 4.0], 10.0)
+    2.5
+    """
+    rows = fill_rows(lengths, row_mm, gap_mm)
+    full = np.array([sum(lengths[at] for at in row) for row in rows]) / row_mm
+    return float(row_mm * (full * (1.0 - full)).sum())
 
 
 def nest_strips(

@@ -27,7 +27,7 @@ from fabweave.piece.joint.ends import CutStrips, cut_strips, overlapping_ends
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import JointPlan, lap_beyond, laps_meeting, plan_joints
-from fabweave.piece.on_stock import outlines_with_place, rough_nesting, sheet_price
+from fabweave.piece.on_stock import outlines_with_place, rough_nesting, sheet_price, strip_rests
 from fabweave.piece.outline import resting_frame, simple, strip_outlines
 from fabweave.piece.settings import PieceSettings
 from fabweave.piece.split.candidates import Bed, Candidates, list_candidates
@@ -47,6 +47,7 @@ from fabweave.piece.split.preferences import (
     Workshop,
 )
 from fabweave.piece.split.repeats import Repeats, find_repeats, repeating, window_kinds
+from fabweave.piece.split.row_filling import Rests
 from fabweave.piece.split.splitting import choose_runs, find_self_crossing, joined_runs, some_runs
 from fabweave.ribbon.lay import (
     WovenObject,
@@ -76,6 +77,8 @@ _BENT = math.pi / 2
 #: Strips from a roll are no longer if nobody says: two arms measure them, and draw them through
 #: the weave; an estimate.
 _REACH_MM = 2000.0
+#: A strip that is this share shorter than a row fits in it, whatever is rounded.
+_ROOM = 1e-3
 
 
 def plan_pieces(
@@ -133,6 +136,14 @@ def plan_pieces(
     room = room_for_joints(ribbons, weave, brief.rules)
     if bunches is None:
         bunches = np.zeros(weave.threads.n_threads, dtype=np.int64)
+    rests = None
+    if brief.ribbons.straight:
+        bed = replace(bed, straight=True)
+        # Of one width, strips have room nowhere if not everywhere.
+        room = room if room is None or room.any() else None
+        if _lie_in_rows(brief):
+            wide, gap = float(ribbon_widths(ribbons).max()), supplies.gap_mm + 2 * beyond
+            rests = strip_rests(supplies.of(bunches), _row_mm(bed, wide), gap, wide)
     workshop = _workshop(supplies, bunches)
     likes = None
     if repeats is None and settings.kinds in LIKE_PRICES and (earlier is None or earlier.likes):
@@ -141,7 +152,7 @@ def plan_pieces(
     prices = KIND_PRICES if likes is None else LIKE_PRICES
     around = laps_meeting(weave, parse_joint(settings.joint).kind.crossings)
 
-    def cut(length: float, threads: IntArray | None = None) -> Runs:
+    def cut(length: float, threads: IntArray | None = None, rests: Rests | None = rests) -> Runs:
         limit = np.inf if asked is None else max(asked, length) - 2 * beyond
         return choose_runs(
             candidates,
@@ -156,6 +167,7 @@ def plan_pieces(
             kind_price=prices[settings.kinds] or 0.0,
             likes=likes,
             around=around,
+            rests=rests,
         )
 
     def told(length: float, runs: Runs, scale: float = 1.0) -> Choice:
@@ -174,12 +186,12 @@ def plan_pieces(
     count = np.diff(candidates.sites.offsets)
     scale = float(count.sum() / max(count[some].sum(), 1))
     lengths = _lengths(candidates, side, beyond)
-    choices = tuple(told(length, cut(length, some), scale) for length in lengths)
+    choices = tuple(told(length, cut(length, some, None), scale) for length in lengths)
     if asked is not None and as_asked is not None:
         return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None, likes is not None)
     best = preferred(choices, settings.prefer)
     runs = cut(best.length_mm)
-    chosen = best if best.exact else told(best.length_mm, runs)
+    chosen = best if best.exact and rests is None else told(best.length_mm, runs)
     return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer, likes is not None)
 
 
@@ -235,6 +247,21 @@ def _bed(supplies: Supplies, margin_mm: float) -> tuple[Bed, float]:
         rough_nesting(supplies),
     )
     return bed, min(sides)
+
+
+def _lie_in_rows(brief: Brief) -> bool:
+    """Return whether straight strips are laid in rows, of which something may be left over."""
+    square = parse_joint(brief.pieces.joint).kind.shape is None
+    sheets = brief.supplies.sheets
+    return square and not any(sheet.is_roll or sheet.outline or sheet.defects for sheet in sheets)
+
+
+def _row_mm(bed: Bed, wide_mm: float) -> float:
+    """Return the length of the longest row in which strips may lie."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    sides = bed.free_mm or ()
+    fitting = [side for side in sides if bed.fits(corners * ((1.0 - _ROOM) * side, wide_mm))]
+    return max(fitting, default=bed.side_mm)
 
 
 def _lengths(candidates: Candidates, side_mm: float, beyond_mm: float) -> list[float]:

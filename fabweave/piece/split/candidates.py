@@ -632,6 +632,8 @@ JOINT_WORTH = 4.0
 _EVEN_SHARE = 0.1
 #: How much sheet a nested piece takes: so much of its area and of its convex hull's.
 _AREA_SHARE, _HULL_SHARE = 1.07, 0.31
+#: So full rows of straight strips are, but for the height of sheets that is left.
+_FULL_ROWS = 0.95
 #: A piece that passes fewer crossings is hardly held by the weave; avoided where possible.
 FEWEST_PASSES = 3
 
@@ -654,6 +656,8 @@ class Bed:
     packed : callable, optional
         What sheets some outlines take, each with the number of its supply, by laying them on
         sheets; None where there is no room for them.
+    straight : bool
+        Whether pieces are straight strips of one width, which lie in rows.
     """
 
     fits: Callable[[FloatArray], bool]
@@ -661,6 +665,7 @@ class Bed:
     gap_mm: float = 0.0
     free_mm: tuple[float, float] | None = None
     packed: Callable[[Sequence[FloatArray], IntArray], SheetsNeeded | None] | None = None
+    straight: bool = False
 
     @property
     def side_mm(self) -> float:
@@ -801,4 +806,6 @@ def sheet_area(
     """
     inflated = rim_mm * (bed.gap_mm / 2)
     taken = _AREA_SHARE * (area_mm2 + inflated) + _HULL_SHARE * (hull_mm2 + inflated)
+    if bed.straight:
+        taken = (area_mm2 + inflated) / _FULL_ROWS
     return np.where(extent_mm > bed.side_mm, np.maximum(taken, bed.askew_mm2), taken)

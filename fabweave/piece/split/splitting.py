@@ -36,6 +36,7 @@ from fabweave.piece.split.candidates import (
     station_of_site,
 )
 from fabweave.piece.split.repeats import KindPrices, Repeats
+from fabweave.piece.split.row_filling import Rests, Worth, climb
 from fabweave.piece.split.shortest_path import Joints, Orbit, Solve, list_orbits
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
@@ -276,6 +277,10 @@ def _overlap_mm2(strip: Strips) -> float:
 _NEAR_SHARE = 0.25
 #: Where another kind of joint would come of that, by so much.
 _LOST_SHARE = 4.0
+#: Rows of straight strips are filled in so many rounds through all threads.
+_SWEEPS = 3
+#: So many pieces are dealt to rows for that at most, again and again: what takes some ten seconds.
+_MOST_DEALT = 400_000
 
 
 def choose_runs(
@@ -292,6 +297,7 @@ def choose_runs(
     kind_price: float = 0.0,
     likes: IntArray | None = None,
     around: IntArray | None = None,
+    rests: Rests | None = None,
 ) -> Runs:
     """Cut every thread at crossings where it goes under, at the least cost.
 
@@ -328,6 +334,9 @@ def choose_runs(
     likes : (N, D) int array, optional
         The kind of each candidate, as of :func:`window_kinds`, where threads are cut so that pieces
         repeat although no rotation carries them onto one another.
+    rests : callable, optional
+        What area of rows straight strips waste: cuts are then changed while they waste less for
+        what that costs.
 
     around : (X, N) int array, optional
         Beside a joint at each crossing, one at these is made otherwise than asked; by default,
@@ -345,7 +354,12 @@ def choose_runs(
     price_mm2 = kind_price * joint_price(candidates)
     priced = None if likes is None else KindPrices(likes, price_mm2)
     shorter = min(length_mm, max_length_mm)
-    cuts = _Cutter(candidates, bed, joints, price_mm2, priced, shorter).cut(threads, repeats)
+    # Cut by itself, a thread has no kinds.
+    kind_mm2 = 0.0 if repeats is None else price_mm2
+    cutter = _Cutter(candidates, bed, joints, kind_mm2, priced, shorter)
+    cuts = cutter.cut(threads, repeats)
+    if rests is not None:
+        cutter.fill_rows(cuts, threads, repeats, rests)
     lost = _lost(cuts)
     if len(lost) and length_mm < max_length_mm:
         longer = _Cutter(candidates, bed, joints, price_mm2, priced, max_length_mm)
@@ -393,7 +407,7 @@ class _Cutter:
     ) -> None:
         self._all, self._bed, self._joints = candidates, bed, joints
         self._kind_mm2, self._likes = kind_mm2, likes
-        self._outer = candidates.sites.outer
+        self._outer, self._dealt = candidates.sites.outer, 0
         self._cost = price_candidates(candidates, bed, longest_mm)
         self._fitting = (candidates.windows.room_mm > candidates.slack) & bool(bed.usable)
 
@@ -405,34 +419,102 @@ class _Cutter:
         dict
             For each thread the sites, counted in it, at which its pieces begin.
         """
-        sites, price, outer = self._all.sites, joint_price(self._all), self._outer
         cuts: dict[int, IntArray | None] = {}
         # In a second sweep, each is cut beside the joints of all others.
-        for orbit in [*list_orbits(sites, threads, repeats)] * 2:
-            begin = sites.offsets[orbit.threads]
-            rows = begin[:, None] + orbit.there
-            for thread in orbit.threads.tolist():
-                earlier = cuts.get(thread)
-                if earlier is not None:
-                    self._count(thread, earlier, -1)
-            beside = orbit.beside(sites.crossing[rows], self._joints)
-            joint = np.where(outer[rows[0]], 0.0, price + beside)
-            # The site at which each candidate ends.
-            count, width = rows.shape[1], self._cost.shape[1]
-            target = np.arange(count)[:, None] + np.arange(1, width + 1)
-            more = joint[target % count if orbit.closed else np.minimum(target, count - 1)]
-            if self._likes is not None:
-                more += self._likes.costs(rows[0])
-            cut = self._cut_orbit(orbit, more)
-            for number, thread in enumerate(orbit.threads.tolist()):
-                cuts[thread] = None
-                if cut is not None:
-                    ways = begin[number] + orbit.ways(cut, number)
-                    costs = np.where(outer[ways], 0.0, self._joints.costs(sites.crossing[ways]))
-                    best = int(np.argmin(np.round(costs.sum(axis=1), 3)))
-                    cuts[thread] = chosen = ways[best] - begin[number]
-                    self._count(thread, chosen, 1)
+        for orbit in [*list_orbits(self._all.sites, threads, repeats)] * 2:
+            self._take_away(orbit, cuts)
+            self._put(orbit, self._cut_orbit(orbit, self._more(orbit)), cuts)
         return cuts
+
+    def _rows(self, orbit: Orbit) -> IntArray:
+        """Return the sites of all threads of an orbit, in the order of the first one's, (K, n)."""
+        return np.asarray(self._all.sites.offsets[orbit.threads][:, None] + orbit.there)
+
+    def _more(self, orbit: Orbit) -> FloatArray:
+        """Return what candidates of an orbit's first thread cost more than their sheet, (n, D)."""
+        rows, price = self._rows(orbit), joint_price(self._all)
+        beside = orbit.beside(self._all.sites.crossing[rows], self._joints)
+        joint = np.where(self._outer[rows[0]], 0.0, price + beside)
+        # The site at which each candidate ends.
+        count, width = rows.shape[1], self._cost.shape[1]
+        target = np.arange(count)[:, None] + np.arange(1, width + 1)
+        more = joint[target % count if orbit.closed else np.minimum(target, count - 1)]
+        return more if self._likes is None else more + self._likes.costs(rows[0])
+
+    def _take_away(self, orbit: Orbit, cuts: Mapping[int, IntArray | None]) -> None:
+        """Take away the joints and pieces of an orbit, if there are any."""
+        for thread in orbit.threads.tolist():
+            earlier = cuts.get(thread)
+            if earlier is not None:
+                self._count(thread, earlier, -1)
+
+    def _put(self, orbit: Orbit, cut: IntArray | None, cuts: dict[int, IntArray | None]) -> None:
+        """Cut all threads of an orbit as the first one, where joints cost least."""
+        sites = self._all.sites
+        for number, thread in enumerate(orbit.threads.tolist()):
+            cuts[thread] = None
+            if cut is not None:
+                ways = sites.offsets[thread] + orbit.ways(cut, number)
+                costs = np.where(self._outer[ways], 0.0, self._joints.costs(sites.crossing[ways]))
+                best = int(np.argmin(np.round(costs.sum(axis=1), 3)))
+                cuts[thread] = chosen = ways[best] - sites.offsets[thread]
+                self._count(thread, chosen, 1)
+
+    def fill_rows(
+        self,
+        cuts: dict[int, IntArray | None],
+        threads: IntArray,
+        repeats: Repeats | None,
+        rests: Rests,
+    ) -> None:
+        """Change cuts, orbit after orbit, while straight strips waste less of rows for the cost."""
+        for orbit in [*list_orbits(self._all.sites, threads, repeats)] * _SWEEPS:
+            cut, sites = cuts[int(orbit.threads[0])], orbit.there.shape[1]
+            if cut is not None and sites > 1:
+                self._take_away(orbit, cuts)
+                worth = self._worth(orbit, cuts, rests)
+                self._put(orbit, climb(cut, sites, worth, closed=orbit.closed), cuts)
+
+    def _worth(self, orbit: Orbit, cuts: Mapping[int, IntArray | None], rests: Rests) -> Worth:
+        """Return what tells the cost of cutting the threads of an orbit beside all others."""
+        mates = orbit.threads.tolist()
+        cost = self._cost[self._rows(orbit)[0]] + self._more(orbit)
+        others = {
+            thread: self._lengths(thread, cut)
+            for thread, cut in cuts.items()
+            if cut is not None and thread not in mates
+        }
+
+        def worth(cut: IntArray, limit: float) -> float:
+            ahead = self._ahead(mates[0], cut)
+            if ahead.max() >= cost.shape[1]:
+                return np.inf
+            own = len(mates) * float(cost[cut, ahead].sum()) + self._kind_mm2 * orbit.kinds(cut)
+            if own >= limit or self._dealt > _MOST_DEALT or not self._all_fit(mates[0], cut):
+                return np.inf
+            lengths = others | dict.fromkeys(mates, self._lengths(mates[0], cut))
+            self._dealt += sum(map(len, lengths.values()))
+            return own + rests(lengths)
+
+        return worth
+
+    def _lengths(self, thread: int, cut: IntArray) -> FloatArray:
+        """Return how long the pieces of a thread are."""
+        row = self._all.sites.offsets[thread] + cut
+        return np.asarray(self._all.windows.length_mm[row, self._ahead(thread, cut)])
+
+    def _all_fit(self, thread: int, cut: IntArray) -> bool:
+        """Say whether all pieces of a thread fit the stock; the cost of others becomes infinite."""
+        row, ahead = self._all.sites.offsets[thread] + cut, self._ahead(thread, cut)
+        doubtful = ~self._fitting[row, ahead]
+        row, ahead = row[doubtful], ahead[doubtful]
+        if not len(row):
+            return True
+        first = station_of_site(self._all.course, self._all.sites)[row]
+        fit = self._fit(first, first + self._all.windows.passes[row, ahead] - 1)
+        self._fitting[row[fit], ahead[fit]] = True
+        self._cost[row[~fit], ahead[~fit]] = np.inf
+        return bool(fit.all())
 
     def _count(self, thread: int, cut: IntArray, times: int) -> None:
         """Add the joints and the pieces of a thread to those that there are, or take them away."""
@@ -481,20 +563,13 @@ class _Cutter:
             return 0.0, np.zeros(1, dtype=np.int64) if fits else None
         block = count // times
         while True:
-            total, cut = solve((self._cost[rows] + more)[:block])
+            cost = (self._cost[rows] + more).reshape(times, block, -1)
+            # What fits not in one repeat is cut in none.
+            total, cut = solve(np.where(np.isinf(cost).any(axis=0), np.inf, cost[0]))
             if not np.isfinite(total):
                 return np.inf, None
             cut = (np.arange(times)[:, None] * block + cut).ravel()
-            row, ahead = sites.offsets[thread] + cut, self._ahead(thread, cut)
-            doubtful = ~self._fitting[row, ahead]
-            row, ahead = row[doubtful], ahead[doubtful]
-            if not len(row):
-                return total, cut
-            first = station_of_site(course, sites)[row]
-            fit = self._fit(first, first + self._all.windows.passes[row, ahead] - 1)
-            self._fitting[row[fit], ahead[fit]] = True
-            self._cost[row[~fit], ahead[~fit]] = np.inf
-            if fit.all():
+            if self._all_fit(thread, cut):
                 return total, cut
 
     def _fit(self, first: IntArray, last: IntArray) -> BoolArray:
