@@ -15,6 +15,7 @@ from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import (
+    BoolArray,
     FloatArray,
     IntArray,
     Progress,
@@ -24,12 +25,14 @@ from fabweave.core.arrays import (
     unit,
 )
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.messages import agree
 from fabweave.form.body import MOST_CROSSINGS, elastic_threads
 from fabweave.form.net import Net, State, cut_inner, end_frames, strains
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import woven_net
 from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import face_centres
 from fabweave.mesh.triangulate import plain_triangles
 from fabweave.ribbon.lay import WovenObject, lay_object
 from fabweave.ribbon.measures import panel_widths
@@ -63,6 +66,8 @@ _NARROWER, _TRIES = 0.86, 5
 _FEW, _CLOSE = 0.01, 0.5
 #: Ribbons are exact to this share of their width; in so many steps at most.
 _EXACT, _STEPS = 1e-11, 25
+#: Crossings lie no farther from the middle of their quad than this share of its size.
+_PLACE = 0.2
 #: What is added to equations, a share of their size, lest two of them say the same.
 _RIDGE = 1e-13
 
@@ -135,7 +140,44 @@ def straightened(
                 near = measure_clearance(ribbons, weave, limits)[0].margins
                 if len(near) <= _FEW * threads.n_crossings and near.min(initial=1.0) >= _CLOSE:
                     break
+    if astray := int(np.count_nonzero(_astray(woven, ribbons))):
+        raise CannotMakeError(
+            f"straight strips miss the edges of the mesh at {agree(astray, '{n} crossing[|s]')}: a "
+            "finer mesh, a smoother one (--fair) or triangles would help, or --strips wavy"
+        )
     return replace(woven, ribbons=ribbons, straight=True)
+
+
+def _astray(woven: WovenMesh, ribbons: Ribbons) -> BoolArray:
+    """Return at which crossings a ribbon does not run as its thread does, there and outside, (X,).
+
+    It comes from the face that its thread comes from and goes to the one beyond, from the left or
+    from the right, and looks outward; and both lie near the middle of the crossing's quad.
+    """
+    threads, halfedges = woven.weave.threads, woven.halfedges
+    vertices, centres = woven.mesh.vertices, face_centres(woven.mesh)
+    other = halfedges.twin[threads.halfedge]
+    tail, head = vertices[halfedges.tail[threads.halfedge]], vertices[halfedges.tail[other]]
+    here, there = centres[halfedges.face[threads.halfedge]], centres[halfedges.face[other]]
+    edge, beyond = head - tail, there - here
+    inward = np.cross(edge, beyond)
+    middle = (ribbons.right + ribbons.left) / 2.0
+    way = middle[ribbons.entry + 1] - middle[ribbons.entry]
+
+    def turn(first: FloatArray, second: FloatArray) -> FloatArray:
+        return np.einsum("pd,pd->p", np.cross(first, second), inward)
+
+    sides = [ribbons.left[at] - ribbons.right[at] for at in (ribbons.entry, ribbons.entry + 1)]
+    kept = turn(edge, way) > 0.0
+    kept &= (turn(way, beyond) > 0.0) == threads.forward
+    kept &= np.all([turn(way, side) < 0.0 for side in sides], axis=0)
+    corners = np.stack([tail, here, head, there])
+    size = np.linalg.norm(corners - corners.mean(axis=0), axis=2).sum(axis=0)
+    off = np.linalg.norm(ribbons.centre[threads.crossing] - corners.mean(axis=0), axis=1)
+    kept &= off <= _PLACE * size
+    astray = np.zeros(threads.n_crossings, dtype=np.bool_)
+    astray[threads.crossing[~kept]] = True
+    return astray
 
 
 @frozen_value

@@ -11,7 +11,7 @@ from sealing import told
 from spoiling import edit_json
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.form.straight import _exact_conditions
+from fabweave.form.straight import _astray, _exact_conditions
 from fabweave.job import run_job
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
@@ -135,6 +135,21 @@ def test_how_conditions_change_is_right(ball):
     step = 1e-5
     told_ = (conditions.off(points + step * way)[0] - conditions.off(points - step * way)[0]) / 2
     assert change @ way.T.ravel() == pytest.approx(told_ / step, abs=1e-6)
+
+
+def test_strips_that_leave_their_edges_are_noticed(ball):
+    woven, ribbons = ball[0], ball[0].ribbons
+    assert not _astray(woven, ribbons).any()
+    assert _astray(woven, replace(ribbons, right=ribbons.left, left=ribbons.right)).all()
+    assert _astray(woven, replace(ribbons, right=-ribbons.right, left=-ribbons.left)).all()
+    # One strip is turned about the normal of a crossing until it goes where the other one does.
+    turned, entry = ribbons.left.copy(), int(ribbons.entry[0])
+    at = [entry, entry + 1]
+    middle = (ribbons.right[at] + ribbons.left[at]) / 2
+    turned[at] = ribbons.right[at] + 3 * (middle[1] - middle[0]) * np.array([[1.0], [-1.0]])
+    astray = _astray(woven, replace(ribbons, left=turned))
+    assert astray.tolist().count(True) == 1
+    assert astray[woven.weave.threads.crossing[0]]
 
 
 def test_strips_that_turn_back_are_refused():
