@@ -33,7 +33,8 @@ CUTTING_OPTIONS = (
         choice("fabweave.piece.split.preferences.PREFERENCES"),
         "What --max-length auto saves: work (hours of cutting and joining) or waste (whole "
         "sheets, then joints). balanced sums up sheets, fasteners and hours in money, by the "
-        "rates in fabweave guide pieces.",
+        "rates in fabweave guide pieces. Straight strips are cut so that they fill rows, unless "
+        "work is to be saved.",
         default="balanced",
     ),
     Option(

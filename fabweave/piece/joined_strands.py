@@ -141,7 +141,7 @@ def plan_pieces(
         bed = replace(bed, straight=True)
         # Of one width, strips have room nowhere if not everywhere.
         room = room if room is None or room.any() else None
-        if _lie_in_rows(brief):
+        if _lie_in_rows(brief) and settings.prefer != "work":
             wide, gap = float(ribbon_widths(ribbons).max()), supplies.gap_mm + 2 * beyond
             rests = strip_rests(supplies.of(bunches), _row_mm(bed, wide), gap, wide)
     workshop = _workshop(supplies, bunches)
