@@ -51,6 +51,11 @@ _ROUNDS, _STILL = 15, 2e-4
 _GAIN = 1e-5
 #: No span gets longer or shorter than so many times what it was on the mesh.
 _SLIDE = 1.3
+#: Spans have so much of the room that their panels want, or push; so many times more than others
+#: pull.
+_ROOM, _PUSH = 0.9, 10.0
+#: Crossings open to this angle, with so many times what a span resists being bent with.
+_SHARP, _OPEN = np.pi / 3, 5.0
 #: Panels resist so many times more.
 _RIGID = 4.0
 #: A panel reaches so far beyond what it crosses, and over so much of the shorter span at most.
@@ -58,9 +63,7 @@ _BEYOND, _REACH = 1.05, 0.36
 #: Strips are as wide as this share of all crossings have room for, if nobody says.
 _ROOMY = 0.05
 #: Where they come too near to one another, narrower ones are tried, so often at most.
-_NARROWER, _TRIES = 0.86, 5
-#: But where few crossings are near others, and by so much of what is wanted, hands push them aside.
-_FEW, _CLOSE = 0.01, 0.5
+_NARROWER, _TRIES = 0.93, 8
 #: Ribbons are exact to this share of their width; in so many steps at most.
 _EXACT, _STEPS = 1e-11, 25
 #: What is added to equations, a share of their size, lest two of them say the same.
@@ -131,10 +134,8 @@ def straightened(
             wide = width * _NARROWER**number
             ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
             ribbons = _exact(ribbons, weave, wide, height)
-            if number + 1 < tries:
-                near = measure_clearance(ribbons, weave, limits)[0].margins
-                if len(near) <= _FEW * threads.n_crossings and near.min(initial=1.0) >= _CLOSE:
-                    break
+            if number + 1 == tries or not len(measure_clearance(ribbons, weave, limits)[0].value):
+                break
     return replace(woven, ribbons=ribbons, straight=True)
 
 
@@ -160,9 +161,17 @@ class _Spans:
         """
         shorter = np.full(len(angle), np.inf)
         np.minimum.at(shorter, np.concatenate([self.first, self.second]), np.tile(length, 2))
+        return np.minimum(self._shared(angle), _REACH * shorter)
+
+    def room(self, angle: FloatArray) -> FloatArray:
+        """Return how long spans must be, (S,), for both of the panels on them."""
+        shared = self._shared(angle)
+        return np.asarray(_ROOM * np.maximum(shared[self.first], shared[self.second]) / _REACH)
+
+    def _shared(self, angle: FloatArray) -> FloatArray:
+        """Return how far from their middles panels lie on one another, and a little more, (P,)."""
         sine = np.maximum(np.abs(np.sin(angle)), 1e-3)
-        shared = self.width / 2 * (_BEYOND + np.abs(np.cos(angle))) / sine
-        return np.minimum(shared, _REACH * shorter)
+        return np.asarray(self.width / 2 * (_BEYOND + np.abs(np.cos(angle))) / sine)
 
     def rest(self, reach: FloatArray, between: FloatArray) -> FloatArray:
         """Return the twists of straight spans, (S, 4, 6): panel, half of what is between, twice."""
@@ -194,13 +203,16 @@ def _drawn(
     """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
 
     Strips that resist no stretch are taken to be as long as they are, time and again: so crossings
-    go along them to where nothing pulls.
+    go along them to where nothing pulls. Only where strips would be in each other's way, spans push
+    and sharp crossings open.
     """
     start = state.bodies.origin
     size = float(np.ptp(start, axis=0).max())
     length = first = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
-    pull = np.median(net.stiffness[:, 1, 4]) / np.median(length) ** 2
-    held = np.full_like(start, _DRAWN * pull)
+    bending = float(np.median(net.stiffness[:, 1, 4]))
+    held = np.full_like(start, _DRAWN * bending / np.median(length) ** 2)
+    push = net.stiffness * [_PUSH, 1.0, 1.0, 1.0, 1.0, 1.0]
+    tight = np.zeros(len(length), dtype=np.bool_)
     for number in range(_ROUNDS):
         progress("straight strips", number, _ROUNDS)
         reach = spans.reach(state.angles[crossing], length)
@@ -210,12 +222,24 @@ def _drawn(
         back = start - foot.points
         back -= np.einsum("nd,nd->n", back, foot.normals)[:, None] * foot.normals
         place = foot.points + _ALONG * back
-        net = replace(net, rest=spans.rest(reach, between), held=held, place=place)
+        sharp = state.angles % np.pi
+        opened = np.clip(sharp, _SHARP, np.pi - _SHARP) - sharp
+        net = replace(
+            net,
+            rest=spans.rest(reach, between),
+            stiffness=np.where(tight[:, None, None], push, net.stiffness),
+            pins=np.where(opened == 0.0, 0.0, _OPEN * bending),
+            rest_angles=state.angles + opened,
+            held=held,
+            place=place,
+        )
         if not number:
             state = cut_inner(net, state.bodies, state.angles)
         state = relax(net, state, gain=_GAIN).state
         length = np.linalg.norm(strains(net, state)[0][..., :3], axis=2).sum(axis=1)
-        length = np.clip(length, first / _SLIDE, first * _SLIDE)
+        room = spans.room(state.angles[crossing])
+        tight |= length < room
+        length = np.clip(np.maximum(length, room), first / _SLIDE, first * _SLIDE)
         moved = np.linalg.norm(state.bodies.origin - before, axis=1)
         if moved.max() <= _STILL * size:
             break

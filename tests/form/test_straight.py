@@ -19,9 +19,11 @@ from fabweave.mesh.triangulate import plain_triangles
 from fabweave.options.settings import Settings
 from fabweave.piece.development import unfold_threads
 from fabweave.ribbon.project import crossing_heights
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
+from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.weave.pattern import strand_passes
 
 BALL = {
@@ -112,6 +114,18 @@ def test_the_width_that_is_asked_for_is_that_of_all_strips(ball):
     own = laid(asked(width=replace(ball[1].ribbons.width_rule, most_mm=5.0, least_mm=5.0)))[0]
     width = np.linalg.norm(own.ribbons.left - own.ribbons.right, axis=1)
     assert width == pytest.approx(5.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("long", [1.0, 1.6, 2.2])
+def test_strips_leave_each_other_room_on_long_eggs_too(ball, long):
+    """Crossings along a long egg are sharp, and its ends have little room."""
+    mesh = ball[0].mesh
+    egg = mesh.with_vertices(mesh.vertices * [1.0, 1.0, long])
+    woven, settings, supplies = laid(asked(source="egg", refine=None), egg)
+    limits = thread_limits(supplies, woven.bunches, settings.ribbons.clearance_mm)
+    near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
+    assert not len(near.value)
+    assert off_mesh(woven).max() < 0.03
 
 
 def test_the_same_comes_out_again(ball):
