@@ -39,6 +39,7 @@ from fabweave.ribbon.settings import RibbonSettings
 from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave, strand_passes
+from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
 from fabweave.weave.weave_mesh import WovenMesh
 
 #: What strips resist stretch and turning in their plane with, as shares of what they do; and how
@@ -125,11 +126,12 @@ def straightened(
     first = np.flatnonzero(following >= 0)
     spans = _Spans(first, following[first], width)
     surface = Surface(*plain_triangles(woven.mesh))
+    motions = find_weave_symmetry(woven.mesh, woven.halfedges, weave)
     with threadpool_limits(limits=1, user_api="blas"):
         materials, bare = elastic_threads(supplies, woven.bunches), np.zeros(threads.n_crossings)
         net, state = woven_net(woven.ribbons, weave, thickness, materials, bare)
         net = _straight(net, height)
-        net, state = _drawn(net, state, spans, threads.crossing, surface, progress)
+        net, state = _drawn(net, state, spans, threads.crossing, surface, motions, progress)
         for number in range(tries):
             wide = width * _NARROWER**number
             ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
@@ -198,6 +200,7 @@ def _drawn(
     spans: _Spans,
     crossing: IntArray,
     surface: Surface,
+    motions: WeaveSymmetry,
     progress: Progress,
 ) -> tuple[Net, State]:
     """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
@@ -208,6 +211,7 @@ def _drawn(
     """
     start = state.bodies.origin
     size = float(np.ptp(start, axis=0).max())
+    group, images = motions.group, motions.crossing_images(np.arange(len(start)))
     length = first = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
     bending = float(np.median(net.stiffness[:, 1, 4]))
     held = np.full_like(start, _DRAWN * bending / np.median(length) ** 2)
@@ -221,7 +225,9 @@ def _drawn(
         foot = surface.feet(before)
         back = start - foot.points
         back -= np.einsum("nd,nd->n", back, foot.normals)[:, None] * foot.normals
-        place = foot.points + _ALONG * back
+        # On either side of a hollow edge a foot is as near: of all that are alike, the mean counts.
+        place = (foot.points + _ALONG * back)[images] - group.centre
+        place = np.einsum("gni,gij->nj", place, group.matrix) / group.order + group.centre
         sharp = state.angles % np.pi
         opened = np.clip(sharp, _SHARP, np.pi - _SHARP) - sharp
         net = replace(
