@@ -42,6 +42,7 @@ from fabweave.ribbon.settings import RibbonSettings
 from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.pattern import Weave, strand_passes
+from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
 from fabweave.weave.weave_mesh import WovenMesh
 
 #: What strips resist stretch and turning in their plane with, as shares of what they do; and how
@@ -54,6 +55,11 @@ _ROUNDS, _STILL = 15, 2e-4
 _GAIN = 1e-5
 #: No span gets longer or shorter than so many times what it was on the mesh.
 _SLIDE = 1.3
+#: Spans have so much of the room that their panels want, or push; so many times more than others
+#: pull.
+_ROOM, _PUSH = 0.9, 10.0
+#: Crossings open to this angle, with so many times what a span resists being bent with.
+_SHARP, _OPEN = np.pi / 3, 5.0
 #: Panels resist so many times more.
 _RIGID = 4.0
 #: A panel reaches so far beyond what it crosses, and over so much of the shorter span at most.
@@ -61,9 +67,7 @@ _BEYOND, _REACH = 1.05, 0.36
 #: Strips are as wide as this share of all crossings have room for, if nobody says.
 _ROOMY = 0.05
 #: Where they come too near to one another, narrower ones are tried, so often at most.
-_NARROWER, _TRIES = 0.86, 5
-#: But where few crossings are near others, and by so much of what is wanted, hands push them aside.
-_FEW, _CLOSE = 0.01, 0.5
+_NARROWER, _TRIES = 0.93, 8
 #: Ribbons are exact to this share of their width; in so many steps at most.
 _EXACT, _STEPS = 1e-11, 25
 #: Crossings lie no farther from the middle of their quad than this share of its size.
@@ -127,19 +131,18 @@ def straightened(
     first = np.flatnonzero(following >= 0)
     spans = _Spans(first, following[first], width)
     surface = Surface(*plain_triangles(woven.mesh))
+    motions = find_weave_symmetry(woven.mesh, woven.halfedges, weave)
     with threadpool_limits(limits=1, user_api="blas"):
         materials, bare = elastic_threads(supplies, woven.bunches), np.zeros(threads.n_crossings)
         net, state = woven_net(woven.ribbons, weave, thickness, materials, bare)
         net = _straight(net, height)
-        net, state = _drawn(net, state, spans, threads.crossing, surface, progress)
+        net, state = _drawn(net, state, spans, threads.crossing, surface, motions, progress)
         for number in range(tries):
             wide = width * _NARROWER**number
             ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
             ribbons = _exact(ribbons, weave, wide, height)
-            if number + 1 < tries:
-                near = measure_clearance(ribbons, weave, limits)[0].margins
-                if len(near) <= _FEW * threads.n_crossings and near.min(initial=1.0) >= _CLOSE:
-                    break
+            if number + 1 == tries or not len(measure_clearance(ribbons, weave, limits)[0].value):
+                break
     if astray := int(np.count_nonzero(_astray(woven, ribbons))):
         raise CannotMakeError(
             f"straight strips miss the edges of the mesh at {agree(astray, '{n} crossing[|s]')}: a "
@@ -202,9 +205,17 @@ class _Spans:
         """
         shorter = np.full(len(angle), np.inf)
         np.minimum.at(shorter, np.concatenate([self.first, self.second]), np.tile(length, 2))
+        return np.minimum(self._shared(angle), _REACH * shorter)
+
+    def room(self, angle: FloatArray) -> FloatArray:
+        """Return how long spans must be, (S,), for both of the panels on them."""
+        shared = self._shared(angle)
+        return np.asarray(_ROOM * np.maximum(shared[self.first], shared[self.second]) / _REACH)
+
+    def _shared(self, angle: FloatArray) -> FloatArray:
+        """Return how far from their middles panels lie on one another, and a little more, (P,)."""
         sine = np.maximum(np.abs(np.sin(angle)), 1e-3)
-        shared = self.width / 2 * (_BEYOND + np.abs(np.cos(angle))) / sine
-        return np.minimum(shared, _REACH * shorter)
+        return np.asarray(self.width / 2 * (_BEYOND + np.abs(np.cos(angle))) / sine)
 
     def rest(self, reach: FloatArray, between: FloatArray) -> FloatArray:
         """Return the twists of straight spans, (S, 4, 6): panel, half of what is between, twice."""
@@ -231,18 +242,23 @@ def _drawn(
     spans: _Spans,
     crossing: IntArray,
     surface: Surface,
+    motions: WeaveSymmetry,
     progress: Progress,
 ) -> tuple[Net, State]:
     """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
 
     Strips that resist no stretch are taken to be as long as they are, time and again: so crossings
-    go along them to where nothing pulls.
+    go along them to where nothing pulls. Only where strips would be in each other's way, spans push
+    and sharp crossings open.
     """
     start = state.bodies.origin
     size = float(np.ptp(start, axis=0).max())
+    group, images = motions.group, motions.crossing_images(np.arange(len(start)))
     length = first = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
-    pull = np.median(net.stiffness[:, 1, 4]) / np.median(length) ** 2
-    held = np.full_like(start, _DRAWN * pull)
+    bending = float(np.median(net.stiffness[:, 1, 4]))
+    held = np.full_like(start, _DRAWN * bending / np.median(length) ** 2)
+    push = net.stiffness * [_PUSH, 1.0, 1.0, 1.0, 1.0, 1.0]
+    tight = np.zeros(len(length), dtype=np.bool_)
     for number in range(_ROUNDS):
         progress("straight strips", number, _ROUNDS)
         reach = spans.reach(state.angles[crossing], length)
@@ -251,13 +267,27 @@ def _drawn(
         foot = surface.feet(before)
         back = start - foot.points
         back -= np.einsum("nd,nd->n", back, foot.normals)[:, None] * foot.normals
-        place = foot.points + _ALONG * back
-        net = replace(net, rest=spans.rest(reach, between), held=held, place=place)
+        # On either side of a hollow edge a foot is as near: of all that are alike, the mean counts.
+        place = (foot.points + _ALONG * back)[images] - group.centre
+        place = np.einsum("gni,gij->nj", place, group.matrix) / group.order + group.centre
+        sharp = state.angles % np.pi
+        opened = np.clip(sharp, _SHARP, np.pi - _SHARP) - sharp
+        net = replace(
+            net,
+            rest=spans.rest(reach, between),
+            stiffness=np.where(tight[:, None, None], push, net.stiffness),
+            pins=np.where(opened == 0.0, 0.0, _OPEN * bending),
+            rest_angles=state.angles + opened,
+            held=held,
+            place=place,
+        )
         if not number:
             state = cut_inner(net, state.bodies, state.angles)
         state = relax(net, state, gain=_GAIN).state
         length = np.linalg.norm(strains(net, state)[0][..., :3], axis=2).sum(axis=1)
-        length = np.clip(length, first / _SLIDE, first * _SLIDE)
+        room = spans.room(state.angles[crossing])
+        tight |= length < room
+        length = np.clip(np.maximum(length, room), first / _SLIDE, first * _SLIDE)
         moved = np.linalg.norm(state.bodies.origin - before, axis=1)
         if moved.max() <= _STILL * size:
             break

@@ -18,12 +18,16 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import plain_triangles
 from fabweave.options.settings import Settings
 from fabweave.piece.development import unfold_threads
+from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import crossing_heights
+from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
+from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.sheet_size import parse_roll
 from fabweave.weave.pattern import strand_passes
+from fabweave.weave.symmetry import find_weave_symmetry
 
 BALL = {
     "source": "shape:icosahedron", "refine": "loop:1", "pattern": "kagome", "strips": "straight",
@@ -53,6 +57,23 @@ def tube(rings=5, around=9):
             other = (k + 1) % around
             faces += [[a + k, a + other, b + k], [b + k, a + other, b + other]]
     return PolyMesh.from_faces(np.concatenate(points).tolist(), faces)
+
+
+def torus(around=12, across=6):
+    """Return a torus of triangles, every ring turned by half a step."""
+    i, j = (index.ravel() for index in np.indices((around, across)))
+    u, v = 2 * np.pi * (i + j / 2) / around, 2 * np.pi * j / across
+    out = 1 + 0.42 * np.cos(v)
+    points = np.stack([out * np.cos(u), out * np.sin(u), 0.42 * np.sin(v)], axis=1)
+
+    def number(a, b):
+        # Around the tube once, rings are turned by half of all steps across.
+        return ((a + across // 2 * (b == across)) % around) * across + b % across
+
+    one, two = number(i, j), number(i + 1, j)
+    up, over = number(i, j + 1), number(i + 1, j + 1)
+    faces = np.concatenate([np.stack([one, two, up], 1), np.stack([up, two, over], 1)])
+    return PolyMesh.from_faces(points.tolist(), faces.tolist())
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +134,32 @@ def test_the_width_that_is_asked_for_is_that_of_all_strips(ball):
     own = laid(asked(width=replace(ball[1].ribbons.width_rule, most_mm=5.0, least_mm=5.0)))[0]
     width = np.linalg.norm(own.ribbons.left - own.ribbons.right, axis=1)
     assert width == pytest.approx(5.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("long", [1.0, 1.6, 2.2])
+def test_strips_leave_each_other_room_on_long_eggs_too(ball, long):
+    """Crossings along a long egg are sharp: they open, and strips need not be narrower for it."""
+    mesh = ball[0].mesh
+    egg = mesh.with_vertices(mesh.vertices * [1.0, 1.0, long])
+    woven, settings, supplies = laid(asked(source="egg", refine=None), egg)
+    limits = thread_limits(supplies, woven.bunches, settings.ribbons.clearance_mm)
+    near, _ = measure_clearance(woven.ribbons, woven.weave, limits)
+    assert not len(near.value)
+    assert off_mesh(woven).max() < 0.03
+    room = laid(asked(source="egg", refine=None, strips="wavy"), egg)[0].ribbons
+    least = np.quantile(panel_widths(room).min(axis=1), 0.05)
+    assert panel_widths(woven.ribbons) == pytest.approx(least, rel=1e-6)
+
+
+def test_a_torus_keeps_its_symmetry():
+    """Its inside has hollow edges, of which either side is as near."""
+    woven, *_ = laid(asked(source="torus", refine=None), torus())
+    found = find_weave_symmetry(woven.mesh, woven.halfedges, woven.weave)
+    group, images = found.group, found.crossing_images(np.arange(woven.weave.threads.n_crossings))
+    assert group.order >= 12
+    place = woven.ribbons.centre - group.centre
+    for matrix, there in zip(group.matrix, images, strict=True):
+        assert place @ matrix.T == pytest.approx(place[there], abs=1e-3)
 
 
 def test_the_same_comes_out_again(ball):
