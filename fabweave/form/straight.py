@@ -48,6 +48,8 @@ from fabweave.weave.weave_mesh import WovenMesh
 #: What strips resist stretch and turning in their plane with, as shares of what they do; and how
 #: crossings are drawn to the mesh, as a share of what a span resists being bent with.
 _STRETCH, _TURN, _DRAWN = 1e-3, 100.0, 12.0
+#: Where a strip would miss the edge that it crosses, it is drawn so many times as much, so often.
+_HARDER, _PULLS = 8.0, 3
 #: Beside that, so much of the way along the mesh to where a crossing was.
 _ALONG = 0.05
 #: Rounds at most in which closest points are found anew, and motion that is none, of the size.
@@ -135,20 +137,24 @@ def straightened(
     with threadpool_limits(limits=1, user_api="blas"):
         materials, bare = elastic_threads(supplies, woven.bunches), np.zeros(threads.n_crossings)
         net, state = woven_net(woven.ribbons, weave, thickness, materials, bare)
-        net = _straight(net, height)
-        net, state = _drawn(net, state, spans, threads.crossing, surface, motions, progress)
-        for number in range(tries):
-            wide = width * _NARROWER**number
-            ribbons = _laid(woven.ribbons, weave, spans, net, state, wide)
-            ribbons = _exact(ribbons, weave, wide, height)
-            if number + 1 == tries or not len(measure_clearance(ribbons, weave, limits)[0].value):
-                break
-    if astray := int(np.count_nonzero(_astray(woven, ribbons))):
-        raise CannotMakeError(
-            f"straight strips miss the edges of the mesh at {agree(astray, '{n} crossing[|s]')}: a "
-            "finer mesh, a smoother one (--fair) or triangles would help, or --strips wavy"
-        )
-    return replace(woven, ribbons=ribbons, straight=True)
+        net, pull = _straight(net, height), np.full(threads.n_crossings, _DRAWN)
+        for _ in range(_PULLS):
+            drawn = _drawn(net, state, spans, pull, weave, surface, motions, progress)
+            for number in range(tries):
+                wide = width * _NARROWER**number
+                ribbons = _laid(woven.ribbons, weave, spans, *drawn, wide)
+                ribbons = _exact(ribbons, weave, wide, height)
+                if not len(measure_clearance(ribbons, weave, limits)[0].value):
+                    break
+            astray = _astray(woven, ribbons)
+            if not astray.any():
+                return replace(woven, ribbons=ribbons, straight=True)
+            pull[astray] *= _HARDER
+    raise CannotMakeError(
+        "straight strips miss the edges of the mesh at "
+        f"{agree(int(np.count_nonzero(astray)), '{n} crossing[|s]')}: a finer mesh, a smoother one "
+        "(--fair) or triangles would help, or --strips wavy"
+    )
 
 
 def _astray(woven: WovenMesh, ribbons: Ribbons) -> BoolArray:
@@ -240,7 +246,8 @@ def _drawn(
     net: Net,
     state: State,
     spans: _Spans,
-    crossing: IntArray,
+    pull: FloatArray,
+    weave: Weave,
     surface: Surface,
     motions: WeaveSymmetry,
     progress: Progress,
@@ -251,12 +258,12 @@ def _drawn(
     go along them to where nothing pulls. Only where strips would be in each other's way, spans push
     and sharp crossings open.
     """
-    start = state.bodies.origin
+    start, crossing = state.bodies.origin, weave.threads.crossing
     size = float(np.ptp(start, axis=0).max())
     group, images = motions.group, motions.crossing_images(np.arange(len(start)))
     length = first = np.linalg.norm(net.rest[..., :3], axis=2).sum(axis=1)
     bending = float(np.median(net.stiffness[:, 1, 4]))
-    held = np.full_like(start, _DRAWN * bending / np.median(length) ** 2)
+    held = np.tile(pull[:, None] * bending / np.median(length) ** 2, 3)
     push = net.stiffness * [_PUSH, 1.0, 1.0, 1.0, 1.0, 1.0]
     tight = np.zeros(len(length), dtype=np.bool_)
     for number in range(_ROUNDS):
