@@ -131,6 +131,10 @@ def straightened(
     limits = thread_limits(supplies, woven.bunches, settings.clearance_mm)
     following = following_rung(threads.offsets, threads.closed)
     first = np.flatnonzero(following >= 0)
+    if not len(first):
+        raise CannotMakeError(
+            "each strip crosses one other only: a finer mesh would help, or --strips wavy"
+        )
     spans = _Spans(first, following[first], width)
     surface = Surface(*plain_triangles(woven.mesh))
     motions = find_weave_symmetry(woven.mesh, woven.halfedges, weave)

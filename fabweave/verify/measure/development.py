@@ -176,8 +176,8 @@ class Development:
     space : (S, 4, 3) float array
         The same corners in the model.
     window : (N, 2, 2) float array
-        The rungs from the panel before the piece to the panel after it, or after its lap's last
-        one, as far as there are any.
+        The rungs from the panel before the piece to that after it, or those over which it may lap,
+        as far as there are any.
     slack_mm : float
         What the model's rounding to 32 bits may have added to any deviation.
     """
@@ -268,10 +268,8 @@ def _develop(
     before, after = first, last
     if strip.closed or start > 0:
         before -= int((strip.entry[start] - strip.exit[(start - 1) % size]) % count)
-    if not strip.closed:
-        panels_on = min(panels_on, size - 1 - final)
-    if panels_on:
-        after += int((strip.entry[(final + panels_on) % size] - strip.exit[final % size]) % count)
+    panels_on = min(panels_on, size - 1 - (0 if strip.closed else final))
+    after += int((strip.exit[(final + panels_on) % size] - strip.exit[final % size]) % count)
     window = unfold(strip, steps, before, after)
     panels = np.concatenate([window[begin - before], window[end - before]], axis=1)
     rungs = window[first - before : last - before + 1]
