@@ -43,8 +43,9 @@ ENERGY, MOVE, MOVE_MM = 0.05, 2e-3, 0.2
 #: Or than this share of how far it went in all; the farther that is, the more ways a strip may rest
 #: in between two crossings: energies may differ by so many times the share of the size.
 FAR, SLACK = 0.1, 2.0
-#: What stands bears all weights, to this share.
-BORNE = 0.05
+#: What stands bears all weights, to this share; but weights whose work on what holds them is a
+#: smaller share of the energy in strips than that are lost in rounding.
+BORNE, LIGHT = 0.05, 5e-8
 #: Distances are told to hundredths of a millimetre.
 TOLD_MM = 0.011
 #: And turns to a few hundredths of a degree: strips rest in between as they are found to.
@@ -175,7 +176,8 @@ class _Proof:
             sunk = places - self.first
             outer = float(bears @ places[:, 2] + 0.5 * (self.held[:, None] * sunk**2).sum())
             push = self.held[:, None] * sunk
-            missing = abs(push[:, 2].sum() + bears.sum()) / bears.sum()
+            if bears.sum() ** 2 > LIGHT * stored * self.held.sum():
+                missing = abs(push[:, 2].sum() + bears.sum()) / bears.sum()
             push[:, 2] += bears
             # Of what strips want, only what changed counts, and rounding goes.
             force = force - self.still
