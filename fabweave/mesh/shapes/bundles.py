@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags
 from fabweave.core.errors import InputError
 from fabweave.mesh.one_rings import mean_at
 from fabweave.mesh.polymesh import PolyMesh
@@ -31,9 +31,7 @@ def slit_columns(m: int, slits: int, slit: int) -> BoolArray:
     [1, 1, 0, 0, 1, 1, 0, 0]
     """
     first = np.arange(slits) * m // slits
-    inside = np.zeros(m, dtype=np.bool_)
-    inside[(first[:, None] + np.arange(slit)) % m] = True
-    return inside
+    return flags(m, (first[:, None] + np.arange(slit)) % m)
 
 
 def bundle_quads(sheets: int, inside: BoolArray, n: int) -> tuple[IntArray, IntArray]:
