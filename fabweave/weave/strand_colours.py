@@ -68,8 +68,7 @@ def shade_strands(
         stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_))
         shade = _shaded(stretch, conflicts, distinct=False)
     used = np.bincount(shade[stretch].ravel())
-    number = np.empty(len(used), dtype=np.int64)
-    number[np.argsort(-used, kind="stable")] = np.arange(len(used))
+    number = np.argsort(np.argsort(-used, kind="stable"))
     return number[shade][stretch]
 
 

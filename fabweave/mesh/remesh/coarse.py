@@ -7,11 +7,11 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.one_rings import corners_in_turn, find_irregular, irregular_note
+from fabweave.mesh.one_rings import corners_in_turn
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.remeshed import Remeshed, ready_source, sound_faults
+from fabweave.mesh.remesh.remeshed import Remeshed, finished_quads, ready_source, sound_faults
 from fabweave.mesh.remesh.request import checked_count
 from fabweave.mesh.topology import solve_parity
 
@@ -223,8 +223,7 @@ def remesh_coarse(
     notes.append(
         cage_note(paired, fitted, steps) + (f"; other cages have {others} faces" if others else "")
     )
-    irregular = find_irregular(fitted)
-    return Remeshed(fitted, "unrefining", (*notes, irregular_note(irregular)), irregular)
+    return finished_quads(fitted, "unrefining", notes)
 
 
 def cage_of_quads(source: PolyMesh, n_quads: int) -> tuple[PolyMesh, str] | None:

@@ -100,8 +100,7 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
 def _longest_of_both(halfedges: Halfedges, length: FloatArray) -> IntArray:
     """Return the edges that are the longest of their triangles; the first of equal ones."""
     edges = halfedges.edge.reshape(-1, 3)
-    rank = np.empty(len(length), dtype=np.int64)
-    rank[np.lexsort((np.arange(len(length)), -length))] = np.arange(len(length))
+    rank = np.argsort(np.lexsort((np.arange(len(length)), -length)))
     best = edges[np.arange(len(edges)), np.argmin(rank[edges], axis=1)]
     first = halfedges.edge_halfedge
     twin = halfedges.twin[first]

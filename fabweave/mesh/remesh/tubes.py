@@ -29,7 +29,7 @@ from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import name_place
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.one_rings import find_irregular, interior_valences, irregular_note, sum_at
+from fabweave.mesh.one_rings import interior_valences, sum_at
 from fabweave.mesh.polymesh import (
     PolyMesh,
     corner_sines,
@@ -52,6 +52,7 @@ from fabweave.mesh.remesh.remeshed import (
     check_remeshed,
     cut_surface,
     edge_lengths,
+    finished_quads,
     ready_source,
 )
 from fabweave.mesh.remesh.request import checked_count
@@ -629,8 +630,7 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
         f"{made.n_faces} quads ({n_quads} were wanted)"
     )
     notes += told
-    irregular = find_irregular(made)
-    return Remeshed(made, "tubes", (*notes, irregular_note(irregular)), irregular)
+    return finished_quads(made, "tubes", notes)
 
 
 def _failed(why: str) -> CannotMakeError:
