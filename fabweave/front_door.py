@@ -53,7 +53,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import PREFIX
 from fabweave.mesh.triangulate import triangulate
 from fabweave.nest.layout import Layout as NestedLayout
-from fabweave.picture.bodies import Body, yarn_bodies
+from fabweave.picture.bodies import Body, joined_bodies, yarn_bodies
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.picture.yarns import Yarns as SpunYarns
 from fabweave.piece.outline import inscribed_polygon
@@ -471,11 +471,7 @@ class Yarns(_Solid):
         return yarn_bodies(self.spun, woven.labels, self.stations.colours(woven))
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
-        vertices = np.concatenate([body.vertices for body in self.bodies])
-        base = np.cumsum([0, *(len(body.vertices) for body in self.bodies)]).tolist()
-        return vertices, np.concatenate(
-            [body.all_triangles + first for body, first in zip(self.bodies, base, strict=False)]
-        )
+        return joined_bodies(self.bodies)
 
     def _drawn(self, **look: Any) -> Image.Image:
         from fabweave.picture.object_picture import bodies_picture  # noqa: PLC0415

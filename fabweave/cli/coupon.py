@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from fabweave.cli.options import folder_option, table_option
-from fabweave.cli.values import Length
+from fabweave.cli.options import Length, folder_option, table_option
 from fabweave.core.parallel.interrupt import held_back
 
 

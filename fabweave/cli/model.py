@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from fabweave.cli.options import (
+    Direction,
+    Length,
     SectionedCommand,
     job_options,
     job_settings,
@@ -14,7 +16,6 @@ from fabweave.cli.options import (
     quiet_option,
 )
 from fabweave.cli.terminal import progress_bar
-from fabweave.cli.values import Direction, Length
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:

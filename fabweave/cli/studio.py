@@ -29,7 +29,7 @@ def studio(model: str | None, output: Path, port: int, browser: bool) -> None:
     """
     with held_back():
         try:
-            from fabweave.studio.serve import serve
+            from fabweave.studio.server import serve
         except ImportError as error:
             raise CannotMakeError(
                 f"the studio needs {error.name}: pip install 'fabweave[studio]'"

@@ -108,6 +108,20 @@ def places_in_groups(counts: npt.NDArray[Any]) -> IntArray:
     return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
+def flags(count: int, at: Any) -> BoolArray:
+    """Return flags, (count,), that are set at some places and nowhere else.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> flags(4, np.array([0, 2, 2])).tolist()
+    [True, False, True, False]
+    """
+    result = np.zeros(count, dtype=np.bool_)
+    result[at] = True
+    return result
+
+
 def unit(vectors: FloatArray) -> FloatArray:
     """Return vectors (..., D) at length one; zero stays zero.
 

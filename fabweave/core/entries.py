@@ -9,8 +9,11 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
+from importlib import resources
 from pathlib import Path
-from typing import Any, TypeAlias, get_type_hints
+from typing import Any, TypeAlias, TypeVar, get_type_hints
+
+import msgspec
 
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_text
@@ -176,6 +179,20 @@ def check_document(document: Any, where: str) -> None:
                 f"{where}: {name[:60]!r} cannot be the name of an entry; use lowercase letters, "
                 "digits, hyphens and dots, 40 at most, such as [grey-felt] or ['grey-felt-1.5']"
             )
+
+
+_Record = TypeVar("_Record")
+
+
+def shipped_tables(package: str, name: str) -> dict[str, Any]:
+    """Return the tables of a file that comes with fabweave."""
+    return tomllib.loads(resources.files(package).joinpath(name).read_text("utf-8"))
+
+
+def shipped_records(package: str, name: str, kind: type[_Record]) -> dict[str, _Record]:
+    """Return the entries of a file that comes with fabweave as records, by their names."""
+    tables = shipped_tables(package, name)
+    return {key: msgspec.convert({"name": key, **entry}, kind) for key, entry in tables.items()}
 
 
 def read_toml(path: Path, what: str) -> dict[str, Any]:

@@ -1,11 +1,13 @@
 """Read files that people give, and write files whole or not at all."""
 
+import csv
 import difflib
+import io
 import logging
 import os
 import stat
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -219,3 +221,18 @@ def _sort_of(mode: int) -> str:
         if is_sort(mode):
             return name
     return "no ordinary file"
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    r"""Return a table as CSV; None is an empty cell.
+
+    Examples
+    --------
+    >>> csv_text(["id", "hole_mm"], [("A1", 3.3), ("A2", None)])
+    'id,hole_mm\nA1,3.3\nA2,\n'
+    """
+    text = io.StringIO(newline="")
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(columns)
+    table.writerows(rows)
+    return text.getvalue()

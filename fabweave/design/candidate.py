@@ -24,8 +24,7 @@ from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, settings_table
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
-from fabweave.picture.loss_picture import loss_legend, loss_tiles
-from fabweave.picture.object_picture import png_bytes, weave_picture
+from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.letting_go import foretold_mm

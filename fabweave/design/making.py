@@ -15,14 +15,7 @@ from fabweave.core.job_folder import check_destination
 from fabweave.core.parallel.executors import processes
 from fabweave.design.beside import SOFT
 from fabweave.design.candidate import Candidate, told_design
-from fabweave.design.coarser import (
-    coarser_meshes,
-    foreseen,
-    has_coarser,
-    is_free,
-    needs,
-    told,
-)
+from fabweave.design.coarser import coarser_meshes, foreseen, has_coarser, is_free, needs, told
 from fabweave.design.search import Trials, plan_designs, search_designs, tell_nobody
 from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import FinishedJob, run_job

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fabweave.core.arc_path import stretch
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, flags, frozen_value
 from fabweave.core.records import record
 from fabweave.nest.layout import Placement
 from fabweave.piece.piece import Piece
@@ -49,8 +49,7 @@ def runs_of(entities: Sequence[Entity]) -> Runs:
     """Return entities as runs, one each, in their order."""
     points, bulges, sizes = _sides(entities)
     # What leads from the end of a run to the start of the next is no side.
-    last = np.zeros(len(points), dtype=np.bool_)
-    last[np.cumsum(sizes) - 1] = True
+    last = flags(len(points), np.cumsum(sizes) - 1)
     chord = np.roll(points, -1, axis=0) - points
     straight = np.hypot(*chord.T)
     kept = ~last & (straight > _NOTHING_MM)

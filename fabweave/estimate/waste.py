@@ -1,7 +1,5 @@
 """Account for the material: what of every sheet becomes pieces, and what is waste."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Literal, TypeVar
@@ -9,6 +7,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from fabweave.core.arc_path import stretch
+from fabweave.core.files import csv_text
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
 from fabweave.estimate.comparison import Comparison, GrainCost, compare_use
@@ -79,20 +78,19 @@ def piece_table(planned: PlannedJob, layout: Layout, allotment: Allotment) -> st
     Length and width are those of the piece's smallest rectangle; the area is without holes.
     """
     pieces, kinds, labels = planned.to_cut, planned.kinds, planned.woven.labels
-    text = io.StringIO(newline="")
-    rows = csv.writer(text, lineterminator="\n")
-    spares = ("spare_of",) if len(pieces) > len(kinds) else ()
-    rows.writerow(
-        ("id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
-         "material", "thickness_mm", *spares)
+    columns = (
+        "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
+        "material", "thickness_mm",
     )  # fmt: skip
+    spares = ("spare_of",) if len(pieces) > len(kinds) else ()
+    rows = []
     for at, (piece, placement, origin) in enumerate(
         zip(pieces, layout.placements, planned.origins.tolist(), strict=True)
     ):
         length, width = np.ptp(piece.outline, axis=0)
         area = piece.net_area_mm2
         material = allotment.of_thread(piece.thread).material
-        rows.writerow(
+        rows.append(
             (
                 piece.id,
                 labels[piece.thread],
@@ -108,7 +106,7 @@ def piece_table(planned: PlannedJob, layout: Layout, allotment: Allotment) -> st
                 *(pieces[origin].id if origin != at else "" for _ in spares),
             )
         )
-    return text.getvalue()
+    return csv_text((*columns, *spares), rows)
 
 
 @record

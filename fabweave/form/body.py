@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
 from fabweave.form.net import Net, State
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
@@ -92,8 +92,7 @@ class Body:
         if not at.any():
             height = places[:, 2] - places[:, 2].min()
             low = int(np.count_nonzero(height <= _FOOT * self.size_mm))
-            at = np.zeros(len(places), dtype=np.bool_)
-            at[np.argsort(height, kind="stable")[: max(3, low)]] = True
+            at = flags(len(places), np.argsort(height, kind="stable")[: max(3, low)])
         return at
 
 

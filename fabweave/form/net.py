@@ -3,15 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.screw import (
-    Frames,
-    adjoint,
-    back_from,
-    brackets,
-    exponential,
-    logarithm,
-    skew,
-)
+from fabweave.form.screw import Frames, adjoint, back_from, brackets, exponential, logarithm, skew
 
 #: Of shear, what a rectangular cross-section takes.
 _SHEAR = 5 / 6

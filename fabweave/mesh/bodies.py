@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_closing
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import group_edges
@@ -114,8 +114,7 @@ def keep_bodies(mesh: PolyMesh, most: int | None) -> KeptBodies:
         return KeptBodies(mesh, (debris,))
     if count <= most:
         return KeptBodies(mesh)
-    stays = np.zeros(count, dtype=bool)
-    stays[order[:most]] = True
+    stays = flags(count, order[:most])
     faces = stays[body]
     indices = mesh.indices[np.repeat(faces, mesh.face_sizes)]
     # Vertices of no face are the check's affair; those of the bodies that go, go.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray
+from fabweave.core.arrays import BoolArray, IntArray, flags
 from fabweave.core.finding import Finding, Level
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import EdgeGroups, group_edges
@@ -328,8 +328,9 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     kept = np.flatnonzero(sound)
     edges = group_edges(surface)
     fans = vertex_fans(edges, mesh.n_vertices)
-    used = np.zeros(mesh.n_vertices, dtype=bool)
-    used[mesh.indices[(mesh.indices >= 0) & (mesh.indices < mesh.n_vertices)]] = True
+    used = flags(
+        mesh.n_vertices, mesh.indices[(mesh.indices >= 0) & (mesh.indices < mesh.n_vertices)]
+    )
     oriented = len(edges.same_way) == 0
     one_sided = np.zeros(surface.n_faces, dtype=bool)
     if not oriented:

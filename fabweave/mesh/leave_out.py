@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_text
 from fabweave.core.messages import agree, shown
@@ -255,8 +255,7 @@ def _unsound(mesh: PolyMesh, start: FloatArray, moved: FloatArray) -> np.ndarray
     # A corner that was so before is no work of the rim.
     bad = (turn < _LEAST_TURN) & (turn < _turns(mesh, start, before[face], ahead, back))
     changed = (moved != start).any(axis=1)
-    found = np.zeros(len(start), dtype=bool)
-    found[mesh.indices[bad_face[face]]] = True
+    found = flags(len(start), mesh.indices[bad_face[face]])
     # If the corner itself stays where it was, its neighbours have come too near.
     own = changed[mesh.indices]
     found[mesh.indices[bad & own]] = True
@@ -425,9 +424,7 @@ def _named(mesh: PolyMesh, faces: tuple[int, ...]) -> BoolArray:
             f"face {faces[-1]} cannot be left out: the mesh has {mesh.n_faces} faces, counted from "
             "0, as it is woven (remeshed and refined, if that is asked for)"
         )
-    named = np.zeros(mesh.n_faces, dtype=bool)
-    named[list(faces)] = True
-    return named
+    return flags(mesh.n_faces, list(faces))
 
 
 def _patch(
@@ -445,8 +442,7 @@ def _patch(
     centre = mesh.vertices[extreme, :2].mean(axis=0)
     far = np.linalg.norm(face_centres(mesh)[:, :2] - centre, axis=1)
     within = far <= radius * (1.0 + _LEVEL)
-    seeds = np.zeros(mesh.n_faces, dtype=bool)
-    seeds[face_of_corner(mesh)[extreme[mesh.indices]]] = True
+    seeds = flags(mesh.n_faces, face_of_corner(mesh)[extreme[mesh.indices]])
     if not (seeds & within).any():
         least = math.ceil(2.0 * float(far[seeds].min()) + 1e-9)
         raise InputError(
@@ -506,6 +502,4 @@ def _rim(
 
 def _touching(mesh: PolyMesh, vertices: IntArray) -> BoolArray:
     """Return the faces that have one of some vertices, (F,)."""
-    there = np.zeros(mesh.n_faces, dtype=bool)
-    there[face_of_corner(mesh)[np.isin(mesh.indices, vertices)]] = True
-    return there
+    return flags(mesh.n_faces, face_of_corner(mesh)[np.isin(mesh.indices, vertices)])

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
@@ -87,8 +87,7 @@ def find_irregular(mesh: PolyMesh, regular: int = 4) -> Irregular:
     halfedges = build_halfedges(mesh)
     rim = halfedges.twin < 0
     faces = np.bincount(mesh.indices, minlength=mesh.n_vertices)
-    boundary = np.zeros(mesh.n_vertices, dtype=bool)
-    boundary[halfedges.tail[rim]] = True
+    boundary = flags(mesh.n_vertices, halfedges.tail[rim])
     valence = faces + boundary
     fits = np.where(boundary, (valence >= 2) & (valence <= regular // 2 + 1), valence == regular)
     vertex = np.flatnonzero(~fits & (faces > 0))
@@ -194,8 +193,7 @@ def find_rim(halfedges: Halfedges, n_vertices: int) -> Rim:
     after = before.copy()
     after[tail] = head
     before[head] = tail
-    on = np.zeros(n_vertices, dtype=bool)
-    on[tail] = True
+    on = flags(n_vertices, tail)
     faces = np.bincount(halfedges.tail, minlength=n_vertices)
     return Rim(on=on, corner=on & (faces == 1), before=before, after=after)
 

@@ -10,6 +10,7 @@ from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    flags,
     frozen,
     frozen_value,
     offsets_of,
@@ -126,9 +127,7 @@ def previous_corner(mesh: PolyMesh) -> IntArray:
 
 def used_vertices(mesh: PolyMesh) -> BoolArray:
     """Return whether each vertex belongs to a face, (V,)."""
-    used = np.zeros(mesh.n_vertices, dtype=bool)
-    used[mesh.indices] = True
-    return used
+    return flags(mesh.n_vertices, mesh.indices)
 
 
 def without_loose(mesh: PolyMesh) -> PolyMesh:

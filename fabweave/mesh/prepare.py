@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import MeshReport, check_mesh
@@ -114,8 +114,7 @@ def _some(chosen: BoolArray) -> str:
 def _inward_patches(mesh: PolyMesh, edges: EdgeGroups, patch: IntArray) -> BoolArray:
     """Return which components are closed and enclose a negative volume."""
     number = int(patch.max()) + 1
-    closed = np.ones(number, dtype=bool)
-    closed[patch[edges.face[edges.first[edges.sizes == 1]]]] = False
+    closed = ~flags(number, patch[edges.face[edges.first[edges.sizes == 1]]])
     volume, size = _patch_volumes(mesh, patch, number)
     # What rounding could make negative (a body without inside) is not called inside out.
     inward: BoolArray = closed & (volume < -1e-12 * size)

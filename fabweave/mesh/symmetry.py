@@ -9,7 +9,15 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    flags,
+    frozen_value,
+    offsets_of,
+    unit,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
@@ -287,8 +295,7 @@ def joined_with_image(half: PolyMesh, mirror: Mirror, reach: float) -> PolyMesh:
     """
     halfedges = build_halfedges(half)
     height = (half.vertices - mirror.point) @ mirror.normal
-    on = np.zeros(half.n_vertices, dtype=bool)
-    on[halfedges.tail[halfedges.twin < 0]] = True
+    on = flags(half.n_vertices, halfedges.tail[halfedges.twin < 0])
     on &= np.abs(height) <= reach
     points = half.vertices - np.where(on, height, 0.0)[:, None] * mirror.normal
     number = np.where(on, np.arange(len(points)), len(points) + np.cumsum(~on) - 1)
@@ -575,8 +582,7 @@ def reached_from(
     count: int,
 ) -> Elements:
     """Return all that products of generators make of one motion."""
-    seen = np.zeros(4 * count, dtype=bool)
-    seen[key_of(*start)] = True
+    seen = flags(4 * count, key_of(*start))
     image, reverses, mirrors = (np.array([value], dtype=np.int64) for value in start)
     number = np.zeros(1, dtype=np.int64)
     rows = [np.stack((image, reverses, mirrors, number - 1, number - 1))]
@@ -711,8 +717,7 @@ def find_symmetry(
     else:
         seed, sort = _rarest(scene)
         known = reached_from(generators, signs, (seed, 0, 0), count)
-        done = np.zeros(4 * count, dtype=bool)
-        done[known.keys] = True
+        done = flags(4 * count, known.keys)
         search = _Search(scene, seed)
         for image, reverses, mirrors in search.candidates(sort, reflections=reflections):
             if done[key_of(image, reverses, mirrors)]:
@@ -807,8 +812,7 @@ class _Search:
         self.tables = [step_table(scene.halfedges, reverses=way) for way in (False, True)]
         self.others: Walks | None = None
         self.edges: KDTree | None = None
-        rest = np.ones(scene.halfedges.n_halfedges, dtype=bool)
-        rest[self.body.order] = False
+        rest = ~flags(scene.halfedges.n_halfedges, self.body.order)
         roots = np.unique(_bodies(scene.halfedges), return_index=True)[1]
         roots = np.sort(roots[rest[roots]])
         if len(roots):

@@ -7,7 +7,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, flags, frozen_value, offsets_of
 from fabweave.mesh.halfedge import EdgeGroups
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner
 
@@ -227,8 +227,7 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     """
     vertex, label = _label_fans(edges)
     # Fans are numbered in the order of their first corners.
-    first = np.zeros(len(vertex), dtype=bool)
-    first[np.unique(vertex, return_index=True)[1]] = True
+    first = flags(len(vertex), np.unique(vertex, return_index=True)[1])
     own = vertex.copy()
     own[~first] = mesh.n_vertices + np.arange(np.count_nonzero(~first))
     vertices = np.concatenate((mesh.vertices, mesh.vertices[vertex[~first]]))
@@ -238,8 +237,7 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
 def _label_fans(edges: EdgeGroups) -> tuple[IntArray, IntArray]:
     """Return the vertex of each fan, and the fan of each corner, in order of corners."""
     # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
-    inside = np.ones(len(edges.order), dtype=bool)
-    inside[edges.starts[:-1]] = False
+    inside = ~flags(len(edges.order), edges.starts[:-1])
     at = np.flatnonzero(inside)
     one, two = edges.order[at - 1], edges.order[at]
     same = edges.tail[one] == edges.tail[two]
@@ -297,8 +295,7 @@ def sound_faces(mesh: PolyMesh) -> tuple[BoolArray, BoolArray, BoolArray]:
     small = mesh.face_sizes < 3
     face = face_of_corner(mesh)
     wrong = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
-    out_of_range = np.zeros(mesh.n_faces, dtype=bool)
-    out_of_range[face[wrong]] = True
+    out_of_range = flags(mesh.n_faces, face[wrong])
     repeating = np.zeros(mesh.n_faces, dtype=bool)
     rows, members = sorted_faces(mesh)
     equal = (rows[1:] == rows[:-1]) & (members[1:] == members[:-1])

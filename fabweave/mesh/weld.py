@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, previous_corner
@@ -155,8 +155,7 @@ def weld_seams(mesh: PolyMesh, wanted: bool | None) -> tuple[PolyMesh, tuple[str
         return mesh, ()
     among: BoolArray | None = None
     if wanted is None:
-        among = np.zeros(mesh.n_vertices, dtype=bool)
-        among[group_edges(mesh).rim] = True
+        among = flags(mesh.n_vertices, group_edges(mesh).rim)
         group = coincident_groups(mesh.vertices[among])
         alike = int(np.count_nonzero(np.bincount(group)[group] > 1)) if len(group) else 0
         if alike <= _MOST * len(group):

@@ -160,13 +160,19 @@ def _tidy(ring: shapely.LinearRing) -> FloatArray:
     if not shapely.is_ccw(ring):
         points = points[::-1]
     points = np.roll(points, -int(np.lexsort(points.T)[0]), axis=0)
-    kept = [points[0]]
-    for point in points[1:]:
-        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
-            kept.append(point)
+    kept = thinned(points, _SHORT_MM)
     if np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
         kept.pop()
     return frozen(np.array(kept))
+
+
+def thinned(points: FloatArray, short_mm: float) -> list[FloatArray]:
+    """Return the points of a run that are far enough from the one before."""
+    kept = [points[0]]
+    for point in points[1:]:
+        if np.hypot(*(point - kept[-1])) >= short_mm:
+            kept.append(point)
+    return kept
 
 
 def worth_keeping(offcut: Offcut, sheet: SheetSize) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from fabweave.core.entries import check_document, in_range, read_toml
+from fabweave.core.entries import check_document, entry_table, in_range, read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_text
 from fabweave.core.messages import few_of, shown
@@ -323,7 +323,7 @@ def library(what: str, module: str) -> Kind:
     what : str
         What an entry is: ``material`` or ``target``.
     module : str
-        Where ``materials_of`` or ``targets_of`` stands, and ``material_table`` or ``target_table``.
+        Where ``materials_of`` or ``targets_of`` stands.
     """
 
     def accept(value: Any) -> Any:
@@ -343,8 +343,7 @@ def library(what: str, module: str) -> Kind:
         return load(f"{module}.{what}s_of")(table, f"the {what}s in job.toml")
 
     def write(value: Any) -> Any:
-        table = load(f"{module}.{what}_table")
-        return {one.name: table(one) for one in value} or None
+        return {one.name: entry_table(one) for one in value} or None
 
     expected = f"a file of {what}s such as {what}s.toml"
     return Kind("FILE", expected, accept, read, write, repeatable=True, of_table=of_table)

@@ -32,15 +32,6 @@ if TYPE_CHECKING:  # what options are is imported when they are used
     from fabweave.stock.settings import StockSettings
     from fabweave.weave.settings import WeaveSettings
 
-#: Options that were, what they were where nobody asked for them, and what to write in their place.
-_GONE: dict[str, tuple[str | int | None, str]] = {
-    "scale": (None, "write the size that the object gets, such as size = '400mm'"),
-    "handle": (None, "join the faces in a modelling program, and weave that mesh"),
-    "irregular": ("any", "leave it out, and choose among numbers of quads"),
-    "twill_symmetry": (1, "leave it out; inspect says which rotations a weave has"),
-    "along": (None, "leave it out; remesh = 'tubes:300' lays quads along the limbs of a model"),
-}
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -297,9 +288,6 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
         If the file cannot be read or is no job's, or an option does not take its value.
     """
     kept = read_job_options(path)
-    for name, (usual, instead) in _GONE.items():
-        if kept.pop(name, usual) != usual:
-            raise InputError(f"{path} sets {name}, an option of older versions: {instead}")
     unknown = sorted(set(kept) - {option.name for option in OPTIONS})
     if unknown:
         known = ", ".join(sorted(option.name for option in OPTIONS))
@@ -315,24 +303,6 @@ def settings_from_job(path: Path, **options: Any) -> Settings:
     if twists is not None:
         settings = settings.but(twists=_found(twists, path.parent))
     return settings
-
-
-def _fold(kept: dict[str, Any]) -> None:
-    """Give options of an older job.toml the names and the form that they have now."""
-    for old, new in (("materials", "library"), ("targets", "rules")):
-        if old in kept:
-            kept[new] = kept.pop(old)
-    if "open" in kept:
-        kept["width"] = f"open:{kept.pop('open'):g}"
-    if kept.get("fasten") == "loose":
-        kept["fasten"] = "form"
-    fastener = [kept.pop(name) for name in ("hardware", "hole") if name in kept]
-    if fastener:
-        kept["fastener"] = ",".join(fastener)
-    lap, slots = kept.pop("lap", None), kept.pop("slots", False)
-    more = [f"lap={lap}"] * (lap is not None) + ["slots"] * bool(slots)
-    if more:
-        kept["joint"] = ",".join([kept.get("joint", "rivet"), *more])
 
 
 def _found(name: str, folder: Path) -> str:
@@ -434,5 +404,4 @@ def read_job_options(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path} has no table [job] with settings; use the job.toml of a finished job"
         )
-    _fold(job)
     return job

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen, frozen_value, unit
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen, frozen_value, unit
 from fabweave.core.colour_space import Colours
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
@@ -83,8 +83,7 @@ def ribbon_bodies(
         One for each thread with a crossing.
     """
     following = following_rung(ribbons.offsets, ribbons.closed)
-    panel = np.zeros(ribbons.n_rungs, dtype=bool)
-    panel[ribbons.entry] = True
+    panel = flags(ribbons.n_rungs, ribbons.entry)
     shift = None
     if np.any(thickness_mm):
         every = np.broadcast_to(thickness_mm, len(labels))

@@ -11,6 +11,7 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
+    flags,
     frozen_value,
     no_progress,
     offsets_of,
@@ -269,11 +270,9 @@ def _drawn(course: Course, radius_mm: FloatArray, samples: FloatArray) -> Spines
     own[start] = np.bincount(span, minlength=len(start))
     first = offsets_of(own)
     point, way, thick = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
-    last = np.ones(len(own), dtype=bool)
-    last[start] = False
+    last = ~flags(len(own), start)
     point[first[:-1][last]], thick[first[:-1][last]] = (course.place + lift)[last], radius_mm[last]
-    inside = np.ones(len(point), dtype=bool)
-    inside[first[:-1][last]] = False
+    inside = ~flags(len(point), first[:-1][last])
     point[inside], way[inside], thick[inside] = curve, slope, radius
     way[~inside] = (course.place[end] - control)[last[end]]
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)

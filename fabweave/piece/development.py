@@ -10,6 +10,7 @@ from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
     IntArray,
+    flags,
     frozen_value,
     offsets_of,
     places_in_groups,
@@ -292,8 +293,7 @@ class Stretches:
 
         A piece's last rung ends its last quad, and begins none.
         """
-        begins = np.ones(len(self.rung), dtype=np.bool_)
-        begins[self.offsets[1:] - 1] = False
+        begins = ~flags(len(self.rung), self.offsets[1:] - 1)
         counts = np.diff(self.offsets) - 1
         return self.rung[begins], np.repeat(np.arange(len(counts)), counts)
 

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.piece.development import Strips
 
 #: A vertex where a polygon turns by more than this is a corner: it stays.
@@ -241,8 +241,7 @@ def _deviation(sides: FloatArray, owner: IntArray, half: FloatArray, c: FloatArr
 def _fewest(chains: _Chains, arcs: _Arcs) -> IntArray:
     """Return the arcs of the paths with the fewest arcs, in order."""
     n = len(chains.points)
-    begins = np.zeros(n, dtype=bool)
-    begins[chains.offsets[:-1]] = True
+    begins = flags(n, chains.offsets[:-1])
     inner = chains.end[:-1]
     begins[inner[inner > np.arange(n - 1)]] = True
     begin = np.maximum.accumulate(np.where(begins, np.arange(n), 0))

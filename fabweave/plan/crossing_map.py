@@ -16,6 +16,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.core.records import from_json, optional, read_json, record, to_json
+from fabweave.sheet.qr_code import Code
 from fabweave.weave.twill.conditions import Broken
 from fabweave.weave.weave_pattern import WeaveResult
 
@@ -115,15 +116,6 @@ class RestRecord:
 
 
 @record
-class CodeRecord:
-    """Where a sheet has its QR code: the lower left corner of its dots, and their size."""
-
-    x_mm: float
-    y_mm: float
-    dot_mm: float
-
-
-@record
 class SheetRecord:
     """A sheet as it lies on the bed.
 
@@ -147,7 +139,7 @@ class SheetRecord:
     roll_mm: float | None = optional()
     material: str
     thickness_mm: float
-    code: CodeRecord | None = None
+    code: Code | None = None
 
 
 @record
@@ -367,20 +359,15 @@ class StepRecord:
     closes: bool
     effort: float
     text: str
-    ring: tuple[str, ...] | None = optional()
-    clips: tuple[ClipPlace, ...] | None = optional()
-    unclips: tuple[ClipPlace, ...] | None = optional()
-    outside: tuple[int, ...] | None = optional()
+    ring: tuple[str, ...] | None = optional(default=None)
+    clips: tuple[ClipPlace, ...] | None = optional(default=None)
+    unclips: tuple[ClipPlace, ...] | None = optional(default=None)
+    outside: tuple[int, ...] | None = optional(default=None)
 
     @property
     def handled(self) -> int:
         """How many pieces are taken in hand, those of a ring, too."""
         return len(self.pieces) + len(self.ring or ())
-
-    @property
-    def clipped(self) -> tuple[ClipPlace, ...]:
-        """Where clips are put on or taken off."""
-        return (*(self.clips or ()), *(self.unclips or ()))
 
 
 @record
@@ -464,43 +451,16 @@ def read_crossing_map(path: Path) -> CrossingMap:
 
 
 def _check_references(crossing_map: CrossingMap) -> None:
-    """Raise InputError if the map names what it does not list, or its sheets are in disorder."""
+    """Raise InputError if a piece or spare has no sheet, or a spare no piece.
+
+    A map may come from anywhere as a layout. That all else it names is there, verify proves.
+    """
     numbers = [sheet.sheet for sheet in crossing_map.sheets]
     if numbers != list(range(1, len(numbers) + 1)):
         raise InputError(f"its sheets are numbered {few_of(numbers)}, not from 1 upwards in order")
-    threads, crossings = crossing_map.threads, crossing_map.crossings
-    pieces, joints, steps = crossing_map.pieces, crossing_map.joints, crossing_map.steps
-    stations = [station for piece in pieces for station in piece.stations]
-    strands = [strand for crossing in crossings for strand in (crossing.over, crossing.under)]
-    listed: dict[str, set[Any]] = {
-        "thread": {thread.id for thread in threads},
-        "crossing": {crossing.id for crossing in crossings},
-        "piece": {piece.id for piece in pieces},
-        "joint": {joint.id for joint in joints} | {None},
-        "sheet": set(numbers),
-    }
-    threaded: tuple[PieceRecord | StrandRecord, ...] = (*pieces, *strands)
-    of_pieces: tuple[ThreadRecord | JointRecord | StepRecord, ...] = (*threads, *joints, *steps)
-    for what, named in (
-        ("thread", [holder.thread for holder in threaded]),
-        ("crossing", [station.crossing for station in stations]),
-        ("crossing", [joint.crossing for joint in joints]),
-        ("crossing", [number for thread in threads for number in thread.crossings]),
-        ("crossing", [n for step in steps for n in (*step.crossings, *step.fasten)]),
-        ("crossing", [n for step in steps for n in (*step.over, *step.under)]),
-        ("crossing", [n for step in steps for n in step.outside or ()]),
-        ("crossing", [clip[0] for step in steps for clip in step.clipped]),
-        ("piece", [name for step in steps for clip in step.clipped for name in clip[1:]]),
-        ("piece", [strand.piece for strand in strands]),
-        ("piece", [station.partner for station in stations]),
-        ("piece", [name for holder in of_pieces for name in holder.pieces]),
-        ("piece", [spare.of for spare in crossing_map.spares or ()]),
-        ("sheet", [spare.sheet for spare in crossing_map.spares or ()]),
-        ("joint", [station.joint for station in stations]),
-        ("joint", [number for piece in pieces for number in piece.joints]),
-        ("joint", [number for step in steps for number in step.joints]),
-        ("sheet", [piece.sheet for piece in pieces]),
-    ):
-        unknown = sorted(set(named) - listed[what], key=str)
+    pieces, spares = crossing_map.pieces, crossing_map.spares or ()
+    origins = {spare.of for spare in spares} - {piece.id for piece in pieces}
+    sheets = {piece.sheet for piece in pieces} | {spare.sheet for spare in spares}
+    for what, unknown in (("piece", sorted(origins)), ("sheet", sorted(sheets - set(numbers)))):
         if unknown:
             raise InputError(f"it names {what} {few_of(unknown)}, which it does not list")

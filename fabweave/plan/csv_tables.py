@@ -1,7 +1,5 @@
 """Write the plan as tables for people and spreadsheets: crossings, stations, marks, cuts."""
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
@@ -9,6 +7,7 @@ from dataclasses import astuple, dataclass, fields
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.files import csv_text
 from fabweave.core.units import unit_mm
 from fabweave.plan.crossing_map import CrossingMap, SheetRecord
 from fabweave.plan.sticks import nearest_inches, story_sticks
@@ -119,13 +118,13 @@ def crossing_table(crossing_map: CrossingMap) -> str:
                 *crossing.position,
             )
         )
-    return _csv(_CROSSING_COLUMNS, rows)
+    return csv_text(_CROSSING_COLUMNS, rows)
 
 
 def station_table(crossing_map: CrossingMap) -> str:
     """Return the stations of all pieces as CSV, one row each."""
-    tables = piece_stations(crossing_map).values()
-    return _csv([f.name for f in fields(StationRow)], (astuple(row) for t in tables for row in t))
+    rows = (astuple(row) for rows in piece_stations(crossing_map).values() for row in rows)
+    return csv_text([field.name for field in fields(StationRow)], rows)
 
 
 _STICK_COLUMNS = (
@@ -160,7 +159,7 @@ def stick_table(crossing_map: CrossingMap) -> str:
         for stick in story_sticks(crossing_map)
         for mark in stick.marks
     ]
-    return _csv(_STICK_COLUMNS, rows)
+    return csv_text(_STICK_COLUMNS, rows)
 
 
 #: Strips lie in a row, side by side, to this; what is less is no rest, millimetres.
@@ -192,7 +191,7 @@ def cut_list(crossing_map: CrossingMap) -> str | None:
         if np.ptp(wide) > _ROW_MM or (np.diff(starts[:, 0]) < wide.max() - _ROW_MM).any():
             return None
         rows += _cuts(sheet, boxes, along, starts)
-    return _csv(_CUT_COLUMNS, rows)
+    return csv_text(_CUT_COLUMNS, rows)
 
 
 def _cuts(
@@ -229,12 +228,3 @@ def _measured(begin_mm: float, end_mm: float) -> tuple[str, ...]:
     long = end_mm - begin_mm
     told = f"{begin_mm:.2f}", f"{end_mm:.2f}", f"{long:.2f}", f"{long / unit_mm('in'):.3f}"
     return (*told, nearest_inches(long))
-
-
-def _csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table as CSV; None is an empty cell."""
-    text = io.StringIO(newline="")
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(columns)
-    table.writerows(["" if value is None else value for value in row] for row in rows)
-    return text.getvalue()

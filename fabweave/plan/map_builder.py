@@ -15,7 +15,6 @@ from fabweave.piece.pieces import PieceSet, grips_mm
 from fabweave.plan.allotment import Allotment
 from fabweave.plan.crossing_map import (
     AssemblyRecord,
-    CodeRecord,
     Corner,
     CrossingMap,
     CrossingRecord,
@@ -142,7 +141,6 @@ def _sheets(
     for index, (sheet, drawing) in enumerate(zip(layout.sheets, drawings, strict=True)):
         drawn = sheet.mirrored() if mirrored else sheet
         material = allotment.of_sheet(index).material
-        code = code_of(drawing)
         records.append(
             SheetRecord(
                 sheet=index + 1,
@@ -160,7 +158,7 @@ def _sheets(
                 roll_mm=sheet.roll_mm,
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                code=None if code is None else CodeRecord(**code._asdict()),
+                code=code_of(drawing),
             )
         )
     return tuple(records)

@@ -85,7 +85,6 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
                     *_say_clips(on[number - 1], off[number - 1]),
                 ]
             ),
-            ring=None,
             clips=tuple(on[number - 1]) or None,
             unclips=tuple(off[number - 1]) or None,
             outside=outside[number - 1] or None,
@@ -152,9 +151,6 @@ def _ring_steps(
             effort=0.0,
             text=" ".join([_say_ring(ring, names), *_say_set(fasten, sold)]),
             ring=tuple(piece.id for piece in ring.pieces),
-            clips=None,
-            unclips=None,
-            outside=None,
         )
         for number, ring in enumerate(piece_set.rings, start=first)
         for fasten in [tuple(dict.fromkeys(ring.crossings.tolist()))]

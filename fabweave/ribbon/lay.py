@@ -11,6 +11,7 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
+    flags,
     frozen_value,
     no_progress,
 )
@@ -450,8 +451,7 @@ def check_object(
 def _beside_clashes(woven: WovenObject) -> BoolArray:
     """Tell which crossings lie beside faces that run through other faces, (X,)."""
     halfedges = woven.halfedges
-    clashing = np.zeros(woven.mesh.n_faces, dtype=bool)
-    clashing[self_intersections(woven.mesh).ravel()] = True
+    clashing = flags(woven.mesh.n_faces, self_intersections(woven.mesh).ravel())
     here = woven.weave.threads.crossing_halfedge
     beside = halfedges.face[here], halfedges.face[halfedges.twin[here]]
     return np.asarray(clashing[beside[0]] | clashing[beside[1]])

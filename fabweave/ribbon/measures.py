@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, unit
+from fabweave.core.arrays import FloatArray, IntArray, flags, unit
 from fabweave.core.errors import InputError, TooFineError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
@@ -252,8 +252,7 @@ def _diameter_mm(mesh: PolyMesh, halfedges: Halfedges, tip: int) -> int:
     within, and others are not, if that can be.
     """
     place = mesh.vertices[tip, :2]
-    own = np.zeros(mesh.n_faces, dtype=bool)
-    own[halfedges.face[halfedges.tail == tip]] = True
+    own = flags(mesh.n_faces, halfedges.face[halfedges.tail == tip])
     far = np.linalg.norm(face_centres(mesh)[:, :2] - place, axis=1)
     beside = mesh.vertices[halfedges.head[halfedges.tail == tip]]
     rim = 2.0 * float(np.linalg.norm(beside[:, :2] - place, axis=1).mean())

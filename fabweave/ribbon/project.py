@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of, unit
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    flags,
+    frozen_value,
+    offsets_of,
+    unit,
+)
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
@@ -784,8 +792,7 @@ def smooth_ribbons(ribbons: Ribbons, steps: int) -> Ribbons:
 
 def _connectors(ribbons: Ribbons, following: IntArray) -> tuple[IntArray, IntArray]:
     """Return the rungs at which ribbons leave a panel and arrive at the next one without a turn."""
-    enters = np.zeros(ribbons.n_rungs, dtype=bool)
-    enters[ribbons.entry] = True
+    enters = flags(ribbons.n_rungs, ribbons.entry)
     leaves = ribbons.entry + 1
     arrives = following[leaves]
     direct = (arrives >= 0) & enters[arrives]

@@ -5,16 +5,14 @@ No colour convention is universal, so it is a table (``presets.toml``), not a co
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fabweave.core.entries import read_toml
+from fabweave.core.entries import read_toml, shipped_tables
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first, shown
 from fabweave.sheet.drawing import Layer
@@ -261,5 +259,4 @@ def _nearest_aci(rgb: tuple[int, int, int]) -> int:
 
 @cache
 def _tables() -> dict[str, Any]:
-    text = (resources.files("fabweave.sheet") / "presets.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    return shipped_tables("fabweave.sheet", "presets.toml")

@@ -2,8 +2,8 @@
 
 import io
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import segno
@@ -30,7 +30,8 @@ _CELL_MM, _MOST_CELLS = 1.0, 2000
 _FLAT_MM = 0.2
 
 
-class Code(NamedTuple):
+@dataclass(frozen=True)
+class Code:
     """A QR code on a sheet: the lower left corner of its dots, and their size, millimetres."""
 
     x_mm: float

@@ -5,8 +5,6 @@ the quantity beside it. So a file holds the holes and the outline of one piece a
 and a table says how often it is wanted.
 """
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.core.arrays import frozen_value
+from fabweave.core.files import csv_text
 from fabweave.nest.layout import Placement
 from fabweave.piece.piece import Piece
 from fabweave.sheet.drawing import PieceDrawing, SheetDrawing
@@ -121,14 +120,12 @@ def quantity_table(files: Sequence[KindFile]) -> str:
     Length and width are those of what the file holds; the area is without holes, the length of
     the cut with them.
     """
-    text = io.StringIO(newline="")
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(_COLUMNS)
+    rows = []
     for file in files:
         piece = file.piece
         length = piece.path.length + float(np.sum(np.pi * piece.holes[:, 3]))
         length += sum(slot.path.length for slot in piece.slots)
-        rows.writerow(
+        rows.append(
             (
                 f"{file.material.folder}/{file.drawing.name}.dxf",
                 len(file.ids),
@@ -143,7 +140,7 @@ def quantity_table(files: Sequence[KindFile]) -> str:
                 len(piece.holes) + len(piece.slots),
             )
         )
-    return text.getvalue()
+    return csv_text(_COLUMNS, rows)
 
 
 def write_kind_files(

@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
-from fabweave.nest.offcut import Offcut
+from fabweave.nest.offcut import Offcut, thinned
 from fabweave.sheet.drawing import Entity, Layer, Polyline, SheetDrawing
 from fabweave.sheet.labels.lettering import place_text, text_box
 from fabweave.stock.sheet_size import SheetSize
@@ -28,19 +28,10 @@ def outline_note(ring: Sequence[tuple[float, float]] | FloatArray) -> Polyline:
     >>> len(outline_note([(0.0, 0.0), (9.0, 0.0), (9.0, 0.1), (0.0, 9.0)]).points)
     3
     """
-    kept = _thinned(np.asarray(ring, dtype=np.float64))
+    kept = thinned(np.asarray(ring, dtype=np.float64), _SHORT_MM)
     while len(kept) > 3 and np.hypot(*(kept[-1] - kept[0])) < _SHORT_MM:
         kept.pop()
     return Polyline(Layer.NOTES, np.array(kept), closed=True)
-
-
-def _thinned(points: FloatArray) -> list[FloatArray]:
-    """Return the points of a run that are far enough from the one before."""
-    kept = [points[0]]
-    for point in points[1:]:
-        if np.hypot(*(point - kept[-1])) >= _SHORT_MM:
-            kept.append(point)
-    return kept
 
 
 def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity, ...]:
@@ -110,7 +101,10 @@ def _dashes(outline: FloatArray) -> list[FloatArray]:
     ends = [np.column_stack([np.interp(at, way, axis) for axis in ring.T]) for at in (begin, end)]
     first, last = np.searchsorted(way, begin, "right"), np.searchsorted(way, end, "left")
     dashes = [
-        _thinned(np.concatenate([ends[0][k : k + 1], ring[first[k] : last[k]], ends[1][k : k + 1]]))
+        thinned(
+            np.concatenate([ends[0][k : k + 1], ring[first[k] : last[k]], ends[1][k : k + 1]]),
+            _SHORT_MM,
+        )
         for k in range(count)
     ]
     return [np.array(dash) for dash in dashes if len(dash) > 1]

@@ -1,9 +1,7 @@
 """Hold what those who cut ask of holes, webs, gaps and sizes."""
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib import resources
 from typing import Annotated, Any, TypeAlias
 
 from fabweave.core.entries import (
@@ -13,6 +11,7 @@ from fabweave.core.entries import (
     number_key,
     pair_key,
     read_entry,
+    shipped_tables,
 )
 from fabweave.core.messages import one_named
 from fabweave.stock.machine import Span
@@ -55,7 +54,7 @@ class Target:
 
     def __post_init__(self) -> None:
         """Refuse values that no target has."""
-        read_entry(target_table(self), f"target {self.name!r}", Target)
+        read_entry(entry_table(self), f"target {self.name!r}", Target)
 
     @property
     def rules(self) -> list[str]:
@@ -124,21 +123,8 @@ def _targets_of(
     return tuple(found)
 
 
-def target_table(target: Target) -> dict[str, Any]:
-    """Return the entry that :func:`targets_of` reads as a target.
-
-    Examples
-    --------
-    >>> snijlab = target_named("snijlab")
-    >>> targets_of({"snijlab": target_table(snijlab)}, "here") == (snijlab,)
-    True
-    """
-    return entry_table(target)
-
-
 def _our_tables() -> dict[str, Any]:
-    text = resources.files("fabweave.sheet").joinpath("targets.toml").read_text("utf-8")
-    return tomllib.loads(text)
+    return shipped_tables("fabweave.sheet", "targets.toml")
 
 
 def target_named(name: str, user_targets: Iterable[Target] = ()) -> Target:

@@ -16,8 +16,7 @@ from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.options.command import command_text, usual_settings
 from fabweave.options.file_kinds import LAYOUT_FILE
-from fabweave.picture.loss_picture import likeness_png
-from fabweave.picture.object_picture import portrait_png
+from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot

@@ -1,14 +1,11 @@
 """Hold what is sold to go through holes: which holes and which grips it fits."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
-import msgspec
-
+from fabweave.core.entries import shipped_records
 from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
 from fabweave.core.records import record
@@ -97,11 +94,7 @@ def hardware_catalogue() -> Mapping[str, Hardware]:
     >>> [sort.name for sort in hardware_catalogue().values() if sort.fits(5.1, 3.0)]
     ['book-screw']
     """
-    text = resources.files("fabweave.stock").joinpath("hardware.toml").read_text("utf-8")
-    return {
-        name: msgspec.convert({"name": name, **entry}, Hardware)
-        for name, entry in tomllib.loads(text).items()
-    }
+    return shipped_records("fabweave.stock", "hardware.toml", Hardware)
 
 
 def hardware_named(name: str) -> Hardware:

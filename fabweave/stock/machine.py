@@ -1,15 +1,11 @@
 """Hold how fast machines are: speeds, acceleration and rests, by kind of machine and material."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from functools import cache
-from importlib import resources
 from typing import Any, NamedTuple, TypeAlias
 
-import msgspec
-
-from fabweave.core.entries import Accept, Key, in_range, list_of
+from fabweave.core.entries import Accept, Key, in_range, list_of, shipped_records
 from fabweave.core.records import record
 
 #: A least and a greatest value.
@@ -82,11 +78,7 @@ def machines() -> Mapping[str, Machine]:
     >>> machines()["co2"].acceleration_mm_s2
     (500.0, 2000.0)
     """
-    text = resources.files("fabweave.stock").joinpath("machines.toml").read_text("utf-8")
-    return {
-        name: msgspec.convert({"name": name, **entry}, Machine)
-        for name, entry in tomllib.loads(text).items()
-    }
+    return shipped_records("fabweave.stock", "machines.toml", Machine)
 
 
 #: What one takes a practised hand, seconds, and what it is called. Taking up a strip (flexible, in

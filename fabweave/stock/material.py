@@ -3,11 +3,9 @@
 import itertools
 import math
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
 from typing import Annotated, Any, TypeAlias
 
 from PIL import ImageColor
@@ -24,6 +22,7 @@ from fabweave.core.entries import (
     number_key,
     pair_key,
     read_entry,
+    shipped_tables,
 )
 from fabweave.core.errors import InputError
 from fabweave.core.messages import one_named
@@ -208,7 +207,7 @@ class Material:
 
     def __post_init__(self) -> None:
         """Refuse values that no material has."""
-        _values(material_table(self), f"material {self.name!r}")
+        _values(entry_table(self), f"material {self.name!r}")
 
 
 def _values(table: Any, where: str) -> dict[str, Any]:
@@ -254,18 +253,6 @@ def materials_of(document: Mapping[str, Any], where: str) -> tuple[Material, ...
     )
 
 
-def material_table(material: Material) -> dict[str, Any]:
-    """Return the entry that :func:`materials_of` reads as a material.
-
-    Examples
-    --------
-    >>> card = material_named("card")
-    >>> materials_of({"card": material_table(card)}, "here") == (card,)
-    True
-    """
-    return entry_table(material)
-
-
 @cache
 def material_library() -> tuple[Material, ...]:
     """Return the materials that fabweave knows, thinnest family first as listed.
@@ -275,8 +262,8 @@ def material_library() -> tuple[Material, ...]:
     >>> [m.name for m in material_library() if m.metal][:2]
     ['aluminium-5052', 'stainless-304']
     """
-    text = resources.files("fabweave.stock").joinpath("materials.toml").read_text("utf-8")
-    return materials_of(tomllib.loads(text), "fabweave's materials.toml")
+    tables = shipped_tables("fabweave.stock", "materials.toml")
+    return materials_of(tables, "fabweave's materials.toml")
 
 
 def material_named(name: str, user_materials: Iterable[Material] = ()) -> Material:

@@ -416,9 +416,7 @@ def part_bunches(threads: Threads) -> IntArray:
 def _longest_first(colours: IntArray, lengths: IntArray) -> IntArray:
     """Renumber bunches by how many passes they have, the most first."""
     total = np.bincount(colours, weights=lengths)
-    number = np.empty(len(total), dtype=np.int64)
-    number[np.argsort(-total, kind="stable")] = np.arange(len(total))
-    return number[colours]
+    return np.argsort(np.argsort(-total, kind="stable"))[colours]
 
 
 def _two_bunches(graph: sparse.csr_array) -> IntArray | None:

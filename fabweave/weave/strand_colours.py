@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.colour_space import Colours, bytes_of, light_of, light_of_hue, oklab_of
 from fabweave.core.errors import InputError
 from fabweave.weave.pattern import Weave, strand_passes
@@ -68,8 +68,7 @@ def shade_strands(
         stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_))
         shade = _shaded(stretch, conflicts, distinct=False)
     used = np.bincount(shade[stretch].ravel())
-    number = np.empty(len(used), dtype=np.int64)
-    number[np.argsort(-used, kind="stable")] = np.arange(len(used))
+    number = np.argsort(np.argsort(-used, kind="stable"))
     return number[shade][stretch]
 
 
@@ -79,8 +78,7 @@ def _parted(weave: Weave, broken: BoolArray) -> tuple[IntArray, IntArray]:
     for may_break in (~weave.over, np.ones(len(broken), dtype=np.bool_)):
         stretch = stretches(weave.threads, broken)
         pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
-        own = np.zeros(int(stretch.max()) + 1, dtype=np.bool_)
-        own[pairs[pairs[:, 0] == pairs[:, 1], 0]] = True
+        own = flags(int(stretch.max()) + 1, pairs[pairs[:, 0] == pairs[:, 1], 0])
         broken |= may_break & own[stretch].any(axis=1)
     stretch = stretches(weave.threads, broken)
     pairs = np.unique(crossing_pairs(weave, stretch), axis=0)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, IntArray, flags, frozen_value, offsets_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.topology import walk_from
 
@@ -60,13 +60,11 @@ def order_states(successor: IntArray, count: int) -> tuple[IntArray, IntArray, B
     # The same corner passed the other way lies in the reverse of the walk.
     reverse_walk = walk[(smallest + count) % n_states]
     kept = smallest < smallest[reverse_walk]
-    has_predecessor = np.zeros(n_states, dtype=bool)
-    has_predecessor[successor[goes_on]] = True
+    has_predecessor = flags(n_states, successor[goes_on])
     starts = np.flatnonzero(~has_predecessor)
     first = smallest.copy()
     first[walk[starts]] = starts
-    closed = np.ones(n_walks, dtype=bool)
-    closed[walk[starts]] = False
+    closed = ~flags(n_walks, walk[starts])
 
     first, closed = first[kept], closed[kept]
     by_first = np.argsort(first, kind="stable")

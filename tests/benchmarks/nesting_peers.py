@@ -13,7 +13,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.fewer_sheets import shortfall_mm
-from fabweave.nest.separate.overlap import ItemField, item_field
+from fabweave.nest.separate.separation import ItemField, item_field
 
 #: By how much outlines are inflated, and simplified, for spyrrow.
 OUTLINE_MM = 0.1

@@ -14,10 +14,10 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import edge_lengths
-from fabweave.mesh.shapes.bundles import bundle_quads, slit_columns
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.knots import reach_of, torus_knot
 from fabweave.mesh.shapes.soft_tubes import soft_tubes
+from fabweave.mesh.shapes.woven import bundle_quads, slit_columns
 from fabweave.mesh.symmetry import find_symmetry
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads

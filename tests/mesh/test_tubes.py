@@ -14,21 +14,23 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.remesh import auto, tubes
-from fabweave.mesh.remesh.chords import (
+from fabweave.mesh.remesh.engines import SKELETON
+from fabweave.mesh.remesh.fit import model_of
+from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
+from fabweave.mesh.remesh.request import Remesh, parse_remesh
+from fabweave.mesh.remesh.tubes import (
+    Skeleton,
     find_chords,
     lengthened,
     pillowed,
+    pruned,
+    remesh_tubes,
+    resampled,
     split_chords,
     thinned,
     wide_part,
     without_chord,
 )
-from fabweave.mesh.remesh.engines import SKELETON
-from fabweave.mesh.remesh.fit import model_of
-from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
-from fabweave.mesh.remesh.request import Remesh, parse_remesh
-from fabweave.mesh.remesh.skeleton import Skeleton, pruned, resampled
-from fabweave.mesh.remesh.tubes import remesh_tubes
 from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.subdivide import parse_refinements, refine_mesh

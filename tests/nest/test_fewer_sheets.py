@@ -6,10 +6,9 @@ from fabweave.nest import nesting
 from fabweave.nest.container import container_of
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.nesting import nest
-from fabweave.nest.place.coarse_search import CoarseSearch
 from fabweave.nest.separate import fewer_sheets as emptying
-from fabweave.nest.separate.fewer_sheets import SeparationProblem, shortfall_mm
-from fabweave.nest.separate.overlap import item_field
+from fabweave.nest.separate.fewer_sheets import CoarseSearch, SeparationProblem, shortfall_mm
+from fabweave.nest.separate.separation import item_field
 from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import FREE
 from fabweave.stock.sheet_size import SheetSize

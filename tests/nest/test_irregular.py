@@ -13,7 +13,7 @@ from fabweave.nest import nesting
 from fabweave.nest.container import container_of
 from fabweave.nest.layout import effort_named
 from fabweave.nest.nesting import nest
-from fabweave.nest.separate.overlap import obstacle_field
+from fabweave.nest.separate.separation import obstacle_field
 from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.rotations import FREE, Rotations, parse_rotations
 from fabweave.stock.sheet_size import SheetSize

@@ -11,14 +11,14 @@ from strategies import at_most
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.fewer_sheets import shortfall_mm
-from fabweave.nest.separate.overlap import (
+from fabweave.nest.separate.separation import (
     distances,
     item_arrays,
     item_field,
     near_samples,
     place_items,
+    separate,
 )
-from fabweave.nest.separate.separation import separate
 
 GAP = 2.0
 BAR = item_field(shape_of(bar(40.0, 8.0))[0], GAP)

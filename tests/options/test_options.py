@@ -440,20 +440,12 @@ def test_a_mesh_that_lies_beside_job_toml_is_found(tmp_path) -> None:
     assert settings_from_job(path).mesh.source == "nowhere.obj"
 
 
-def test_options_that_went_are_read_where_nobody_asked_for_them(tmp_path) -> None:
-    path = tmp_path / "job.toml"
-    path.write_text("[job]\nmesh = 'shape:cube'\ntwill_symmetry = 1\nirregular = 'any'\n")
-    assert settings_from_job(path) == Settings.of("shape:cube")
-
-
 @pytest.mark.parametrize(
     ("text", "place"),
     [
         ("[job]\nmesh = 'shape:cube'\nsise = 3\ncolor = 1", "2 .*: color, sise;"),
         ("[job]\nmesh = 'shape:cube'\nsize = 'large'", "job.toml, size: "),
         ("[job]\nmesh = 'shape:cube'\nlayout = 3", "job.toml, layout: "),
-        ("[job]\nmesh = 'shape:cube'\nalong = 'z'", "along, an option of older .*tubes:300"),
-        ("[job]\nmesh = 'shape:cube'\ntwill_symmetry = 4", "twill_symmetry, an option of older"),
         ("[job]\nup = 'z'", "mesh"),
         ("job = 3", r"\[job\]"),
         ("[job", "job.toml"),

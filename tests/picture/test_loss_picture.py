@@ -10,7 +10,7 @@ from fabweave.core.colour_space import light_of, oklab_of
 from fabweave.mesh.likeness import LossMap, likeness, loss_map
 from fabweave.mesh.shapes import grids
 from fabweave.picture.camera import View
-from fabweave.picture.loss_picture import (
+from fabweave.picture.object_picture import (
     likeness_png,
     loss_colours,
     loss_legend,

@@ -5,8 +5,8 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.sheet.common_cuts import with_common_cuts
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
+from fabweave.sheet.kerf import with_common_cuts
 
 ROWS = st.lists(
     st.lists(st.integers(3, 60), min_size=1, max_size=5), min_size=1, max_size=5

@@ -9,14 +9,13 @@ import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.core.entries import entry_keys, read_toml
+from fabweave.core.entries import entry_keys, entry_table, read_toml
 from fabweave.core.errors import InputError
-from fabweave.sheet.targets import Target, target_named, target_table, targets, targets_of
+from fabweave.sheet.targets import Target, target_named, targets, targets_of
 from fabweave.stock.material import (
     Material,
     material_library,
     material_named,
-    material_table,
     materials_of,
 )
 from fabweave.stock.supplies import materials_in_use, parse_materials
@@ -43,15 +42,15 @@ def test_examples_are_read() -> None:
 
 @pytest.mark.parametrize("material", [*material_library(), *materials_of({"felt": FELT}, "here")])
 def test_a_material_comes_back_from_its_entry(material) -> None:
-    entry = tomllib.loads(tomli_w.dumps({material.name: material_table(material)}))
+    entry = tomllib.loads(tomli_w.dumps({material.name: entry_table(material)}))
     assert materials_of(entry, "there") == (material,)
 
 
 @pytest.mark.parametrize("target", targets())
 def test_a_target_comes_back_from_its_entry(target) -> None:
-    entry = tomllib.loads(tomli_w.dumps({target.name: target_table(target)}))
+    entry = tomllib.loads(tomli_w.dumps({target.name: entry_table(target)}))
     # All of it: whatever the default asks for.
-    wide = {"default": {**target_table(target_named("default")), "hole_mm": 9.0, "title": "wide"}}
+    wide = {"default": {**entry_table(target_named("default")), "hole_mm": 9.0, "title": "wide"}}
     assert targets_of(wide | entry, "there")[-1 if target.name != "default" else 0] == target
 
 
@@ -135,7 +134,7 @@ def test_an_entry_that_is_no_material_is_told_with_its_place(key) -> None:
 def test_every_key_of_a_material_and_of_a_target_has_a_spoilt_example() -> None:
     assert entry_keys(Material).keys() <= SPOILT.keys()
     for key in entry_keys(Target):
-        entry = target_table(target_named("snijlab")) | {key: "wide" * 99}
+        entry = entry_table(target_named("snijlab")) | {key: "wide" * 99}
         with pytest.raises(InputError, match=rf"^mine.toml, \[me\]: {key} is 'wide"):
             targets_of({"me": entry}, "mine.toml")
 

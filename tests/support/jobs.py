@@ -14,7 +14,7 @@ from fabweave.cli import inspect
 from fabweave.cli.main import main
 from fabweave.design import making
 from fabweave.options.settings import Settings
-from fabweave.picture import loss_picture, object_picture
+from fabweave.picture import object_picture
 from fabweave.piece import joined_strands as split_job
 from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.show import job as drawn
@@ -54,8 +54,8 @@ def _small_portrait(ribbons, colours) -> bytes:
 
 
 def _small_likeness(loss, like) -> bytes | None:
-    with mock.patch.object(loss_picture, "SIDE_PX", (72, 72)):
-        return loss_picture.likeness_png(loss, like)
+    with mock.patch.object(object_picture, "SIDE_PX", (72, 72)):
+        return object_picture.likeness_png(loss, like)
 
 
 #: What makes jobs quick: a module, a name in it, what it is in tests, and what it is for users.

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sealing import told
 from spoiling import edit_json
 
-from fabweave.verify.measure.elastic import (
+from fabweave.verify.check.form import (
     PIECES,
     Attitude,
     Spans,

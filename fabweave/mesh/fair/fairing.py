@@ -11,6 +11,7 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
+    flags,
     frozen_value,
     no_progress,
 )
@@ -268,9 +269,7 @@ class Guard:
         through = self._through(positions)
         new = np.setdiff1d(through, self._known)
         faces[np.concatenate(np.divmod(new, self._mesh.n_faces))] = True
-        vertices = np.zeros(len(positions), dtype=bool)
-        vertices[self._mesh.indices[faces[self._face]]] = True
-        return vertices
+        return flags(len(positions), self._mesh.indices[faces[self._face]])
 
     def _through(self, positions: FloatArray) -> IntArray:
         """Return the pairs of faces that run through one another, each as a number."""

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, Progress, no_progress, places_in_groups
+from fabweave.core.arrays import BoolArray, IntArray, Progress, flags, no_progress, places_in_groups
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.one_rings import corners_in_turn, find_irregular, irregular_note
+from fabweave.mesh.one_rings import corners_in_turn
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
-from fabweave.mesh.remesh.remeshed import Remeshed, ready_source, sound_faults
+from fabweave.mesh.remesh.remeshed import Remeshed, finished_quads, ready_source, sound_faults
 from fabweave.mesh.remesh.request import checked_count
 from fabweave.mesh.topology import solve_parity
 
@@ -85,8 +85,7 @@ def unrefined(mesh: PolyMesh) -> PolyMesh | None:
         return None
     halfedges = build_halfedges(mesh)
     count = mesh.n_vertices
-    rim = np.zeros(count, dtype=bool)
-    rim[halfedges.tail[halfedges.twin < 0]] = True
+    rim = flags(count, halfedges.tail[halfedges.twin < 0])
     valence = np.bincount(halfedges.tail, minlength=count) + rim
     apart = np.ones(halfedges.n_halfedges, dtype=bool)
     edges = solve_parity(count, halfedges.tail, halfedges.head, apart)
@@ -122,8 +121,7 @@ def _best_choice(
         row = np.arange(len(quads))
         ends = quads[row, start], quads[row, start + 2]
         diagonal = solve_parity(mesh.n_vertices, *ends, np.ones(len(quads), dtype=bool))
-        linked = np.zeros(mesh.n_vertices, dtype=bool)
-        linked[np.concatenate(ends)] = True
+        linked = flags(mesh.n_vertices, np.concatenate(ends))
         if diagonal.odd_ring or len(np.unique(diagonal.classes[linked])) != 1:
             continue
         for face_side in (1, 0):
@@ -225,8 +223,7 @@ def remesh_coarse(
     notes.append(
         cage_note(paired, fitted, steps) + (f"; other cages have {others} faces" if others else "")
     )
-    irregular = find_irregular(fitted)
-    return Remeshed(fitted, "unrefining", (*notes, irregular_note(irregular)), irregular)
+    return finished_quads(fitted, "unrefining", notes)
 
 
 def cage_of_quads(source: PolyMesh, n_quads: int) -> tuple[PolyMesh, str] | None:

@@ -329,8 +329,7 @@ def _take_best(first: IntArray, second: IntArray, cost: FloatArray, n_faces: int
     scrambled = np.arange(count, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     scrambled ^= scrambled >> np.uint64(31)
     scrambled *= np.uint64(0xBF58476D1CE4E5B9)
-    rank = np.empty(count, dtype=np.int64)
-    rank[np.lexsort((scrambled, np.round(cost / _TIE)))] = np.arange(count)
+    rank = np.argsort(np.lexsort((scrambled, np.round(cost / _TIE))))
     live = np.arange(count)
     free = np.ones(n_faces, dtype=bool)
     taken: list[IntArray] = []

@@ -13,7 +13,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness, nearly_as_like
-from fabweave.mesh.one_rings import find_irregular, interior_valences, irregular_note
+from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.coarse import cage_of_quads
 from fabweave.mesh.remesh.engines import (
@@ -37,6 +37,7 @@ from fabweave.mesh.remesh.remeshed import (
     check_remeshed,
     cut_surface,
     evenness,
+    finished_quads,
     ready_source,
     surface_faults,
 )
@@ -303,7 +304,7 @@ def remesh_quads(
         if best is not None:
             notes += [f"another attempt failed: {text}" for text in failures]
             chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
-            return _finished(chosen, engine.name, [*notes, *told])
+            return finished_quads(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
 
@@ -314,7 +315,7 @@ def _kept(
     if _about(paired.n_faces, n_quads):
         return _from_pairing(source, paired, notes)
     cage = None if n_quads is None else cage_of_quads(source, n_quads)
-    return None if cage is None else _finished(cage[0], "unrefining", [*notes, cage[1]])
+    return None if cage is None else finished_quads(cage[0], "unrefining", [*notes, cage[1]])
 
 
 def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> str:
@@ -390,12 +391,7 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
             agree(len(stray), "{n} [face is not a quad|faces are not quads] (face ")
             + f"{some}); one Catmull-Clark step turns all faces into quads"
         )
-    return _finished(paired, "pairing" if merged else "unchanged", notes)
-
-
-def _finished(mesh: PolyMesh, method: str, notes: list[str]) -> Remeshed:
-    irregular = find_irregular(mesh)
-    return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
+    return finished_quads(paired, "pairing" if merged else "unchanged", notes)
 
 
 def _last_resort(

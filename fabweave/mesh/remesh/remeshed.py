@@ -1,5 +1,7 @@
 """Check that a remeshed surface is the surface that was given."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
@@ -8,7 +10,12 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.one_rings import Irregular, interior_valences
+from fabweave.mesh.one_rings import (
+    Irregular,
+    find_irregular,
+    interior_valences,
+    irregular_note,
+)
 from fabweave.mesh.polymesh import (
     PolyMesh,
     face_centres,
@@ -43,6 +50,12 @@ class Remeshed:
     method: str
     notes: tuple[str, ...]
     irregular: Irregular
+
+
+def finished_quads(mesh: PolyMesh, method: str, notes: Sequence[str]) -> Remeshed:
+    """Return a mesh of quads as a result, with a note on its irregular vertices."""
+    irregular = find_irregular(mesh)
+    return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
 
 
 def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:

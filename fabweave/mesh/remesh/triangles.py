@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, no_progress, unit
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, flags, no_progress, unit
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -100,8 +100,7 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
 def _longest_of_both(halfedges: Halfedges, length: FloatArray) -> IntArray:
     """Return the edges that are the longest of their triangles; the first of equal ones."""
     edges = halfedges.edge.reshape(-1, 3)
-    rank = np.empty(len(length), dtype=np.int64)
-    rank[np.lexsort((np.arange(len(length)), -length))] = np.arange(len(length))
+    rank = np.argsort(np.lexsort((np.arange(len(length)), -length)))
     best = edges[np.arange(len(edges)), np.argmin(rank[edges], axis=1)]
     first = halfedges.edge_halfedge
     twin = halfedges.twin[first]
@@ -193,8 +192,7 @@ def _meeting_places(
             np.where(twin >= 0, halfedges.tail[halfedges.prev[twin]], -1),
         ]
     )
-    rim = np.zeros(count, dtype=bool)
-    rim[[u[twin < 0], v[twin < 0]]] = True
+    rim = flags(count, [u[twin < 0], v[twin < 0]])
     spare = valence > np.where(rim, _LEAST_RIM, _LEAST)
     enough = np.where(tips >= 0, spare[tips], True).all(axis=1)
     # Two points of lines would tie these together, unless the edge is of one line.
@@ -234,8 +232,7 @@ def _spoilt(mesh: PolyMesh, moved: FloatArray, faces: IntArray) -> BoolArray:
     old, new = triangle_normals(mesh), triangle_normals(mesh.with_vertices(moved))
     turned = np.einsum("nd,nd->n", unit(old), unit(new)) < _TURN
     turned &= np.linalg.norm(new, axis=1) > 0
-    bad = np.zeros(mesh.n_vertices, dtype=bool)
-    bad[mesh.indices.reshape(-1, 3)[turned]] = True
+    bad = flags(mesh.n_vertices, mesh.indices.reshape(-1, 3)[turned])
     left = PolyMesh.from_triangles(moved, faces)
     through = self_intersections(left)
     if len(through) and not len(self_intersections(mesh)):
@@ -337,8 +334,7 @@ def _gains(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArr
 def _valence_gain(mesh: PolyMesh, halfedges: Halfedges, quads: IntArray) -> FloatArray:
     """Return by how much each flip lowers the sum of squares; -inf where too few edges remain."""
     count = mesh.n_vertices
-    rim = np.zeros(count, dtype=bool)
-    rim[halfedges.tail[halfedges.twin < 0]] = True
+    rim = flags(count, halfedges.tail[halfedges.twin < 0])
     valence = np.bincount(halfedges.tail, minlength=count) + rim
     excess = valence - np.where(rim, REGULAR_RIM, REGULAR)
     change = np.array([-1, -1, 1, 1])

@@ -1,27 +1,43 @@
-"""Make quads from the skeleton of a surface: limbs become tubes, with rings around them."""
+"""Make quads from the skeleton of a surface: limbs become tubes, with rings around them.
+
+The skeleton is chains of nodes between tips and branches. Chords, rows of quads from side to
+opposite side, are then put in and taken out.
+"""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress, unit
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    flags,
+    frozen_value,
+    no_progress,
+    unit,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.check import check_mesh
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import name_place
-from fabweave.mesh.one_rings import find_irregular, irregular_note, sum_at
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.one_rings import interior_valences, sum_at
 from fabweave.mesh.polymesh import (
     PolyMesh,
     corner_sines,
+    face_areas,
     face_normals,
     face_of_corner,
     without_loose,
 )
-from fabweave.mesh.remesh.chords import lengthened, pillowed, thinned, wide_part
 from fabweave.mesh.remesh.engines import (
     EXTRUSION,
     QSLIM,
@@ -31,11 +47,495 @@ from fabweave.mesh.remesh.engines import (
     run_engine,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
-from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed, cut_surface, ready_source
+from fabweave.mesh.remesh.remeshed import (
+    Remeshed,
+    check_remeshed,
+    cut_surface,
+    edge_lengths,
+    finished_quads,
+    ready_source,
+)
 from fabweave.mesh.remesh.request import checked_count
-from fabweave.mesh.remesh.skeleton import Skeleton, measured, pruned, rerouted, resampled
 from fabweave.mesh.topology import label_links
-from fabweave.mesh.triangulate import surface_area
+from fabweave.mesh.triangulate import area_samples, plain_triangles, surface_area
+
+
+def find_chords(halfedges: Halfedges) -> tuple[int, IntArray]:
+    """Return how many chords a mesh of quads has, and which one crosses each edge, (E,).
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> find_chords(build_halfedges(torus(7, 5, 3.0, 1.0)))[0]
+    12
+    """
+    across = halfedges.next[halfedges.next]
+    return label_links(halfedges.edge, halfedges.edge[across], halfedges.n_edges)
+
+
+def _lengths(mesh: PolyMesh, halfedges: Halfedges) -> FloatArray:
+    """Return the length of each edge, (E,)."""
+    return np.maximum(edge_lengths(mesh)[halfedges.edge_halfedge], 1e-12)
+
+
+def split_chords(mesh: PolyMesh, times: IntArray) -> PolyMesh:
+    """Return a mesh of quads with each chord split lengthwise into so many.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Quads.
+    times : (C,) int array
+        For each chord, 1 or more.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> split_chords(cube(), np.array([1, 2, 3])).n_faces
+    22
+    """
+    halfedges = build_halfedges(mesh)
+    parts = times[find_chords(halfedges)[1]]
+    first = halfedges.edge_halfedge
+    points, begin = [mesh.vertices], mesh.n_vertices + np.cumsum(parts - 1) - (parts - 1)
+    tail, head = mesh.vertices[halfedges.tail[first]], mesh.vertices[halfedges.head[first]]
+    for edge, count in enumerate(parts.tolist()):
+        share = np.arange(1, count)[:, None] / count
+        points.append(tail[edge] + share * (head - tail)[edge])
+    total = mesh.n_vertices + int(np.sum(parts - 1))
+
+    def along(half: int) -> list[int]:
+        edge = halfedges.edge[half]
+        inner = list(range(begin[edge], begin[edge] + parts[edge] - 1))
+        inner = inner if first[edge] == half else inner[::-1]
+        return [int(halfedges.tail[half]), *inner, int(halfedges.head[half])]
+
+    faces = []
+    for face in range(mesh.n_faces):
+        south, east, north, west = (along(4 * face + side) for side in range(4))
+        low, high = (np.concatenate(points)[line[1:-1]] for line in (south, north[::-1]))
+        rows = [south]
+        for y in range(1, len(east) - 1):
+            share = y / (len(east) - 1)
+            points.append((1 - share) * low + share * high)
+            rows.append([west[::-1][y], *range(total, total + len(low)), east[y]])
+            total += len(low)
+        rows.append(north[::-1])
+        for under, over in pairwise(rows):
+            faces += [[*under[x : x + 2], over[x + 1], over[x]] for x in range(len(under) - 1)]
+    return PolyMesh.from_faces(np.concatenate(points), np.array(faces))
+
+
+def without_chord(mesh: PolyMesh, number: int) -> PolyMesh | None:
+    """Take a chord out: the ends of each of its edges come together in their middle.
+
+    Returns
+    -------
+    PolyMesh or None
+        None if what is left would not be a surface of quads of the same topology, with at least
+        three edges at each vertex.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import torus
+    >>> without_chord(torus(7, 5, 3.0, 1.0), 0).n_faces in (28, 30)
+    True
+    """
+    halfedges = build_halfedges(mesh)
+    on = halfedges.edge_halfedge[find_chords(halfedges)[1] == number]
+    _, label = label_links(halfedges.tail[on], halfedges.head[on], mesh.n_vertices)
+    size = np.bincount(label)
+    points = np.stack([np.bincount(label, axis) / size for axis in mesh.vertices.T], axis=1)
+    faces = label[mesh.indices.reshape(-1, 4)]
+    kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    result = PolyMesh.from_faces(points, faces[kept])
+    if not kept.any() or (faces[kept][:, :2] == faces[kept][:, 2:]).any():
+        return None
+    result = without_loose(result)
+    before, after = check_mesh(mesh), check_mesh(result)
+    same = (before.euler, before.n_components, before.n_boundary_loops) == (
+        after.euler,
+        after.n_components,
+        after.n_boundary_loops,
+    )
+    if not same or after.rules - before.rules:
+        return None
+    few = interior_valences(build_halfedges(result))[1].min(initial=4) < 3
+    return None if few else result
+
+
+def pillowed(mesh: PolyMesh, inside: BoolArray) -> PolyMesh | None:
+    """Put a ring of quads around some faces, between them and the rest.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Quads.
+    inside : (F,) bool array
+        Faces that make a disc.
+
+    Returns
+    -------
+    PolyMesh or None
+        The same surface, with one quad more for each edge around the faces, which get smaller; None
+        if their boundary is not one simple loop.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> pillowed(cube(), np.arange(6) == 0).n_faces
+    10
+    """
+    halfedges = build_halfedges(mesh)
+    face, twin = halfedges.face, halfedges.twin
+    around = np.flatnonzero(inside[face] & ((twin < 0) | ~inside[face[twin]]))
+    tails = halfedges.tail[around]
+    if (twin[around] < 0).any() or not len(around) or len(np.unique(tails)) != len(tails):
+        return None
+    loops, _ = label_links(tails, halfedges.head[around], mesh.n_vertices)
+    if mesh.n_vertices - loops != len(around) - 1:
+        return None
+    number = np.arange(mesh.n_vertices)
+    number[tails] = mesh.n_vertices + np.arange(len(tails))
+    faces = mesh.indices.reshape(-1, 4).copy()
+    corners = faces[inside]
+    faces[inside] = number[corners]
+    # What moves inwards stays between where it was and the middle of its faces there.
+    sums = np.zeros((mesh.n_vertices, 4))
+    centres = mesh.vertices[corners].mean(axis=1)
+    np.add.at(sums, corners, np.column_stack([centres, np.ones(len(centres))])[:, None])
+    new = mesh.vertices[tails] * 2 / 3 + sums[tails, :3] / sums[tails, 3:] / 3
+    heads = halfedges.head[around]
+    ring = np.column_stack([tails, heads, number[heads], number[tails]])
+    return PolyMesh.from_faces(np.concatenate([mesh.vertices, new]), np.concatenate([faces, ring]))
+
+
+#: A chord is too narrow where two fifths of its edges are shorter than this share of the side that
+#: is wanted, and nine tenths are not longer than so many of these; the share grows until there are
+#: few enough quads, up to a limit.
+_SHORT, _LONG, _NARROW, _TIMES, _FASTER, _NARROWEST = 0.4, 0.9, 0.55, 2.0, 1.15, 1.0
+#: Room is left for what is put in later, but no more than that.
+_ROOM, _LEAST_ROOM = 0.85, 0.55
+
+
+def thinned(mesh: PolyMesh, side: float, n_quads: int) -> PolyMesh:
+    """Take out chords that are too narrow, the narrowest first, where that leaves a surface.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Quads.
+    side : float
+        How long edges are to be.
+    n_quads : int
+        About how many there are to be.
+    """
+    narrow = _NARROW
+    while narrow <= _NARROWEST:
+        halfedges = build_halfedges(mesh)
+        number, chord = find_chords(halfedges)
+        length = _lengths(mesh, halfedges)
+        wide, most = np.array(
+            [np.quantile(length[chord == one], (_SHORT, _LONG)) for one in range(number)]
+        ).T
+        thin = (wide < narrow * side) & (most < _TIMES * narrow * side)
+        for one in np.argsort(wide, kind="stable").tolist():
+            fewer = without_chord(mesh, one) if thin[one] else None
+            if fewer is not None and fewer.n_faces >= _LEAST_ROOM * n_quads:
+                mesh = fewer
+                break
+        else:
+            if mesh.n_faces <= _ROOM * n_quads:
+                break
+            narrow *= _FASTER
+    return mesh
+
+
+def lengthened(mesh: PolyMesh, n_quads: int) -> PolyMesh:
+    """Split chords that are wide until there are about so many quads, as square as may be."""
+    halfedges = build_halfedges(mesh)
+    _, chord = find_chords(halfedges)
+    wide = np.exp(np.bincount(chord, np.log(_lengths(mesh, halfedges))) / np.bincount(chord))
+    sides = chord[halfedges.edge.reshape(-1, 4)[:, :2]]
+    best = np.ones(len(wide), dtype=np.int64)
+    # Between two of these widths, no chord changes.
+    for width in np.sort(np.concatenate([wide / (k + 0.5) for k in range(1, 9)]))[::-1]:
+        times = np.maximum(np.rint(wide / width * (1 + 1e-9)), 1).astype(np.int64)
+        if times[sides].prod(axis=1).sum() > n_quads:
+            break
+        best = times
+    return split_chords(mesh, best)
+
+
+#: A face is too large beyond this share of the area wanted; smaller ones, down to that, fill
+#: corners; a ring goes around no fewer than so many.
+_LARGE, _FILLS, _LEAST_PART = 2.2, 0.7, 4
+#: Turns of looking from where most of a part looks.
+_LOOKS = 5
+
+
+def wide_part(mesh: PolyMesh, side: float) -> BoolArray | None:
+    """Find a disc of faces that are too large, with straight sides, (F,); None if there is none.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Quads.
+    side : float
+        How long edges are to be.
+    """
+    twice, half = face_areas(mesh), build_halfedges(mesh)
+    size = np.linalg.norm(twice, axis=1) / 2 / side**2
+    inner = half.twin >= 0
+    one, two = half.face[inner], half.face[half.twin[inner]]
+    large = size > _LARGE
+
+    def around(face: int, of: BoolArray) -> BoolArray:
+        both = of[one] & of[two]
+        label = label_links(one[both], two[both], mesh.n_faces)[1]
+        return of & (label == label[face])
+
+    while large.any():
+        largest = int(np.argmax(size * large))
+        part = around(largest, large)
+        # Of a part that goes around a limb, what is seen from where most of it looks; if that has
+        # a hole, from where its largest face looks.
+        for looks in (_LOOKS, 0):
+            way = unit(twice[[largest]])[0]
+            for _ in range(looks):
+                way = unit(twice[part & (twice @ way > 0)].sum(axis=0)[None])[0]
+            before = twice @ way > 0
+            seen = around(int(np.argmax(size * (part & before))), part & before)
+            seen = _straightened(half, seen, (size > _FILLS) & before)
+            if np.count_nonzero(seen) >= _LEAST_PART and pillowed(mesh, seen) is not None:
+                return seen
+        large &= ~part
+    return None
+
+
+def _straightened(half: Halfedges, part: BoolArray, may: BoolArray) -> BoolArray:
+    """Fill the corners that some faces leave, and take away those that stick out."""
+    inner = half.twin >= 0
+    while True:
+        beside = np.zeros(half.n_halfedges, dtype=bool)
+        beside[inner] = part[half.face[half.twin[inner]]]
+        new = np.zeros_like(part)
+        new[half.face[beside & beside[half.next]]] = True
+        new &= may & ~part
+        if new.any():
+            part = part | new
+            continue
+        weak = part & (np.bincount(half.face, beside, minlength=len(part)) < 2)
+        if not weak.any():
+            return part
+        part, may = part & ~weak, may & ~weak
+
+
+#: Samples of the surface that tell how thick it is.
+_SAMPLES = 8000
+#: A branch that sticks out of a trunk by less than this share of the trunk's radius is a bump.
+_BUMP = 0.5
+#: A branch that sticks out by less than this share of an edge has no room for a row of faces.
+_ROW = 0.8
+#: Rings stand so many radii apart.
+_APART = 2.0
+#: A chain gets no ring of its own where fewer radii are left beside branchings.
+_LEAST_FREE = 0.5
+
+
+@frozen_value
+class Skeleton:
+    """Places along the middle of a surface, and how thick it is there.
+
+    Parameters
+    ----------
+    places : (S, 3) float array
+    edges : (E, 2) int array
+        Which places follow one another.
+    radii : (S,) float array
+        The mean distance to the surface around.
+    """
+
+    places: FloatArray
+    edges: IntArray
+    radii: FloatArray
+
+    @property
+    def valence(self) -> IntArray:
+        """How many edges meet at each place, (S,)."""
+        return np.bincount(self.edges.reshape(-1), minlength=len(self.places))
+
+    @property
+    def n_tips(self) -> int:
+        """Number of ends."""
+        return int(np.count_nonzero(self.valence == 1))
+
+    def chains(self) -> list[list[int]]:
+        """Return the places of each chain, from a tip or branching to the next.
+
+        A ring without any starts and ends at its least place.
+
+        Examples
+        --------
+        >>> edges = np.array([[0, 1], [1, 2], [1, 3], [3, 4]])
+        >>> Skeleton(np.zeros((5, 3)), edges, np.ones(5)).chains()
+        [[0, 1], [1, 2], [1, 3, 4]]
+        """
+        near: list[list[int]] = [[] for _ in self.places]
+        for one, two in self.edges.tolist():
+            near[one].append(two)
+            near[two].append(one)
+        left = {(min(edge), max(edge)) for edge in self.edges.tolist()}
+        knots = [at for at, around in enumerate(near) if len(around) not in (0, 2)]
+        chains = []
+        for start in [*knots, *range(len(near))]:
+            for first in sorted(near[start]):
+                if (min(start, first), max(start, first)) not in left:
+                    continue
+                chain = [start, first]
+                while len(near[chain[-1]]) == 2 and chain[-1] != start:
+                    chain.append(next(at for at in near[chain[-1]] if at != chain[-2]))
+                left -= {(min(pair), max(pair)) for pair in pairwise(chain)}
+                chains.append(chain)
+        return chains
+
+    def branches(self) -> list[list[int]]:
+        """Return the chains that start at a tip and end at a branching."""
+        valence, chains = self.valence, self.chains()
+        both = [*chains, *(chain[::-1] for chain in chains)]
+        return [chain for chain in both if valence[chain[0]] == 1 and valence[chain[-1]] > 2]
+
+
+def measured(bones: PolyMesh, surface: PolyMesh) -> Skeleton:
+    """Return a skeleton with its radii.
+
+    Parameters
+    ----------
+    bones : PolyMesh
+        Its edges, as faces of two corners.
+    surface : PolyMesh
+        What it is the skeleton of.
+    """
+    places, edges = bones.vertices, bones.indices.reshape(-1, 2)
+    samples, _ = area_samples(*plain_triangles(surface), _SAMPLES)
+    middles = places[edges].mean(axis=1)
+    far, nearest = cKDTree(np.concatenate([places, middles])).query(samples)
+    ends = np.concatenate([np.repeat(np.arange(len(places))[:, None], 2, axis=1), edges])[nearest]
+    number = np.bincount(ends.reshape(-1), minlength=len(places))
+    total = np.bincount(ends.reshape(-1), np.repeat(far, 2), minlength=len(places))
+    radii = np.where(number > 0, total / np.maximum(number, 1), np.median(far))
+    return Skeleton(places, edges, radii)
+
+
+def pruned(bones: Skeleton, least: float, side: float = 0.0) -> tuple[Skeleton, list[FloatArray]]:
+    """Take away branches that are bumps of a trunk, or too small for faces of their own.
+
+    Parameters
+    ----------
+    bones : Skeleton
+    least : float
+        The least mean radius of a branch.
+    side : float
+        How long edges will be: a branch sticks out by more than `_ROW` of that.
+
+    Returns
+    -------
+    pruned : Skeleton
+    small : list of (3,) float arrays
+        The tips of those that were no bumps, but too small.
+    """
+    small: list[FloatArray] = []
+    while True:
+        worst: tuple[float, list[int], bool] | None = None
+        for chain in bones.branches():
+            long = np.linalg.norm(np.diff(bones.places[chain], axis=0), axis=1).sum()
+            out = float(long + bones.radii[chain[0]] - bones.radii[chain[-1]])
+            bump = out / (_BUMP * float(bones.radii[chain[-1]]))
+            slim = float(bones.radii[chain[:-1]].mean()) / least
+            score = min(bump, slim, out / (_ROW * side) if side > 0 else np.inf)
+            if score < 1 and (worst is None or score < worst[0]):
+                worst = score, chain, bump >= 1
+        if worst is None:
+            return bones, small
+        _, chain, told = worst
+        if told:
+            small.append(bones.places[chain[0]])
+        bones = _without(bones, chain[:-1])
+
+
+#: A branch starts at the nearest place of the rest if that is nearer by this factor.
+_NEARER = 0.7
+
+
+def rerouted(bones: Skeleton, surface: Surface) -> Skeleton:
+    """Let branches start from the nearest places of the rest, straight through the inside."""
+    tried: set[tuple[int, int]] = set()
+    while True:
+        valence = bones.valence
+        for chain in bones.branches():
+            start, knot = chain[-2], chain[-1]
+            if (start, knot) in tried:
+                continue
+            tried.add((start, knot))
+            here = bones.places[start]
+            far = np.linalg.norm(bones.places - here, axis=1)
+            far[chain] = np.inf
+            far[valence == 1] = np.inf
+            best = int(np.argmin(far))
+            if far[best] > _NEARER * np.linalg.norm(bones.places[knot] - here):
+                continue
+            between = here + np.linspace(0, 1, 9)[1:-1, None] * (bones.places[best] - here)
+            feet = surface.feet(between)
+            if np.any(np.einsum("nd,nd->n", between - feet.points, feet.normals) > 0):
+                continue
+            edges = [e for e in bones.edges.tolist() if set(e) != {start, knot}]
+            bones = Skeleton(bones.places, np.array([*edges, [start, best]]), bones.radii)
+            break
+        else:
+            return bones
+
+
+def _without(bones: Skeleton, gone: list[int]) -> Skeleton:
+    kept = ~flags(len(bones.places), gone)
+    number = np.cumsum(kept) - 1
+    edges = bones.edges[kept[bones.edges].all(axis=1)]
+    return Skeleton(bones.places[kept], number[edges], bones.radii[kept])
+
+
+def resampled(bones: Skeleton) -> Skeleton:
+    """Return a skeleton whose places stand about two radii apart along each chain."""
+    valence = bones.valence
+    knots = np.flatnonzero((valence != 2) & (valence > 0))
+    places, radii = list(bones.places[knots]), list(bones.radii[knots])
+    number = {int(knot): at for at, knot in enumerate(knots)}
+    edges = []
+    for chain in bones.chains():
+        at = bones.places[chain]
+        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at, axis=0), axis=1))])
+        thick = bones.radii[chain]
+        ring = chain[0] == chain[-1]
+        # The way in radii; branchings take as much of it as they are thick.
+        count = np.concatenate([[0.0], np.cumsum(np.diff(way) * 2 / (thick[1:] + thick[:-1]))])
+        start, end = (int(valence[chain[k]] > 2) for k in (0, -1))
+        free = max(float(count[-1]) - start - end, 0.0)
+        spans = max(round(free / _APART), 3 if ring else 0 if start and end else 1)
+        if start and end:
+            share = (np.arange(spans) + 0.5) / max(spans, 1)
+        else:  # from the rim of the branching, if there is one, to before the tip
+            share = np.arange(spans + 1)[1 - start : spans + end] / spans
+        where = np.interp(start + share * free, count, way) if free > _LEAST_FREE else ()
+        ids = [number.setdefault(chain[0], len(places))]
+        if ids[0] == len(places):
+            places.append(at[0])
+            radii.append(thick[0])
+        for along in where:
+            ids.append(len(places))
+            places.append(np.array([np.interp(along, way, axis) for axis in at.T]))
+            radii.append(float(np.interp(along, way, thick)))
+        ids.append(ids[0] if ring else number[chain[-1]])
+        edges += list(pairwise(ids))
+    return Skeleton(np.array(places), np.array(edges), np.array(radii))
+
 
 #: Triangles that the skeleton is made from: more of them take much longer, and add little.
 _ENOUGH = 2000
@@ -130,8 +630,7 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
         f"{made.n_faces} quads ({n_quads} were wanted)"
     )
     notes += told
-    irregular = find_irregular(made)
-    return Remeshed(made, "tubes", (*notes, irregular_note(irregular)), irregular)
+    return finished_quads(made, "tubes", notes)
 
 
 def _failed(why: str) -> CannotMakeError:
@@ -240,14 +739,12 @@ def _sized(
 def _unfolded(model: Model, mesh: PolyMesh) -> PolyMesh:
     """Move corners of quads that are nearly flat or turned in to the middle of their neighbours."""
     half, face = build_halfedges(mesh), face_of_corner(mesh)
-    rim = np.zeros(mesh.n_vertices, dtype=bool)
-    rim[mesh.indices[(half.twin < 0) | (half.twin[half.prev] < 0)]] = True
+    rim = flags(mesh.n_vertices, mesh.indices[(half.twin < 0) | (half.twin[half.prev] < 0)])
     for _ in range(_UNFOLDINGS):
         flat = corner_sines(mesh) < _FLAT
         if not flat.any():
             break
-        moved = np.zeros(mesh.n_vertices, dtype=bool)
-        moved[mesh.indices[np.isin(face, face[flat])]] = True
+        moved = flags(mesh.n_vertices, mesh.indices[np.isin(face, face[flat])])
         moved &= ~rim
         total = sum_at(half.tail, mesh.vertices[half.head], mesh.n_vertices)
         number = np.bincount(half.tail, minlength=mesh.n_vertices)[:, None]

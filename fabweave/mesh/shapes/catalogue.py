@@ -10,10 +10,8 @@ from string import Formatter
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.shapes.bipyramid import handled_bipyramid, regular
-from fabweave.mesh.shapes.bundles import slit_sum
 from fabweave.mesh.shapes.knots import knot
-from fabweave.mesh.shapes.tube_nets import cage
+from fabweave.mesh.shapes.woven import cage, handled_bipyramid, regular, slit_sum
 from fabweave.mesh.upright import resize_mesh
 
 #: What the name of a built-in shape starts with.

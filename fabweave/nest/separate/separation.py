@@ -6,18 +6,393 @@ that separates what is too near (Levenberg and Marquardt's method). It knows not
 permutations: items slide and turn, they do not jump.
 """
 
-import numpy as np
+from collections.abc import Sequence
+from itertools import pairwise
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.nest.container import Container
-from fabweave.nest.separate.overlap import (
-    ItemArrays,
-    ObstacleField,
-    PlacedItems,
-    distances,
-    near_samples,
-    place_items,
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    frozen_value,
+    offsets_of,
+    places_in_groups,
 )
+from fabweave.nest.container import Container
+from fabweave.nest.item_shape import ItemShape
+from fabweave.nest.place.raster import closed_sides, filled_pixels, ring_sides
+
+#: Between nodes of a field's grid, millimetres, and between samples of an outline there. Both are
+#: in proportion less where the shape's mean width is less than three steps.
+_CELL_MM, _SAMPLE_MM = 2.0, 3.0
+_STEPS_ACROSS, _LEAST_STEP_MM = 3.0, 0.2
+#: Cells of a field: a larger shape has a coarser grid.
+_MOST_CELLS = 60_000
+#: Samples of an outline in a step, from which distances of nodes are measured.
+_FINE = 8.0
+#: Vertices that are off the line by less, millimetres, are not corners and need no sample.
+_STRAIGHT_MM = 0.05
+#: How far beyond the gap a field reaches, millimetres.
+REACH_MM = 14.0
+
+
+@frozen_value
+class ItemField:
+    """A shape around its centroid, sampled, with its distance field.
+
+    Parameters
+    ----------
+    outline : (K, 2) float array
+        The shape's outline; its centroid is the origin.
+    centre : (2,) float array
+        That centroid in the shape's own frame.
+    samples : (S, 2) float array
+        Points along the outline, its vertices among them.
+    distance : (H, W) float array
+        Signed distance to the outline, negative inside, at the nodes of a grid.
+    corner : (2,) float array
+        Where the first node stands.
+    step_mm : float
+        Distance between nodes.
+    radius_mm : float
+        Root mean square distance of the samples from the centroid.
+    area_mm2 : float
+        Area of the shape.
+    """
+
+    outline: FloatArray
+    centre: FloatArray
+    samples: FloatArray
+    distance: FloatArray
+    corner: FloatArray
+    step_mm: float
+    radius_mm: float
+    area_mm2: float
+
+
+def item_field(shape: ItemShape, gap_mm: float) -> ItemField:
+    """Return the field of a shape, which reaches somewhat beyond the gap.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.nest.item_shape import shape_of
+    >>> bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [0.0, 10.0]]))[0]
+    >>> item = item_field(bar, 2.0)
+    >>> bool(-5.0 <= item.distance.min() <= -4.0), item.centre.round(6).tolist()
+    (True, [15.0, 5.0])
+    """
+    polygon = shapely.polygons(shape.outline)
+    centre = shapely.get_coordinates(shapely.centroid(polygon))[0]
+    outline = shape.outline - centre
+    reach = gap_mm + REACH_MM
+    low, high = outline.min(axis=0) - reach, outline.max(axis=0) + reach
+    width = shape.area_mm2 / max(float(shapely.length(polygon)) / 2.0, 1e-9)
+    fine = max(width / _STEPS_ACROSS, _LEAST_STEP_MM)
+    least = float(np.sqrt(np.prod(high - low) / _MOST_CELLS))
+    step = max(min(_CELL_MM, fine), least)
+    columns, rows = np.ceil((high - low) / step).astype(int) + 1
+    nodes = (int(rows), int(columns))
+    distance = _node_distances(closed_sides(outline), low, nodes, step, reach)
+    corners = shapely.get_coordinates(shapely.simplify(shapely.polygons(outline), _STRAIGHT_MM))
+    samples = _along(closed_sides(corners[:-1]), step * _SAMPLE_MM / _CELL_MM)
+    return ItemField(
+        outline=outline,
+        centre=centre,
+        samples=samples,
+        distance=distance,
+        corner=low,
+        step_mm=step,
+        radius_mm=max(float(np.sqrt((samples**2).sum(axis=1).mean())), 1e-3),
+        area_mm2=shape.area_mm2,
+    )
+
+
+def signed_distance_field(
+    region: shapely.Geometry, low: FloatArray, high: FloatArray, step_mm: float, reach_mm: float
+) -> FloatArray:
+    """Return the signed distance to polygons, negative in them, at the nodes of a grid.
+
+    Parameters
+    ----------
+    region : polygon or multipolygon
+        May have holes.
+    low, high : (2,) float array
+        The first node, and what the last one reaches.
+    step_mm : float
+        Between nodes.
+    reach_mm : float
+        Beyond this, distances are this.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> field = signed_distance_field(
+    ...     shapely.box(0.0, 0.0, 2.0, 9.0), np.zeros(2), np.array([4.0, 9.0]), 1.0, 9.0
+    ... )
+    >>> field[4, 3:].round(2).tolist()
+    [1.0, 2.0]
+    """
+    columns, rows = (np.ceil((high - low) / step_mm).astype(int) + 1).tolist()
+    return _node_distances(ring_sides(region), low, (rows, columns), step_mm, reach_mm)
+
+
+def _node_distances(
+    sides: FloatArray, low: FloatArray, shape: tuple[int, int], step: float, reach: float
+) -> FloatArray:
+    """Return the signed distance to the closed sides (E, 2, 2) of rings at the nodes of a grid."""
+    rows, columns = shape
+    # Pixel centres are half a step from the corner: nodes are the centres of pixels around them.
+    inside = filled_pixels((sides - low + step / 2.0)[None], shape, step)[0]
+    nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * step + low
+    near, _ = cKDTree(_along(sides, step / _FINE)).query(
+        nodes.reshape(-1, 2), distance_upper_bound=reach
+    )
+    distance = np.minimum(near, reach).reshape(rows, columns)
+    return np.where(inside, -distance, distance)
+
+
+def _along(sides: FloatArray, step: float) -> FloatArray:
+    """Return points along sides (E, 2, 2), at most a step apart, their first ends among them."""
+    outline, side = sides[:, 0], sides[:, 1] - sides[:, 0]
+    count = np.maximum(np.ceil(np.hypot(side[:, 0], side[:, 1]) / step), 1).astype(int)
+    owner = np.repeat(np.arange(len(outline)), count)
+    share = places_in_groups(count) / count[owner]
+    return outline[owner] + share[:, None] * side[owner]
+
+
+#: How many samples are looked up together at first.
+_BLOCK = 6
+#: The distance, millimetres, of what lies outside an item's field.
+_FAR_MM = 1e9
+
+
+@frozen_value
+class ItemArrays:
+    """The fields of N items, laid end to end: S samples of outlines, in B blocks."""
+
+    samples: FloatArray  # (S, 2)
+    owner: IntArray  # (S,) the item of each sample
+    starts: IntArray  # (N + 1,) where the samples of each item start
+    blocks: IntArray  # (B + 1,) where the samples of each block start
+    middles: IntArray  # (B,) the sample in the middle of each block
+    radii: FloatArray  # (B,) greatest distance of a block's sample from the middle one
+    field: FloatArray  # the distances of all fields, flat
+    first: IntArray  # (N,) where each field starts
+    extent: IntArray  # (N, 2) columns and rows of each field
+    corner: FloatArray  # (N, 2) of each field
+    step: FloatArray  # (N,) of each field
+    radius: FloatArray  # (N,) root mean square distance of the samples from the centroid
+
+
+@frozen_value
+class PlacedItems:
+    """Items at their poses on one sheet."""
+
+    arrays: ItemArrays
+    poses: FloatArray  # (N, 3) x, y and angle in radians of each item's centroid
+    cosine: FloatArray  # (N,)
+    sine: FloatArray  # (N,)
+    arm: FloatArray  # (S, 2) from the centroid to each sample
+    points: FloatArray  # (S, 2) where each sample is
+
+    @property
+    def low(self) -> FloatArray:
+        """The least corner of each item's samples, (N, 2)."""
+        return np.minimum.reduceat(self.points, self.arrays.starts[:-1])
+
+    @property
+    def high(self) -> FloatArray:
+        """Their greatest corner, (N, 2)."""
+        return np.maximum.reduceat(self.points, self.arrays.starts[:-1])
+
+
+def item_arrays(items: Sequence[ItemField]) -> ItemArrays:
+    """Lay the fields of items end to end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fabweave.nest.separate.separation import item_field
+    >>> from fabweave.nest.item_shape import shape_of
+    >>> bar = shape_of(np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 9.0], [0.0, 9.0]]))[0]
+    >>> item_arrays([item_field(bar, 2.0)] * 3).starts.tolist()
+    [0, 26, 52, 78]
+    """
+    counts = np.array([len(item.samples) for item in items], dtype=np.int64)
+    starts = offsets_of(counts)
+    sizes = np.array([item.distance.size for item in items], dtype=np.int64)
+    samples = np.concatenate([item.samples for item in items])
+    blocks = np.concatenate([np.arange(begin, end, _BLOCK) for begin, end in pairwise(starts)])
+    ends = np.append(blocks[1:], len(samples))
+    middles = (blocks + ends) // 2
+    size = ends - blocks
+    away = samples - samples[np.repeat(middles, size)]
+    return ItemArrays(
+        samples=samples,
+        owner=np.repeat(np.arange(len(items)), counts),
+        starts=starts,
+        blocks=np.append(blocks, len(samples)),
+        middles=middles,
+        radii=np.sqrt(np.maximum.reduceat((away**2).sum(axis=1), blocks)),
+        field=np.concatenate([item.distance.ravel() for item in items]),
+        first=offsets_of(sizes)[:-1],
+        extent=np.array([item.distance.shape[::-1] for item in items], dtype=np.int64),
+        corner=np.array([item.corner for item in items]),
+        step=np.array([item.step_mm for item in items]),
+        radius=np.array([item.radius_mm for item in items]),
+    )
+
+
+def place_items(arrays: ItemArrays, poses: FloatArray) -> PlacedItems:
+    """Return items at poses (N, 3)."""
+    cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    c, s = cosine[arrays.owner], sine[arrays.owner]
+    x, y = arrays.samples.T
+    arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+    return PlacedItems(arrays, poses, cosine, sine, arm, arm + poses[arrays.owner, :2])
+
+
+def _field_coordinates(placed: PlacedItems, points: FloatArray, items: IntArray) -> FloatArray:
+    """Return points (K, 2) in steps from the first node of one item's field each, (K, 2)."""
+    away = points - placed.poses[items, :2]
+    c, s = placed.cosine[items], placed.sine[items]
+    turned = np.stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]], axis=1)
+    return (turned - placed.arrays.corner[items]) / placed.arrays.step[items][:, None]
+
+
+def distances(
+    placed: PlacedItems, points: FloatArray, items: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the signed distance of points from one item each, and its gradient.
+
+    Parameters
+    ----------
+    placed : PlacedItems
+    points : (K, 2) float array
+        Points of the sheet, millimetres.
+    items : (K,) int array
+        The item for each.
+
+    Returns
+    -------
+    distance : (K,) float array
+        Very large outside an item's field.
+    gradient : (K, 2) float array
+        In the coordinates of the sheet.
+    """
+    arrays = placed.arrays
+    u, v = _field_coordinates(placed, points, items).T
+    columns, rows = arrays.extent[items].T
+    out = (u < 0.0) | (v < 0.0) | (u >= columns - 1) | (v >= rows - 1)
+    column = np.where(out, 0, u).astype(np.int64)
+    row = np.where(out, 0, v).astype(np.int64)
+    across, up = u - column, v - row
+    node = arrays.first[items] + row * columns + column
+    here, right = arrays.field[node], arrays.field[node + 1]
+    above, beyond = arrays.field[node + columns], arrays.field[node + columns + 1]
+    low, high = right - here, beyond - above
+    lower, upper = here + across * low, above + across * high
+    dx, dy = low + up * (high - low), upper - lower
+    distance = np.where(out, _FAR_MM, lower + up * dy)
+    c, s, step = placed.cosine[items], placed.sine[items], arrays.step[items]
+    return distance, np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) / step[:, None]
+
+
+def near_samples(
+    placed: PlacedItems, near_mm: float, moving: BoolArray
+) -> tuple[IntArray, IntArray]:
+    """Return samples, and the items, not their own, that they are nearer to than this.
+
+    Of two items one at least is moving. Blocks of samples are looked up first, by the one in
+    their middle. What is nearer than ``near_mm`` is found; some that is a little farther may be,
+    too.
+    """
+    arrays, low, high = placed.arrays, placed.low, placed.high
+    meet = (low[:, None] - near_mm <= high[None]) & (low[None] - near_mm <= high[:, None])
+    both = np.logical_and(meet[..., 0], meet[..., 1]) & (moving[:, None] | moving[None])
+    np.fill_diagonal(both, False)
+    first, second = np.nonzero(both)
+    # The blocks of each first item of a pair, against the second.
+    begin = np.searchsorted(arrays.blocks, arrays.starts)
+    block, pair = _ranges(begin[first], np.diff(begin)[first])
+    item = second[pair]
+    points = placed.points[arrays.middles[block]]
+    reach = (near_mm + arrays.radii[block])[:, None]
+    kept = ((points + reach >= low[item]) & (points - reach <= high[item])).all(axis=1)
+    block, item, points, reach = block[kept], item[kept], points[kept], reach[kept, 0]
+    # Outside the field nothing is nearer than the field reaches; so there, look at the samples.
+    distance, _ = distances(placed, points, item)
+    outside = distance == _FAR_MM
+    kept = (distance < np.minimum(reach, near_mm + REACH_MM)) | outside
+    # A block whose middle is out of a field by more than the block's size has no sample in it.
+    position = _field_coordinates(placed, points[kept], item[kept])
+    slack = arrays.radii[block[kept]] / arrays.step[item[kept]]
+    beyond = np.maximum(-position, position - (arrays.extent[item[kept]] - 1)).max(axis=1)
+    near = np.flatnonzero(kept)[beyond <= slack]
+    block, item = block[near], item[near]
+    begin = arrays.blocks[block]
+    samples, which = _ranges(begin, arrays.blocks[block + 1] - begin)
+    item = item[which]
+    distance, _ = distances(placed, placed.points[samples], item)
+    kept = distance < near_mm
+    return samples[kept], item[kept]
+
+
+def _ranges(begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the numbers of all ranges one after another, and the range of each."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return begin[owner] + places_in_groups(count), owner
+
+
+#: Between nodes of the field's grid, millimetres; more where a sheet has more than so many cells.
+_FIELD_STEP_MM, _FIELD_CELLS = 1.0, 250_000
+
+
+@frozen_value
+class ObstacleField:
+    """What is barred, as an item that never moves."""
+
+    barred: shapely.Geometry
+    placed: PlacedItems
+
+    def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the signed distance of points (K, 2) from what is barred, and its gradient."""
+        return distances(self.placed, points, np.zeros(len(points), dtype=np.int64))
+
+
+def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
+    """Return the field of what is barred in a container; None if nothing is.
+
+    Examples
+    --------
+    >>> container = Container((80.0, 60.0), shapely.box(20.0, 20.0, 30.0, 30.0))
+    >>> field = obstacle_field(container, 2.0)
+    >>> field.distances(np.array([[25.0, 33.0], [25.0, 21.5]]))[0].round(2).tolist()
+    [3.0, -1.5]
+    """
+    if container.barred is None:
+        return None
+    reach = gap_mm + REACH_MM
+    low, high = np.full(2, -reach), np.array(container.size_mm) + reach
+    step = max(_FIELD_STEP_MM, float(np.sqrt(np.prod(high - low) / _FIELD_CELLS)))
+    # Beyond the usable area nothing is nearer than its rim, which the border keeps.
+    deep = float(np.hypot(*container.size_mm))
+    item = ItemField(
+        outline=np.zeros((1, 2)),
+        centre=np.zeros(2),
+        samples=np.zeros((1, 2)),
+        distance=signed_distance_field(container.barred, low, high, step, deep),
+        corner=low,
+        step_mm=step,
+        radius_mm=1.0,
+        area_mm2=0.0,
+    )
+    return ObstacleField(container.barred, place_items(item_arrays([item]), np.zeros((1, 3))))
+
 
 #: The distance that is aimed at is larger than the gap by this, millimetres, and what may be
 #: missing from it in the end.

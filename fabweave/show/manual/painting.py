@@ -6,6 +6,7 @@ is in place and where pieces end as the colours do.
 
 import zlib
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from PIL import Image
@@ -297,9 +298,8 @@ def paint(
     placed = np.flatnonzero(inside & (scene.step <= step))
     # Where two pieces lap, they lie in one place: the new one is seen.
     placed = placed[np.argsort(-scene.step[placed], kind="stable")]
-    seen, near = nearest_triangles(
-        points, scene.triangles[placed], width=frame.width_px, height=frame.height_px
-    )
+    nearest = partial(nearest_triangles, width=frame.width_px, height=frame.height_px)
+    seen, near = nearest(points, scene.triangles[placed])
     plate, board = scene.former_seen(frame, step)
     shut = board > near
     there = (seen >= 0) & ~shut
@@ -309,21 +309,14 @@ def paint(
         code[table_lines(scene, frame)] = TABLE
     if coming:
         later = np.flatnonzero(inside & (scene.step > step))
-        ahead, _ = nearest_triangles(
-            points, scene.triangles[later], width=frame.width_px, height=frame.height_px
-        )
+        ahead, _ = nearest(points, scene.triangles[later])
         code[ahead >= 0] = COMING
         body = binary_fill_holes((ahead >= 0) | there)
         code[body & ~binary_erosion(body, border_value=1)] = GHOST
     fresh = placed[scene.step[placed] >= first_new]
     if table:
         fallen = scene.points * (1.0, 1.0, 0.0) + scene.table[0] * (0.0, 0.0, 1.0)
-        shadow, _ = nearest_triangles(
-            frame.pixels(fallen),
-            scene.triangles[fresh],
-            width=frame.width_px,
-            height=frame.height_px,
-        )
+        shadow, _ = nearest(frame.pixels(fallen), scene.triangles[fresh])
         code[shadow >= 0] = SHADOW
     code[shut] = BOARD
     levels = _levels(scene, frame, first_new)
@@ -336,9 +329,7 @@ def paint(
     near = np.maximum(near, board)
     _draw_ends(code, np.where(shut, len(scene.step_of_piece) + plate, piece), near, new)
     # A strip winds around the object: hatching shows where it goes on behind what is in front.
-    whole, _ = nearest_triangles(
-        points, scene.triangles[fresh], width=frame.width_px, height=frame.height_px
-    )
+    whole, _ = nearest(points, scene.triangles[fresh])
     down, across = np.indices(whole.shape)
     hatched = (whole >= 0) & ~new & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
     dark = len(FIXED) + scene.palette.own[scene.piece[fresh]] * _LEVELS + len(THERE)

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, flags, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.threads import Threads, crossing_of_halfedges
@@ -232,8 +232,7 @@ def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
     after = np.where(wraps, around, after)
     following = np.arange(len(threads.crossing)) + 1
     following = np.where(following == end, threads.offsets[thread], following)
-    turns = np.zeros(len(threads.crossing), dtype=bool)
-    turns[threads.turn_pass] = True
+    turns = flags(len(threads.crossing), threads.turn_pass)
     kept = (~wraps | threads.closed[thread]) & ~turns & ~turns[following]
     pairs = np.column_stack((threads.crossing[kept], threads.crossing[after[kept]]))
     return pairs, thread[kept]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, sparse
 
-from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, flags, frozen_value
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import interior_valences
@@ -253,17 +253,13 @@ def _irregular(halfedges: Halfedges, conditions: TwillConditions) -> Obstruction
 def _weavable_around(halfedges: Halfedges, conditions: TwillConditions, seed: np.ndarray) -> bool:
     """Decide the twill on the faces around some half-edges, and on those around them."""
     interior = halfedges.edge_halfedge[halfedges.twin[halfedges.edge_halfedge] >= 0]
-    near = np.zeros(int(halfedges.face.max()) + 1, dtype=bool)
-    near[halfedges.face[seed]] = True
+    left, right = halfedges.face[interior], halfedges.face[halfedges.twin[interior]]
+    near = flags(int(halfedges.face.max()) + 1, halfedges.face[seed])
     for _ in range(2):
-        inside = np.zeros(conditions.n_crossings, dtype=bool)
-        inside[near[halfedges.face[interior]] | near[halfedges.face[halfedges.twin[interior]]]] = (
-            True
-        )
+        inside = near[left] | near[right]
         if not decide_twill(_restricted(conditions, inside)).twillable:
             return False
-        touched = np.zeros(int(halfedges.tail.max()) + 1, dtype=bool)
-        touched[halfedges.tail[near[halfedges.face]]] = True
+        touched = flags(int(halfedges.tail.max()) + 1, halfedges.tail[near[halfedges.face]])
         near[halfedges.face[touched[halfedges.tail]]] = True
     return True
 

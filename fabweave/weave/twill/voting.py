@@ -210,8 +210,7 @@ def _ranks(threads: Threads, bunches: IntArray, rule: VotingRule) -> list[int]:
     sides.sort(axis=1)
     pairs, group = np.unique(sides[:, 0] * len(weight) + sides[:, 1], return_inverse=True)
     together = weight[pairs // len(weight)] + weight[pairs % len(weight)]
-    rank = np.empty(len(pairs), dtype=np.int64)
-    rank[np.lexsort((pairs, -together))] = np.arange(len(pairs))
+    rank = np.argsort(np.lexsort((pairs, -together)))
     return rank[group].tolist()
 
 
