@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from jobs import laid
 from weaving_meshes import meshes
 
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
@@ -17,7 +18,9 @@ from fabweave.piece.congruence import compare_pieces
 from fabweave.piece.cut_up import joined_pieces
 from fabweave.piece.development import Runs
 from fabweave.piece.joined_strands import object_repeats, split_object
+from fabweave.piece.split.candidates import Bed, list_candidates
 from fabweave.piece.split.repeats import Repeats, find_repeats
+from fabweave.piece.split.splitting import choose_runs
 from fabweave.plan.ask import brief_of
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
@@ -135,6 +138,36 @@ def test_threads_that_repeat_one_another_are_cut_alike_from_end_to_end(shape, ki
             assert (first[0], last[-1]) == (0, walks.lengths[thread] - 1)
         kind = sorted(map(tuple, repeats.classes(Runs(runs.thread[own], first, last)).tolist()))
         assert classes.setdefault(int(repeats.leader[thread]), kind) == kind
+
+
+@pytest.mark.parametrize("most_mm", [300.0, 700.0])
+def test_what_fits_in_one_repeat_of_a_ring_only_is_cut_in_none(most_mm):
+    """Where a piece lies decides whether it fits, as rounding may: the search comes to an end."""
+    woven, settings, supplies = laid(settings_from_options("shape:octahedron", size="300mm"))
+    repeats = object_repeats(woven, settings.pieces, supplies)
+    assert repeats is not None
+    assert repeats.period.tolist() == [2] * 4
+    asked = []
+
+    def fits(outline):
+        asked.append(float(outline[:, 0].mean()))
+        assert len(asked) < 1000
+        return asked[-1] < most_mm
+
+    def cut():
+        candidates = list_candidates(woven.ribbons, woven.weave, Bed(fits), 300.0, np.arange(4))
+        return choose_runs(
+            candidates, woven.weave, Bed(fits), woven.labels, 300.0, 300.0, None,
+            repeats=repeats, kind_price=4.0,
+        )  # fmt: skip
+
+    if most_mm > 500.0:
+        assert len(cut().thread) == 8
+        assert max(asked) < most_mm
+    else:
+        with pytest.raises(CannotMakeError):
+            cut()
+        assert max(asked) > most_mm
 
 
 def pieces_of(mesh: str, **options: str) -> tuple[int, int, int]:
