@@ -27,7 +27,13 @@ from fabweave.piece.joint.ends import CutStrips, cut_strips, overlapping_ends
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import JointPlan, lap_beyond, laps_meeting, plan_joints
-from fabweave.piece.on_stock import outlines_with_place, rough_nesting, sheet_price, strip_rests
+from fabweave.piece.on_stock import (
+    PIECE_ROWS,
+    outlines_with_place,
+    rough_nesting,
+    sheet_price,
+    strip_rests,
+)
 from fabweave.piece.outline import resting_frame, simple, strip_outlines
 from fabweave.piece.settings import PieceSettings
 from fabweave.piece.split.candidates import Bed, Candidates, list_candidates
@@ -130,8 +136,8 @@ def plan_pieces(
         longest = max(_BENT * side, asked or 0.0)
     if repeats is not None and barred is not None:
         barred = repeats.spread(barred)
-    # A hand weaver closes a ring with the strip that it began with.
-    whole = brief.ribbons.straight
+    # A hand weaver closes a ring with the strip that it began with; two fill rows better.
+    whole = brief.ribbons.straight and (supplies.rolls or settings.prefer != "waste")
     candidates = list_candidates(ribbons, weave, bed, longest, every, barred=barred, whole=whole)
     room = room_for_joints(ribbons, weave, brief.rules)
     if bunches is None:
@@ -141,9 +147,10 @@ def plan_pieces(
         bed = replace(bed, straight=True)
         # Of one width, strips have room nowhere if not everywhere.
         room = room if room is None or room.any() else None
-        if _lie_in_rows(brief) and settings.prefer != "work":
+        worth = PIECE_ROWS.get(settings.prefer)
+        if worth is not None and _lie_in_rows(brief):
             wide, gap = float(ribbon_widths(ribbons).max()), supplies.gap_mm + 2 * beyond
-            rests = strip_rests(supplies.of(bunches), _row_mm(bed, wide), gap, wide)
+            rests = strip_rests(supplies.of(bunches), _row_mm(bed, wide), gap, wide, worth)
     workshop = _workshop(supplies, bunches)
     likes = None
     if repeats is None and settings.kinds in LIKE_PRICES and (earlier is None or earlier.likes):

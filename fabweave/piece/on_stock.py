@@ -20,9 +20,10 @@ from fabweave.stock.supplies import Supplies, Supply
 
 #: Arcs of rings are nested as chords that are off by this at most, millimetres.
 FLAT_MM = 0.01
-#: Where straight strips are cut so that they fill rows, a piece more must save so much of a row, an
-#: estimate: without, one of 603 crossings took 32 pieces for 20 to save two rows of 20.
-_PIECE_ROWS = 0.1
+#: Where straight strips are cut so that they fill rows, a piece more must save so much of a row, by
+#: what is preferred, an estimate: without, one of 603 crossings took 32 pieces for 20 to save two
+#: rows of 20. Where work is to be saved, rows are not filled.
+PIECE_ROWS = {"balanced": 0.1, "waste": 0.0}
 
 
 def rough_nesting(
@@ -67,7 +68,9 @@ def rough_nesting(
     return needed
 
 
-def strip_rests(supply_of: IntArray, row_mm: float, gap_mm: float, wide_mm: float) -> Rests:
+def strip_rests(
+    supply_of: IntArray, row_mm: float, gap_mm: float, wide_mm: float, piece_rows: float
+) -> Rests:
     """Return what tells the area of rows that straight strips waste, and what pieces are worth.
 
     Parameters
@@ -78,6 +81,8 @@ def strip_rests(supply_of: IntArray, row_mm: float, gap_mm: float, wide_mm: floa
         How long rows are, and what lies between two strips.
     wide_mm : float
         How wide strips are.
+    piece_rows : float
+        What a piece is worth, in rows.
     """
 
     def rests(lengths: Mapping[int, FloatArray]) -> float:
@@ -85,7 +90,7 @@ def strip_rests(supply_of: IntArray, row_mm: float, gap_mm: float, wide_mm: floa
         for thread, own in lengths.items():
             rows[supply_of[thread]] += own.tolist()
         return wide_mm * sum(
-            _PIECE_ROWS * row_mm * len(own) + row_rests(own, row_mm, gap_mm) for own in rows
+            piece_rows * row_mm * len(own) + row_rests(own, row_mm, gap_mm) for own in rows
         )
 
     return rests

@@ -162,7 +162,7 @@ def test_what_fits_in_one_repeat_of_a_ring_only_is_cut_in_none(most_mm):
         )  # fmt: skip
 
     if most_mm > 500.0:
-        assert len(cut().thread) == 8
+        assert len(cut().thread) == 12
         assert max(asked) < most_mm
     else:
         with pytest.raises(CannotMakeError):
