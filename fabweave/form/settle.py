@@ -17,6 +17,8 @@ from fabweave.mesh.likeness import name_place
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.triangulate import plain_triangles
 
+#: Where straight strips turn by more, thinner ones are advised.
+_TURNS_DEG = 2.0
 #: What settles by no more than this share of its size keeps its form; by more than that, it cannot
 #: stand.
 BOUND, STANDS = 0.01, 0.1
@@ -132,7 +134,9 @@ class Form:
             sags += f", and {_length(self.loaded_mm)} with its load"
         parts = [said, sags]
         if self.turn_deg is not None:
-            parts.append(f"straight strips turn by up to {self.turn_deg:.1f}° at a crossing")
+            turns = f"straight strips turn by up to {self.turn_deg:.1f}° at a crossing"
+            thinner = " (half the thickness about halves that)"
+            parts.append(turns + thinner * (self.turn_deg > _TURNS_DEG))
         if self.loose:
             parts.append(agree(self.loose, "is loose in {n} way[|s], so that its weight sways it"))
         return "; ".join(parts)
