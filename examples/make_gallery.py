@@ -14,8 +14,8 @@ GALLERY = Path(__file__).parent / "gallery"
 NAMES = (
     "koala", "spot", "fish", "goat", "nefertiti",
     "plain", "twill_genus_1", "twill_genus_2", "twill_genus_3", "twill_genus_30", "twill_inexact",
-    "triaxial", "kagome", "satin", "twill_right", "twill_left", "basket", "lamp", "two_materials",
-    "yarns", "knot",
+    "triaxial", "kagome", "straight", "satin", "twill_right", "twill_left", "basket", "lamp",
+    "two_materials", "yarns", "knot",
 )  # fmt: skip
 HEAD = """\
 # Gallery

@@ -37,6 +37,7 @@ KEYS = {
     "twill_inexact": "32 broken conditions",
     "triaxial": "0 broken conditions in 24 rings",
     "kagome": "120 pieces of 2 kinds",
+    "straight": "24 rings of 36 rectangles",
     "satin": "32 of 40 crossings over",
     "twill_right": "24 of 36 crossings over",
     "twill_left": "24 of 36 crossings over",
