@@ -19,6 +19,7 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
+    flags,
     frozen,
     frozen_value,
     no_progress,
@@ -188,9 +189,7 @@ def _astray(woven: WovenMesh, ribbons: Ribbons) -> BoolArray:
     size = np.linalg.norm(corners - corners.mean(axis=0), axis=2).sum(axis=0)
     off = np.linalg.norm(ribbons.centre[threads.crossing] - corners.mean(axis=0), axis=1)
     kept &= off <= _PLACE * size
-    astray = np.zeros(threads.n_crossings, dtype=np.bool_)
-    astray[threads.crossing[~kept]] = True
-    return astray
+    return flags(threads.n_crossings, threads.crossing[~kept])
 
 
 @frozen_value

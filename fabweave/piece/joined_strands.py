@@ -124,9 +124,9 @@ def plan_pieces(
     CannotMakeError
         If a thread cannot be cut as asked.
     """
-    settings, supplies = brief.pieces, brief.supplies
+    settings, supplies, rule = brief.pieces, brief.supplies, parse_joint(brief.pieces.joint)
     # Long laps go on beyond the panels with which the pieces end that are measured here.
-    beyond = lap_beyond(ribbons, weave, parse_joint(settings.joint))
+    beyond = lap_beyond(ribbons, weave, rule)
     bed, side = _bed(supplies, supplies.margin_mm + beyond)
     asked = settings.max_length_mm
     every = np.arange(weave.threads.n_threads)
@@ -157,7 +157,7 @@ def plan_pieces(
         found = window_kinds(candidates.course, candidates.sites, candidates.windows, weave.over)
         likes = found if earlier is not None or repeating(found) else None
     prices = KIND_PRICES if likes is None else LIKE_PRICES
-    around = laps_meeting(weave, parse_joint(settings.joint).kind.crossings)
+    around = laps_meeting(weave, rule.kind.crossings)
 
     def cut(length: float, threads: IntArray | None = None, rests: Rests | None = rests) -> Runs:
         limit = np.inf if asked is None else max(asked, length) - 2 * beyond

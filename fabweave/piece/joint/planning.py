@@ -7,7 +7,14 @@ import numpy as np
 import scipy.sparse as sp
 import shapely
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    flags,
+    frozen_value,
+    places_in_groups,
+)
 from fabweave.core.errors import CannotMakeError
 from fabweave.piece.development import Runs, Strips, run_rungs, trim_strips, unfold
 from fabweave.piece.joint.kinds import GLUE, Interlock, JointKind, JointRule
@@ -201,8 +208,7 @@ def _passes_beyond(
     threads = weave.threads
     thread = threads.thread_of_pass[passes]
     place, count = passes - threads.offsets[thread], threads.lengths[thread]
-    taken = np.zeros(len(threads.crossing), dtype=np.bool_)
-    taken[passes] = joined
+    taken = flags(len(threads.crossing), passes) & joined
     beyond = np.zeros(len(passes), dtype=np.int64)
     if crossings == 1:
         return beyond

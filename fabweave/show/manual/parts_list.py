@@ -164,8 +164,8 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
     hole = on_sheet(*holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         text = (
-            "A cross in place of a hole marks a lap without fastener: lay cross on cross. At "
-            "ticks ends the other piece."
+            "A cross in place of a hole marks a lap without fastener: lay cross on cross. "
+            "Ticks show where the other piece ends."
         )
         ticks = [run.mean(axis=0) for layer, run in drawn.lines if layer is Layer.ENGRAVE_MARK]
         taken = np.concatenate([hole, *(sign.spots for sign in signs)])
