@@ -1,6 +1,6 @@
 """Random meshes with random settings are proved, or refused.
 
-    FABWEAVE_FUZZ=1000 pytest tests/app/test_random_jobs.py -n 8 --dist load
+    FABWEAVE_FUZZ=1000 pytest tests/job/test_random_jobs.py -n 8 --dist load
 
 makes a thousand jobs of each kind in place of some.
 """
@@ -10,7 +10,7 @@ import os
 import numpy as np
 import pytest
 from jobs import quick_jobs
-from random_jobs import earlier_stock, hull, outcome, outcome_of
+from random_jobs import earlier_stock, hull, outcome, outcome_of, outcome_of_newest
 
 from fabweave.core.errors import TooFineError
 from fabweave.piece import joined_strands
@@ -42,6 +42,13 @@ def stocks(tmp_path_factory):
 @pytest.mark.parametrize("seed", [*range(91000, 91000 + 2 * MANY // 5), 99281])
 def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused(seed, stocks):
     found, said = outcome_of(seed, small=True, stocks=stocks)
+    assert found in ENDS, said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(MANY))
+def test_a_random_job_of_what_is_newest_is_proved_or_refused(seed, tmp_path):
+    found, said = outcome_of_newest(seed, tmp_path)
     assert found in ENDS, said
 
 
@@ -77,7 +84,7 @@ def test_a_long_lap_that_ends_askew_is_proved():
     # Its last cross-line slants across the ribbon, with an end farther from the crossing than
     # half the lap and half the width there.
     options = {"size": "400mm", "joint": "rivet,lap=100mm", "effort": "quick", "force": True}
-    assert outcome(*hull(np.random.default_rng(6)), options) == ("proved", "")
+    assert outcome(hull(np.random.default_rng(6)), options) == ("proved", "")
 
 
 @pytest.mark.slow

@@ -143,6 +143,83 @@ def random_job(seed, *, small=False):
     return vertices, faces, {name: value for name, value in options.items() if value is not None}
 
 
+#: Shapes that newer options suit, beside the random ones: strips straight, formers, rims, feet.
+NAMED_SHAPES = (
+    *("tetrahedron", "octahedron", "cube", "icosahedron", "dodecahedron", "sphere?n=2"),
+    *("hypar?m=4&n=4", "torus?m=6&n=4", "torus?m=8&n=4", "tube?m=8&n=4", "knot?p=2&q=3&n=4"),
+)
+TRIANGULATED = ("shape:tetrahedron", "shape:octahedron", "shape:icosahedron")
+#: A scrap whose outline leaves a tongue at one side, and one that is small, with a hole in it.
+SCRAPS = """\
+[[offcut]]
+outline = [[0, 0], [280, 0], [280, 100], [110, 190], [0, 190]]
+quantity = 2
+[[offcut]]
+outline = [[0, 0], [120, 0], [120, 40], [40, 60], [40, 150], [0, 150]]
+quantity = 3
+"""
+
+
+def newest_job(seed, folder):
+    """Return the mesh and the options of a job of what is newest: formers, rolls, rows, loads."""
+    dice = np.random.default_rng((seed, 2))
+
+    def maybe(share, *values):
+        return values[int(dice.integers(len(values)))] if dice.random() < share else None
+
+    mesh = "shape:" + NAMED_SHAPES[int(dice.integers(len(NAMED_SHAPES)))]
+    if dice.random() < 0.35:
+        mesh = random_job(int(dice.integers(1_000_000)), small=True)[:2]
+    straight = dice.random() < 0.4
+    scraps = folder / "scraps.toml"
+    scraps.write_text(SCRAPS)
+    options = {
+        "size": f"{10 ** dice.uniform(1.9, 2.7):.0f}mm",
+        "effort": "quick",
+        "seed": seed,
+        "force": maybe(0.7, True),
+        "pattern": maybe(0.5, "kagome", "twill", "triaxial", "plain"),
+        "material": maybe(0.6, *MATERIALS, "birch-ply-1.5"),
+        "strips": "straight" if straight else None,
+        "joint": maybe(0.6, "glue", "rivet:2", "tuck", "tuck", "dovetail", "slot", "none"),
+        "stock": maybe(0.3, scraps, "roll:12mm:20m", "roll:8mm:5m:3"),
+        "sheet": maybe(0.4, "300x200mm", "600x400mm", "200x200mm:4", "mat-12x12"),
+        "margin": maybe(0.6, 0, "1mm", "2mm", "3mm"),
+        "gap": maybe(0.3, 0, "0.5mm", "3mm"),
+        "micro_joints": maybe(0.2, 2, 3, "4:0.3mm"),
+        "kerf": maybe(0.2, "0.15mm", "0.3mm"),
+        "former": maybe(0.3, "auto", "birch-ply-3"),
+        "up": maybe(0.2, "x", "-z", "0.2,-1,0.1"),
+        "hang": maybe(0.15, "top", "bottom:3"),
+        "load": maybe(0.15, "200g@top", "1kg@bottom:3"),
+        "fasten": maybe(0.3, "form", "form:3mm", "all", "none", "joints", "every:2"),
+        "leave_out": maybe(0.15, "top:60mm", "bottom:50mm"),
+        "rim": maybe(0.1, "ring"),
+        "pin": maybe(0.1, "A1@1:60,60,0", "A1@3:40,40,90"),
+        "preset": maybe(0.3, "boxes", "epilog", "glowforge", "snijlab", "trotec", "xtool"),
+        "profile": maybe(0.15, "service"),
+        "target": maybe(0.2, "cutitout", "fictiv", "mat-12x12", "snijlab"),
+        "dxf": maybe(0.15, "R12", "R2000"),
+        "svg_units": maybe(0.15, "px96"),
+        "labels": maybe(0.3, "brief", "full", "numbers", "kinds", "none"),
+        "label_side": maybe(0.1, "inside"),
+        "spares": maybe(0.1, "5%", 1),
+        "template": maybe(0.2, "a4", "letter", "none"),
+        "boundary": maybe(0.2, "turn"),
+        "max_length": maybe(0.2, "150mm", "400mm"),
+        "prefer": maybe(0.2, "work", "waste"),
+        "colours": maybe(0.2, *sorted(STRATEGIES)),
+    }
+    # What is refused at a glance says little about the rest of the house.
+    if str(options["stock"]).startswith("roll"):
+        options |= {"strips": "straight", "kerf": None, "micro_joints": None, "sheet": None}
+    if options["kerf"] and options["gap"] is not None:
+        options["gap"] = "1mm"
+    if mesh not in TRIANGULATED and options["pattern"] == "kagome":
+        options["pattern"] = None
+    return mesh, {name: value for name, value in options.items() if value is not None}
+
+
 def earlier_stock(folder):
     """Make the earlier jobs in a folder and return the lists of their offcuts, by material."""
     stocks = {}
@@ -178,17 +255,24 @@ def outcome_of(seed, *, small=False, stocks=None):
     vertices, faces, options = random_job(seed, small=small)
     if stocks is not None:
         options = with_offcuts(seed, options, stocks)
-    return outcome(vertices, faces, options)
+    return outcome((vertices, faces), options)
 
 
-def outcome(vertices, faces, options):
-    """Make a job and return what came of it, and the words with which it was refused.
+def outcome_of_newest(seed, folder):
+    """Make a job of what is newest; return what came of it, and the words of a refusal."""
+    return outcome(*newest_job(seed, folder))
+
+
+def outcome(mesh, options):
+    """Make a job of a shape, or of vertices and faces; return what came of it, and why not.
 
     A paper that could not be made is a fault, though it loses no job.
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            made = fw.make(fw.mesh(vertices, faces), Path(folder) / "job", **options)
+            made = fw.make(
+                fw.mesh(*mesh) if isinstance(mesh, tuple) else mesh, Path(folder) / "job", **options
+            )
         except CannotMakeError as error:
             return ("unproved" if "did not pass" in str(error) else "cannot be made"), str(error)
         except InputError as error:
