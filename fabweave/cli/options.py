@@ -110,8 +110,7 @@ class TableOption(click.Option):
             is_flag=kind.flag or None,
             type=None if kind.flag else Typed(option),
             multiple=kind.repeatable,
-            # Where nothing is said of what may be denied, fabweave decides.
-            default=None if kind.denied or not kind.flag else False,
+            default=False if kind.flag else None,
         )
         self.option = option
 
@@ -254,8 +253,7 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing b
 def table_option(name: str) -> Decorator:
     """Return what gives a command an option of the table."""
     option = option_named(name)
-    names = f"{option.flag}/{option.denial}" if option.kind.denied else option.flag
-    return click.option(names, option.name, cls=TableOption, option=option)
+    return click.option(option.flag, option.name, cls=TableOption, option=option)
 
 
 def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:

@@ -12,10 +12,10 @@ from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import (
     boundary_loops,
+    doubled_faces,
     keep_faces,
     label_links,
     orient_faces,
-    sorted_faces,
     sound_faces,
     vertex_fans,
 )
@@ -24,7 +24,7 @@ from fabweave.mesh.weld import same_position_groups
 #: How many places a message names.
 _NAMED = 5
 #: A face is flat as a line where its area is below this share of its squared edge lengths.
-_FLAT = 1e-10
+FLAT = 1e-10
 
 
 def faces_text(mesh: PolyMesh) -> str:
@@ -349,7 +349,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
         "not-finite": np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1) & used),
         "non-manifold-edge": edges.ends(np.flatnonzero(edges.sizes > 2)),
         "non-orientable": kept[one_sided],
-        "duplicate-face": kept[_duplicates(surface)],
+        "duplicate-face": kept[doubled_faces(surface)],
         "euler": components.first_vertex[contradictions],
         "unreferenced-vertex": np.flatnonzero(~used),
         "non-manifold-vertex": np.flatnonzero(fans > 1),
@@ -385,19 +385,6 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
     )
 
 
-def _duplicates(mesh: PolyMesh) -> IntArray:
-    """Return the faces with exactly the vertices of another."""
-    members = sorted_faces(mesh)[1]
-    duplicates = [np.zeros(0, dtype=np.int64)]
-    for size in np.unique(mesh.face_sizes).tolist():
-        faces = np.flatnonzero(mesh.face_sizes == size)
-        rows = members[mesh.offsets[faces, None] + np.arange(size)]
-        order = np.lexsort(rows.T)
-        alike = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
-        duplicates.append(faces[order[1:][alike]])
-    return np.sort(np.concatenate(duplicates))
-
-
 def _without_extent(mesh: PolyMesh, edges: EdgeGroups) -> tuple[BoolArray, BoolArray]:
     """Return which faces have no area, (F,), and which edges no length, (E,)."""
     with np.errstate(all="ignore"):
@@ -413,7 +400,7 @@ def _without_extent(mesh: PolyMesh, edges: EdgeGroups) -> tuple[BoolArray, BoolA
             for one, two in ((0, 1), (1, 2), (2, 0)):
                 part = arms[one] * steps[two] - arms[two] * steps[one]
                 area2 += np.add.reduceat(part, mesh.offsets[:-1]) ** 2
-            flat = np.sqrt(area2) <= _FLAT * np.add.reduceat(length2, mesh.offsets[:-1])
+            flat = np.sqrt(area2) <= FLAT * np.add.reduceat(length2, mesh.offsets[:-1])
         return flat, length2[edges.first] == 0
 
 

@@ -2,17 +2,21 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, places_in_groups
+from fabweave.mesh.polymesh import PolyMesh, corner_sines, face_of_corner
 from fabweave.mesh.topology import keep_faces, sound_faces
+from fabweave.mesh.triangulate import polygon_triangles
+
+#: A corner turns in if the sine of its turn is beyond rounding.
+_STRAIGHT = 1e-9
 
 
 def self_intersections(mesh: PolyMesh) -> IntArray:
     """Find the pairs of faces that run through one another.
 
-    Faces are cut into triangles from their first corner; triangles that merely share a vertex or an
-    edge do not count, those that touch otherwise do. A warning, not a verdict: a face that is not
-    flat or not convex is only nearly its triangles. Faces that are not polygons, have no area, or
+    Faces are cut into triangles; those that merely share a vertex or an edge do not count, those
+    that touch otherwise do. A warning, not a verdict: a face that is not flat is only nearly its
+    triangles. Faces that are not polygons, have no area, or
     use coordinates that are not numbers are ignored.
 
     Parameters
@@ -50,7 +54,7 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
         return none
     points, corners = np.unique(sound.indices, return_inverse=True)
     places = _near_one(mesh.vertices[points])
-    triangles, face = _fan(PolyMesh(places, sound.offsets, corners))
+    triangles, face = _triangles(PolyMesh(places, sound.offsets, corners))
     one, two, three = (places[triangles[:, k]] for k in range(3))
     # libigl ends the interpreter on input that it does not expect, so it gets none.
     wide = np.any(np.cross(two - one, three - one) != 0, axis=1)
@@ -70,12 +74,19 @@ def _near_one(points: FloatArray) -> FloatArray:
     return np.ascontiguousarray(np.ldexp(points, -exponent))
 
 
-def _fan(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
-    """Cut faces into triangles from their first corner; return those and the face of each."""
-    sizes = mesh.face_sizes - 2
+def _triangles(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
+    """Cut faces into triangles, convex ones from their first corner; return the face of each, too."""
+    hollow = flags(mesh.n_faces, face_of_corner(mesh)[corner_sines(mesh) < -_STRAIGHT])
+    sizes = np.where(hollow, 0, mesh.face_sizes - 2)
     face = np.repeat(np.arange(mesh.n_faces), sizes)
-    bounds = np.cumsum(sizes) - sizes
     first = mesh.offsets[:-1][face]
-    place = first + 1 + np.arange(len(face)) - bounds[face]
+    place = first + 1 + places_in_groups(sizes)
     triangles = np.column_stack([mesh.indices[first], mesh.indices[place], mesh.indices[place + 1]])
-    return triangles, face
+    parts = [triangles]
+    owners = [face]
+    for one in np.flatnonzero(hollow).tolist():
+        loop = mesh.indices[mesh.offsets[one] : mesh.offsets[one + 1]].tolist()
+        cut = polygon_triangles(mesh.vertices, loop)
+        parts.append(np.array(cut, dtype=np.int64).reshape(-1, 3))
+        owners.append(np.full(len(cut), one))
+    return np.concatenate(parts), np.concatenate(owners)

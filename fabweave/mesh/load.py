@@ -7,12 +7,13 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import with_bodies
 from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
+from fabweave.mesh.clean import Cleaned, clean_mesh
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.fair.fairing import STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh, states_up
+from fabweave.mesh.io.files import MeshFile, read_mesh, states_up
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
@@ -29,8 +30,7 @@ from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetry import symmetrise
-from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_upright
-from fabweave.mesh.weld import weld_seams
+from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_of, turn_upright
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -76,6 +76,8 @@ class LoadedMesh:
         What was left out of it.
     portals : (H,) float array or None
         Where strands cross their portals, from vertices to centres; None for the middle of all.
+    origin_mm : (3,) float array or None
+        What brings its vertices back to where the file had them, turned and scaled as they are.
     remeshed : Remeshed or None
         What the given mesh was remeshed to, before anything else was done to it.
     ringed : bool
@@ -97,6 +99,7 @@ class LoadedMesh:
     loss: LossMap | None = None
     openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
+    origin_mm: FloatArray | None = None
     remeshed: Remeshed | None = None
     ringed: bool = False
     turn_deg: float = 0.0
@@ -127,8 +130,8 @@ def load_mesh(
 ) -> LoadedMesh:
     """Read or build the mesh of a job, and do to it what the settings ask for.
 
-    A mesh is first welded along seams, rid of debris if asked, turned upright, checked, oriented,
-    and brought to size; then remeshed, refined, faired, made symmetric, and brought to size again
+    A mesh is first cleaned, rid of debris if asked, turned upright, checked, oriented, and brought
+    to size; then remeshed, refined, faired, made symmetric, and brought to size again
     where that changed it; at last opened, and subdivided for triaxial twill.
 
     Parameters
@@ -157,32 +160,24 @@ def load_mesh(
         If it cannot be remeshed or refined as asked.
     """
     progress("mesh", 0, 1)
-    notes: list[str] = []
-    unit: str | None = None
-    unit_mm = 1.0
-    stated: str | None = None
-    if given_mesh is not None:
-        mesh = given_mesh
-    elif is_shape(settings.source):
-        mesh, unit, stated = parse_shape(settings.source), "mm", "z"
-    else:
-        file = read_mesh(settings.source)
-        mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
-        stated = file.up if states_up(settings.source) else None
-        notes += file.notes
+    file, stated = _given(settings, given_mesh)
+    mesh, notes, unit_mm = file.mesh, list(file.notes), file.unit_mm or 1.0
+    built_in = given_mesh is None and is_shape(settings.source)
     _require_small_faces(mesh)
     if not settings.remeshed:
         _require_few(mesh.n_corners // 2)
-    mesh, welded = weld_seams(mesh, settings.weld)
-    mesh, kept, left_out = with_bodies(mesh, settings.bodies)
+    cleaned = Cleaned(mesh, np.zeros(3), ())
+    if not built_in:
+        cleaned = clean_mesh(mesh, settings.weld, settings.size_mm, unit_mm)
+    mesh, kept, left_out = with_bodies(cleaned.mesh, settings.bodies)
     up, said = _upward(mesh, settings, stated, in_memory=given_mesh is not None)
-    notes += [*said, *welded, *kept]
+    notes += [*said, *cleaned.notes, *kept]
     mesh = turn_upright(mesh, up)
     try:
         mesh, report, repairs = prepare_mesh(mesh)
     except InputError as error:
         # The numbers in the message are those of the mesh after what was done to it.
-        done = "".join(f"\n(before that check: {note})" for note in (*welded, *kept))
+        done = "".join(f"\n(before that check: {note})" for note in (*cleaned.notes, *kept))
         helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
         raise InputError(f"{error}{done}{helps}") from None
     clashes = self_intersections(mesh)
@@ -192,10 +187,10 @@ def load_mesh(
     else:
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm)
     _require_size(largest_dimension(mesh))
-    basis = f"the file states its unit ({unit})" if unit else "the file states no unit"
-    if given_mesh is None and is_shape(settings.source):
+    basis = "the file states " + (f"its unit ({file.unit})" if file.unit else "no unit")
+    if built_in:
         basis = "built-in shapes are in millimetres"
-    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its coordinates, as millimetres"
+    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its lengths, as millimetres"
     mesh, remeshed, like, loss, turn_deg = _changed(
         mesh, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
@@ -218,10 +213,21 @@ def load_mesh(
         loss=loss,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
+        origin_mm=factor * (turn_of(up) @ cleaned.origin),
         remeshed=remeshed,
         ringed=settings.rim != "none",
         turn_deg=turn_deg,
     )
+
+
+def _given(settings: MeshSettings, in_memory: PolyMesh | None) -> tuple[MeshFile, str | None]:
+    """Return the mesh of a job as it was read or built, and what its format says is up."""
+    if in_memory is not None:
+        return MeshFile(in_memory, ""), None
+    if is_shape(settings.source):
+        return MeshFile(parse_shape(settings.source), "", "mm"), "z"
+    file = read_mesh(settings.source)
+    return file, file.up if states_up(settings.source) else None
 
 
 def _upward(

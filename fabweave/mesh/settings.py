@@ -12,7 +12,7 @@ class MeshSettings:
     source: str
     title: str | None
     up: str | None
-    weld: bool | None
+    weld: str | None
     bodies: str
     size_mm: float | None
     remesh: str | None

@@ -33,10 +33,7 @@ def label_links(first: IntArray, second: IntArray, count: int) -> tuple[int, Int
 
     Examples
     --------
-    >>> from typing import Any, TypeAlias
-
-    import numpy as np
-    import numpy.typing as npt
+    >>> import numpy as np
     >>> label_links(np.array([0, 3]), np.array([2, 2]), 5)[1].tolist()
     [0, 1, 0, 0, 2]
     """
@@ -130,10 +127,7 @@ def solve_parity(count: int, first: IntArray, second: IntArray, differ: BoolArra
 
     Examples
     --------
-    >>> from typing import Any, TypeAlias
-
-    import numpy as np
-    import numpy.typing as npt
+    >>> import numpy as np
     >>> solution = solve_parity(4, np.array([0, 1]), np.array([1, 3]), np.array([True, True]))
     >>> solution.classes.tolist(), solution.opposite.tolist()
     ([0, 0, 1, 0], [False, True, False, False])
@@ -196,7 +190,7 @@ def vertex_fans(edges: EdgeGroups, n_vertices: int) -> IntArray:
     >>> vertex_fans(group_edges(bow_tie), 5).tolist()
     [2, 1, 1, 1, 1]
     """
-    return np.bincount(_label_fans(edges)[0], minlength=n_vertices)
+    return np.bincount(_label_fans(edges, *_neighbours(edges))[0], minlength=n_vertices)
 
 
 def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
@@ -225,7 +219,29 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     >>> apart.faces(), vertices.tolist(), apart.n_vertices
     ([[0, 1, 2], [5, 3, 4]], [0], 6)
     """
-    vertex, label = _label_fans(edges)
+    return split_corners(mesh, edges, *_neighbours(edges))
+
+
+def split_corners(
+    mesh: PolyMesh, edges: EdgeGroups, one: IntArray, two: IntArray
+) -> tuple[PolyMesh, IntArray]:
+    """Give faces vertices of their own, at the same places, but where half-edges join them.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+    edges : EdgeGroups
+        Its edges.
+    one, two : (N,) int arrays
+        Half-edges of one edge each, whose faces stay together there.
+
+    Returns
+    -------
+    mesh : PolyMesh
+    vertices : (N,) int array
+        The vertices that were split, each once.
+    """
+    vertex, label = _label_fans(edges, one, two)
     # Fans are numbered in the order of their first corners.
     first = flags(len(vertex), np.unique(vertex, return_index=True)[1])
     own = vertex.copy()
@@ -234,12 +250,17 @@ def split_fans(mesh: PolyMesh, edges: EdgeGroups) -> tuple[PolyMesh, IntArray]:
     return PolyMesh(vertices, mesh.offsets, own[label]), np.unique(vertex[~first])
 
 
-def _label_fans(edges: EdgeGroups) -> tuple[IntArray, IntArray]:
-    """Return the vertex of each fan, and the fan of each corner, in order of corners."""
-    # Neighbours inside a group of half-edges are neighbours around both ends of the edge.
-    inside = ~flags(len(edges.order), edges.starts[:-1])
-    at = np.flatnonzero(inside)
-    one, two = edges.order[at - 1], edges.order[at]
+def _neighbours(edges: EdgeGroups) -> tuple[IntArray, IntArray]:
+    """Return half-edges and others of the same edge: neighbours inside a group of half-edges."""
+    at = np.flatnonzero(~flags(len(edges.order), edges.starts[:-1]))
+    return edges.order[at - 1], edges.order[at]
+
+
+def _label_fans(edges: EdgeGroups, one: IntArray, two: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the vertex of each fan, and the fan of each corner, in order of corners.
+
+    Faces hang together at both ends of the half-edges that are named.
+    """
     same = edges.tail[one] == edges.tail[two]
     one_head, two_head = edges.next[one], edges.next[two]
     links_from = np.concatenate([one, one_head])
@@ -311,15 +332,32 @@ def sorted_faces(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
     return face, np.sort(face * (mesh.n_vertices + 2) + vertex) % (mesh.n_vertices + 2) - 1
 
 
+def doubled_faces(mesh: PolyMesh) -> BoolArray:
+    """Return which faces have exactly the vertices of an earlier one, (F,).
+
+    Examples
+    --------
+    >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [1, 2, 3], [2, 1, 0]])
+    >>> doubled_faces(mesh).tolist()
+    [False, False, True]
+    """
+    members = sorted_faces(mesh)[1]
+    doubled = np.zeros(mesh.n_faces, dtype=bool)
+    for size in np.unique(mesh.face_sizes).tolist():
+        faces = np.flatnonzero(mesh.face_sizes == size)
+        rows = members[mesh.offsets[faces, None] + np.arange(size)]
+        order = np.lexsort(rows.T)
+        alike = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
+        doubled[faces[order[1:][alike]]] = True
+    return doubled
+
+
 def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:
     """Return the mesh with some faces only, all vertices kept.
 
     Examples
     --------
-    >>> from typing import Any, TypeAlias
-
-    import numpy as np
-    import numpy.typing as npt
+    >>> import numpy as np
     >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [1, 2, 3]])
     >>> keep_faces(mesh, np.array([False, True])).faces()
     [[1, 2, 3]]
@@ -386,10 +424,7 @@ def turn_faces(mesh: PolyMesh, turned: BoolArray) -> PolyMesh:
 
     Examples
     --------
-    >>> from typing import Any, TypeAlias
-
-    import numpy as np
-    import numpy.typing as npt
+    >>> import numpy as np
     >>> quad = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2, 3]])
     >>> turn_faces(quad, np.array([True])).faces()
     [[0, 3, 2, 1]]

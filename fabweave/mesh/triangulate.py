@@ -1,6 +1,9 @@
 """Cut the faces of a mesh into triangles."""
 
+from collections.abc import Sequence
+
 import numpy as np
+import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray, places_in_groups, unit
 from fabweave.mesh.polymesh import (
@@ -58,6 +61,108 @@ def triangulate(mesh: PolyMesh) -> PolyMesh:
     vertices = np.concatenate([mesh.vertices, face_centres(mesh)[large]])
     halves = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
     return PolyMesh.from_faces(vertices, np.concatenate([triangles, halves, fans]))
+
+
+def polygon_triangles(
+    vertices: FloatArray, loop: Sequence[int], holes: Sequence[Sequence[int]] = ()
+) -> list[list[int]]:
+    """Cut a polygon, which may be concave and have holes, into triangles between its corners.
+
+    They are those of a constrained Delaunay triangulation in the plane that fits it best.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float array
+    loop : sequence of int
+        The corners around it.
+    holes : sequence of sequence of int
+        The corners around each hole, either way.
+
+    Returns
+    -------
+    list of list of int
+        They run around as the loop does; empty where the loops cross in that plane.
+
+    Examples
+    --------
+    >>> dart = np.array([[0.0, 0, 0], [4, 0, 0], [1, 1, 0], [0, 4, 0]])
+    >>> sorted(map(sorted, polygon_triangles(dart, [0, 1, 2, 3])))
+    [[0, 1, 2], [0, 2, 3]]
+    """
+    corners = [*loop, *(corner for hole in holes for corner in hole)]
+    flat = _in_plane(vertices[list(loop)], vertices[corners])
+    bounds = np.cumsum([len(loop), *map(len, holes)])
+    outer, *inner = np.split(flat, bounds[:-1])
+    polygon = shapely.Polygon(outer, inner)
+    if not polygon.is_valid:
+        return []
+    number = {tuple(place): corner for place, corner in zip(flat.tolist(), corners, strict=True)}
+    return [
+        [number[tuple(place)] for place in triangle.exterior.coords[:3]]
+        for triangle in map(
+            shapely.geometry.polygon.orient,
+            shapely.constrained_delaunay_triangles(polygon).geoms,
+        )
+    ]
+
+
+def _in_plane(polygon: FloatArray, points: FloatArray) -> FloatArray:
+    """Return points in the plane of a polygon, (N, 2), in which it runs counter-clockwise."""
+    arms = polygon - polygon[0]
+    normal = unit(np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0))
+    across = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    return (points - polygon[0]) @ np.column_stack([across, np.cross(normal, across)])
+
+
+def simple_faces(vertices: FloatArray, face: Sequence[int]) -> list[list[int]]:
+    """Part a face that passes a vertex twice into faces that do not.
+
+    Its loops are faces of their own. One inside another, at the far end of a bridge that is passed
+    twice, is a hole, and what is around it is cut into triangles.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float array
+    face : sequence of int
+
+    Returns
+    -------
+    list of list of int
+        Empty where the loops make no polygons.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, 0], [1, 2, 0], [2, 1, 0]])
+    >>> parts = simple_faces(corners, [0, 1, 2, 0, 3, 4, 5, 3])
+    >>> len(parts), sorted({corner for part in parts for corner in part})
+    (6, [0, 1, 2, 3, 4, 5])
+    """
+    loops, way = list[list[int]](), list[int]()
+    for vertex in face:
+        if vertex in way:
+            at = way.index(vertex)
+            loops.append(way[at:])
+            del way[at:]
+        way.append(vertex)
+    loops = [loop for loop in (*loops, way) if len(loop) > 2]
+    flat = [_in_plane(vertices[list(face)], vertices[loop]) for loop in loops]
+    areas = [shapely.Polygon(ring) for ring in flat]
+    if not all(area.is_valid for area in areas):
+        return []
+    around = [
+        [k for k, other in enumerate(areas) if other is not area and other.contains(area)]
+        for area in areas
+    ]
+    parts = []
+    for number, loop in enumerate(loops):
+        if around[number]:
+            continue
+        holes = [loops[k] for k, outer in enumerate(around) if number in outer]
+        cut = polygon_triangles(vertices, loop, holes) if holes else [loop]
+        if not cut:
+            return []
+        parts += cut
+    return parts
 
 
 def _corners(mesh: PolyMesh, size: int) -> IntArray:

@@ -1,11 +1,14 @@
 """Join vertices that are at the same place."""
 
+import math
+
 import numpy as np
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.messages import agree
-from fabweave.mesh.halfedge import group_edges
+from fabweave.core.units import parse_length
+from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, previous_corner
 from fabweave.mesh.topology import label_links, orient_faces
 
@@ -13,12 +16,14 @@ from fabweave.mesh.topology import label_links, orient_faces
 WELD_TOLERANCE = 1e-8
 
 
-def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh, int, int]:
+def weld_mesh(
+    mesh: PolyMesh, among: BoolArray | None = None, reach: float | None = None
+) -> tuple[PolyMesh, int, int]:
     """Join vertices that are at the same place, and drop what collapses.
 
-    Vertices that are linked by a chain of steps within `WELD_TOLERANCE` become one, at the place of
-    the first. A corner that repeats the vertex before it is dropped from its face; a face that then
-    has fewer than three corners is dropped.
+    Vertices that are linked by a chain of short steps become one, at the place of the first. A
+    corner that repeats the vertex before it is dropped from its face; a face that then has fewer
+    than three corners is dropped.
 
     Parameters
     ----------
@@ -26,6 +31,8 @@ def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh,
         Any mesh whose faces name vertices that exist.
     among : (V,) bool array, optional
         Only these vertices are joined.
+    reach : float, optional
+        How long a step is at most; `WELD_TOLERANCE` of the bounding box's diagonal if not given.
 
     Returns
     -------
@@ -45,7 +52,7 @@ def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh,
     >>> mesh.faces(), joined, dropped
     ([[0, 1, 2], [1, 3, 2]], 2, 0)
     """
-    leader, label = _first_of_each(coincident_groups(mesh.vertices, among))
+    leader, label = _first_of_each(coincident_groups(mesh.vertices, among, reach))
     indices = label[mesh.indices]
     face = face_of_corner(mesh)
     previous = previous_corner(mesh)
@@ -58,7 +65,9 @@ def weld_mesh(mesh: PolyMesh, among: BoolArray | None = None) -> tuple[PolyMesh,
     return welded, mesh.n_vertices - len(leader), int(np.count_nonzero(~stays))
 
 
-def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> IntArray:
+def coincident_groups(
+    vertices: FloatArray, among: BoolArray | None = None, reach: float | None = None
+) -> IntArray:
     """Label vertices so that those at the same place share a label, (V,).
 
     If only some are chosen, each of the others has a label of its own.
@@ -66,7 +75,7 @@ def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> I
     if among is not None:
         group = np.arange(len(vertices))
         chosen = np.flatnonzero(among)
-        part = coincident_groups(vertices[chosen])
+        part = coincident_groups(vertices[chosen], reach=reach)
         leader, label = _first_of_each(part)
         group[chosen] = chosen[leader][label]
         compact: IntArray = np.unique(group, return_inverse=True)[1].astype(np.int64)
@@ -77,8 +86,9 @@ def coincident_groups(vertices: FloatArray, among: BoolArray | None = None) -> I
     points = vertices[leader[finite]]
     if len(points) < 2:
         return group
-    with np.errstate(over="ignore"):
-        reach = WELD_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    if reach is None:
+        with np.errstate(over="ignore"):
+            reach = WELD_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
     if not 0 < reach < np.inf:
         return group
     pairs = finite[KDTree(points).query_pairs(reach, output_type="ndarray")]
@@ -115,64 +125,94 @@ def _first_of_each(group: IntArray) -> tuple[IntArray, IntArray]:
     return leader, np.searchsorted(leader, first)[number]
 
 
-#: Boundaries are welded if more than this share of their vertices have another at the same place.
-_MOST = 0.5
+#: Boundaries are welded within this share of the bounding box's diagonal, which is more than single
+#: precision and six decimals leave; and a wider distance is proposed if it is below the other.
+NEAR, _PROPOSED = 5e-6, 1e-3
 
 
-def weld_seams(mesh: PolyMesh, wanted: bool | None) -> tuple[PolyMesh, tuple[str, ...]]:
-    """Join vertices at the same place, where that is wanted or the mesh looks as if it were.
+def parse_weld(text: str) -> float:
+    """Return within how many millimetres vertices are joined: 0 for none, infinity for equal ones.
+
+    Raises
+    ------
+    InputError
+        If the text is not all, none, or a length.
+
+    Examples
+    --------
+    >>> parse_weld("none"), parse_weld("all"), parse_weld("0.01mm")
+    (0.0, inf, 0.01)
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    return parse_length(text)
+
+
+_WORDS = {"none": 0.0, "all": math.inf}
+
+
+def weld_seams(
+    mesh: PolyMesh, wanted: str | None, scale_mm: float = 1.0
+) -> tuple[PolyMesh, tuple[str, ...]]:
+    """Join vertices at the same place, where that is wanted or closes boundaries.
 
     Programs write a vertex once for each normal or texture coordinate that it has. The faces along
     such a seam then share no edge, and the mesh falls apart into many pieces with boundaries that
-    lie on one another. Where parts only touch, few vertices of boundaries coincide, and nothing is
-    joined unless it is wanted.
+    lie on one another. Two boundary edges whose ends lie at the same places become one. Where parts
+    only touch at vertices, nothing is joined unless it is wanted.
 
     Parameters
     ----------
     mesh : PolyMesh
-        Any mesh.
-    wanted : bool or None
-        Join all vertices at the same place, or none; with None, those of boundaries, if most of
-        them have another one at the same place.
+        Any mesh whose faces name vertices that exist.
+    wanted : str or None
+        As ``--weld`` says it: all vertices at the same place, or within a length, or none; with
+        None, the seams of boundaries.
+    scale_mm : float
+        How many millimetres one unit of the mesh will be.
 
     Returns
     -------
     mesh : PolyMesh
         The same object if nothing was joined.
     notes : tuple of str
-        What was done.
+        What was done, or could be.
 
     Examples
     --------
     >>> two = PolyMesh.from_faces(
     ...     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
     ...     [[0, 1, 2], [3, 4, 5]])
-    >>> weld_seams(two, None)[0].n_vertices, weld_seams(two, False)[0].n_vertices
+    >>> weld_seams(two, None)[0].n_vertices, weld_seams(two, "none")[0].n_vertices
     (4, 6)
     """
-    names_what_is_not = (mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)
-    if wanted is False or not mesh.n_faces or names_what_is_not.any():
+    within_mm = None if wanted is None else parse_weld(wanted)
+    if within_mm == 0.0 or not mesh.n_faces:
         return mesh, ()
+    diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     among: BoolArray | None = None
-    if wanted is None:
-        among = flags(mesh.n_vertices, group_edges(mesh).rim)
-        group = coincident_groups(mesh.vertices[among])
-        alike = int(np.count_nonzero(np.bincount(group)[group] > 1)) if len(group) else 0
-        if alike <= _MOST * len(group):
-            return mesh, ()  # the check of the mesh says how many there are
-    welded, joined, dropped = weld_mesh(mesh, among)
+    reach: float | None = None
+    notes = []
+    if within_mm is None:
+        edges = group_edges(mesh)
+        reach = NEAR * diagonal
+        among = _seam_ends(mesh, edges, reach)
+        left = np.count_nonzero(flags(mesh.n_vertices, edges.rim) & ~among)
+        if left > np.count_nonzero(among):
+            wider = _seam_ends(mesh, edges, _PROPOSED * diagonal)
+            notes += _proposal(mesh, edges, wider & ~among, diagonal, scale_mm)
+    elif np.isfinite(within_mm):
+        reach = within_mm / scale_mm
+    welded, joined, dropped = weld_mesh(mesh, among, reach)
     if not joined or (wanted is None and _is_one_sided(welded) and not _is_one_sided(mesh)):
         # A surface that its maker cut open can be woven; one-sided as it would be, it cannot.
-        return mesh, ()
-    note = agree(
+        return mesh, tuple(notes)
+    said = agree(
         joined, "{n} [vertex was|vertices were] at the same place as another and merged with it"
     )
     if wanted is None:
-        note += (
-            f": {alike} of {len(group)} vertices at boundaries coincided, as where normals or "
-            "textures change (--no-weld leaves them apart)"
-        )
-    notes = [note]
+        said += " where boundaries lie on one another (--weld none leaves them apart)"
+    notes.insert(0, said)
     if dropped:
         notes.append(
             agree(
@@ -180,6 +220,42 @@ def weld_seams(mesh: PolyMesh, wanted: bool | None) -> tuple[PolyMesh, tuple[str
             )
         )
     return welded, tuple(notes)
+
+
+def _seam_ends(mesh: PolyMesh, edges: EdgeGroups, reach: float) -> BoolArray:
+    """Return which vertices are ends of two boundary edges that lie on one another, (V,)."""
+    half = edges.first[edges.sizes == 1]
+    group = coincident_groups(mesh.vertices, flags(mesh.n_vertices, edges.rim), reach)
+    tail, head = group[edges.tail[half]], group[edges.head[half]]
+    low, high = np.minimum(tail, head), np.maximum(tail, head)
+    _, number, copies = np.unique(
+        low * mesh.n_vertices + high, return_inverse=True, return_counts=True
+    )
+    met = half[(copies[number] == 2) & (low != high)]
+    return flags(mesh.n_vertices, np.concatenate([edges.tail[met], edges.head[met]]))
+
+
+def _proposal(
+    mesh: PolyMesh, edges: EdgeGroups, ends: BoolArray, diagonal: float, scale_mm: float
+) -> list[str]:
+    """Return the distance that would close most of what is open, if there is one."""
+    count = int(np.count_nonzero(ends))
+    if 2 * count < len(edges.rim):
+        return []
+    points = mesh.vertices[ends]
+    pairs = KDTree(points).query_pairs(_PROPOSED * diagonal, output_type="ndarray")
+    apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    nearest = np.full(count, np.inf)
+    for side in pairs.T:
+        np.minimum.at(nearest, side, apart)
+    most_mm = float(nearest.max()) * scale_mm
+    # A round length, so much above that chains of three are within it.
+    step = 10.0 ** np.floor(np.log10(most_mm))
+    wide_mm = next(step * k for k in (1, 2, 5, 10, 20) if step * k >= 1.5 * most_mm)
+    return [
+        f"{count} of {len(edges.rim)} vertices at boundaries have another within {most_mm:.2g} mm; "
+        f"--weld {wide_mm:.2g}mm merges them"
+    ]
 
 
 def _is_one_sided(mesh: PolyMesh) -> bool:

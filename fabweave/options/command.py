@@ -93,7 +93,7 @@ def _words(
         if value is None or value == expected.get(option.name):
             continue
         if option.kind.flag:
-            words.append(option.flag if value else option.denial)
+            words.append(option.flag)
             continue
         for one in value if isinstance(value, list) else [value]:
             if isinstance(one, dict):

@@ -67,8 +67,6 @@ class Kind:
         Returns the words that it takes, if it takes certain words.
     flag, repeatable : bool
         Whether it has no value but is said or not, and whether it may be said several times.
-    denied : bool
-        Whether a flag may also be denied, and is left to fabweave if nothing is said.
     textual : bool
         Whether a plain number is read as if it were typed.
     of_table : callable or None
@@ -85,7 +83,6 @@ class Kind:
     words: Words = tuple
     flag: bool = False
     repeatable: bool = False
-    denied: bool = False
     textual: bool = False
     of_table: Callable[[Mapping[str, Any]], Any] | None = None
 
@@ -148,13 +145,13 @@ def _as_number(value: Any) -> float:
         return math.inf
 
 
-def flag(*, denied: bool = False) -> Kind:
-    """Return the kind of what is said, or not; or of what may be denied, too."""
+def flag() -> Kind:
+    """Return the kind of what is said, or not."""
 
     def accept(value: Any) -> bool | None:
         return value if isinstance(value, bool) else None
 
-    return Kind("", "True or False", accept, as_it_is, flag=True, denied=denied)
+    return Kind("", "True or False", accept, as_it_is, flag=True)
 
 
 def choice(words: tuple[str, ...] | str) -> Kind:

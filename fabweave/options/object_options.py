@@ -54,11 +54,15 @@ OBJECT_OPTIONS = (
     Option(
         "weld",
         MESH,
-        flag(denied=True),
-        "Merge vertices at the same place into one. Programs split vertices where normals or "
-        "textures change, and nothing is woven across the loose faces. fabweave always merges "
-        "STL, GLB and 3MF.",
-        otherwise="done at boundaries if most of their vertices have another at the same place",
+        text(
+            "all|none|LENGTH",
+            "all, none or a length such as 0.01mm",
+            "fabweave.mesh.weld.parse_weld",
+        ),
+        "Merge vertices at the same place into one: all, none, or those within a length of the "
+        "finished object. Programs split vertices where normals or textures change, and nothing "
+        "is woven across the loose faces. fabweave always merges STL, GLB and 3MF.",
+        otherwise="where two edges of the boundary lie on one another",
     ),
     Option(
         "bodies",

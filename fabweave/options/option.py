@@ -83,16 +83,9 @@ class Option:
         return f"{self.group}.{self.name}"
 
     @property
-    def denial(self) -> str:
-        """Its name where it is denied, such as ``--no-weld``."""
-        return "--no-" + self.flag[2:]
-
-    @property
     def shown(self) -> str:
         """Its name and value as help shows them: no name for the mesh, which is no option."""
         names = "" if self.name == "mesh" else self.flag
-        if self.kind.denied:
-            names += f" / {self.denial}"
         return names if self.kind.flag else f"{names} {self.metavar}".lstrip()
 
     @property

@@ -94,8 +94,8 @@ def state_of_command(text: str) -> State:
 
     Examples
     --------
-    >>> state_of_command("fabweave make shape:cube --size 200mm --no-weld -o again")
-    State(mesh='shape:cube', options={'size': '200mm', 'weld': False})
+    >>> state_of_command("fabweave make shape:cube --size 200mm --weld none -o again")
+    State(mesh='shape:cube', options={'size': '200mm', 'weld': 'none'})
     """
     words = shlex.split(text)
     if words[:2] != ["fabweave", "make"] or "--config" in words:
@@ -103,7 +103,6 @@ def state_of_command(text: str) -> State:
             f"the code says {text[:80]!r}, which is not all of a job; drop the job's own job.toml"
         )
     flags = {option.flag: option for option in OPTIONS[1:]}
-    denied = {option.denial: option for option in OPTIONS[1:] if option.kind.flag}
     mesh, options = "", dict[str, Any]()
     rest = iter(words[2:])
     for word in rest:
@@ -113,8 +112,6 @@ def state_of_command(text: str) -> State:
             if option.kind.repeatable:
                 value = [*options.get(option.name, []), value]
             options[option.name] = value
-        elif word in denied:
-            options[denied[word].name] = False
         elif word == "-o":
             next(rest, "")
         else:
