@@ -12,7 +12,7 @@ from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import (
     boundary_loops,
-    doubled_faces,
+    first_alike,
     keep_faces,
     label_links,
     orient_faces,
@@ -349,7 +349,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
         "not-finite": np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1) & used),
         "non-manifold-edge": edges.ends(np.flatnonzero(edges.sizes > 2)),
         "non-orientable": kept[one_sided],
-        "duplicate-face": kept[doubled_faces(surface)],
+        "duplicate-face": kept[first_alike(surface) != np.arange(surface.n_faces)],
         "euler": components.first_vertex[contradictions],
         "unreferenced-vertex": np.flatnonzero(~used),
         "non-manifold-vertex": np.flatnonzero(fans > 1),

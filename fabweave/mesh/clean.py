@@ -29,15 +29,18 @@ from fabweave.mesh.polymesh import (
     without_loose,
 )
 from fabweave.mesh.topology import (
-    doubled_faces,
     face_patches,
+    first_alike,
     keep_faces,
+    label_links,
     sound_faces,
     split_corners,
 )
 from fabweave.mesh.triangulate import simple_faces
 from fabweave.mesh.weld import NEAR, same_position_groups, weld_seams
 
+#: Squares of coordinates, and of their products, are numbers.
+_MOST = 1e75
 #: A mesh is far away if its middle is so many times its size from the origin.
 _FAR = 10.0
 #: Of a far coordinate so many units in its last place are no part of the shape.
@@ -99,7 +102,7 @@ def clean_mesh(
     if not mesh.n_faces or np.any((mesh.indices < 0) | (mesh.indices >= mesh.n_vertices)):
         return Cleaned(mesh, np.zeros(3), ())
     used = used_vertices(mesh)
-    if not np.isfinite(mesh.vertices[used]).all():
+    if not np.all(np.abs(mesh.vertices[used]) < _MOST):
         return Cleaned(mesh, np.zeros(3), ())
     notes = [] if used.all() else [_told(~used, "{n} [vertex belongs|vertices belong] to no face")]
     mesh, origin, moved = _centred(without_loose(mesh))
@@ -118,8 +121,9 @@ def clean_mesh(
         _without_crumbs,
     )
     for step in steps:
-        mesh, said = step(mesh)
-        notes += said
+        if mesh.n_faces:
+            mesh, said = step(mesh)
+            notes += said
     return Cleaned(mesh, origin, tuple(notes))
 
 
@@ -178,22 +182,47 @@ def _without_repeats(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
 
 
 def _without_doubles(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
-    """Leave out faces that lie on another.
+    """Leave out faces that lie on another, and both faces of a wall inside.
 
-    Two faces with the same edges, and nothing else at them, are the two sides of a closed surface,
-    and stay.
+    Two faces back to back with the same edges, and nothing else at them, are the two sides of a
+    closed surface, and stay.
     """
     place = same_position_groups(mesh.vertices)[mesh.indices]
-    doubled = doubled_faces(PolyMesh(mesh.vertices, mesh.offsets, place))
+    placed = PolyMesh(mesh.vertices, mesh.offsets, place)
+    first = first_alike(placed)
+    doubled = first != np.arange(mesh.n_faces)
+    if not doubled.any():
+        return mesh, ()
+    areas = face_areas(mesh)
+    back = doubled & (np.einsum("ij,ij->i", areas, areas[first]) < 0.0)
     edges = group_edges(mesh)
-    crowded = np.zeros(mesh.n_corners, dtype=bool)
-    crowded[edges.order] = np.repeat(edges.sizes > 2, edges.sizes)
-    in_crowd = flags(mesh.n_faces, edges.face[crowded])
-    gone = doubled & (in_crowd | ~doubled_faces(mesh))
+    patch = face_patches(edges, mesh.n_faces)
+    lone = flags(int(patch.max()) + 1, patch[edges.face[edges.first[edges.sizes == 1]]])[patch]
+    crowded = np.repeat(edges.sizes > 2, edges.sizes)
+    back &= lone | flags(mesh.n_faces, edges.face[edges.order[crowded]])
+    walls = _walls(placed, first, back)
+    gone = (doubled & (np.einsum("ij,ij->i", areas, areas[first]) >= 0.0)) | back | walls
     if not gone.any():
         return mesh, ()
     note = _told(gone, "{n} [face lies|faces lie] on another")
     return without_loose(keep_faces(mesh, ~gone)), (note,)
+
+
+def _walls(mesh: PolyMesh, first: IntArray, back: BoolArray) -> BoolArray:
+    """Return the first faces of walls inside, of faces that lie back to back on a first one, (F,).
+
+    All around a wall there are other faces; a leaf of two sides has a rim of its own.
+    """
+    wall = back.copy()
+    wall[first[back]] = True
+    edges = group_edges(mesh)
+    starts, face = edges.starts[:-1], edges.face[edges.order]
+    alone = np.logical_and.reduceat(wall[face], starts)
+    low, high = (ufunc.reduceat(first[face], starts) for ufunc in (np.minimum, np.maximum))
+    inside = np.repeat(alone, edges.sizes)[1:] & ~flags(len(face), starts)[1:]
+    group = label_links(first[face][:-1][inside], first[face][1:][inside], mesh.n_faces)[1]
+    leaves = flags(mesh.n_faces, group[low[alone & (low == high)]])
+    return wall & ~back & ~leaves[group]
 
 
 def _without_slivers(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:

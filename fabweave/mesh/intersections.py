@@ -75,7 +75,7 @@ def _near_one(points: FloatArray) -> FloatArray:
 
 
 def _triangles(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
-    """Cut faces into triangles, convex ones from their first corner; return the face of each, too."""
+    """Cut faces into triangles, convex ones from their first corner; return whose each is, too."""
     hollow = flags(mesh.n_faces, face_of_corner(mesh)[corner_sines(mesh) < -_STRAIGHT])
     sizes = np.where(hollow, 0, mesh.face_sizes - 2)
     face = np.repeat(np.arange(mesh.n_faces), sizes)

@@ -332,24 +332,24 @@ def sorted_faces(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
     return face, np.sort(face * (mesh.n_vertices + 2) + vertex) % (mesh.n_vertices + 2) - 1
 
 
-def doubled_faces(mesh: PolyMesh) -> BoolArray:
-    """Return which faces have exactly the vertices of an earlier one, (F,).
+def first_alike(mesh: PolyMesh) -> IntArray:
+    """Return the first face with exactly the vertices of each face, (F,); mostly the face itself.
 
     Examples
     --------
     >>> mesh = PolyMesh.from_faces([[0, 0, 0]] * 4, [[0, 1, 2], [1, 2, 3], [2, 1, 0]])
-    >>> doubled_faces(mesh).tolist()
-    [False, False, True]
+    >>> first_alike(mesh).tolist()
+    [0, 1, 0]
     """
     members = sorted_faces(mesh)[1]
-    doubled = np.zeros(mesh.n_faces, dtype=bool)
+    first = np.arange(mesh.n_faces)
     for size in np.unique(mesh.face_sizes).tolist():
         faces = np.flatnonzero(mesh.face_sizes == size)
         rows = members[mesh.offsets[faces, None] + np.arange(size)]
         order = np.lexsort(rows.T)
-        alike = np.all(rows[order[1:]] == rows[order[:-1]], axis=1)
-        doubled[faces[order[1:][alike]]] = True
-    return doubled
+        new = np.append(True, np.any(rows[order[1:]] != rows[order[:-1]], axis=1))
+        first[faces[order]] = faces[order][np.flatnonzero(new)][np.cumsum(new) - 1]
+    return first
 
 
 def keep_faces(mesh: PolyMesh, keep: BoolArray) -> PolyMesh:

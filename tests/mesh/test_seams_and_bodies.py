@@ -49,7 +49,7 @@ def test_a_seam_is_welded_and_places_that_differ_by_rounding_too() -> None:
     moved = seam.with_vertices(seam.vertices + 1e-10 * (np.arange(seam.n_vertices)[:, None] % 2))
     for one in (seam, moved):
         assert check_mesh(weld_seams(one, None)[0]).component_genus == (1,)
-    assert weld_seams(seam, False) == (seam, ())
+    assert weld_seams(seam, "none") == (seam, ())
 
 
 def test_closed_bodies_and_boundaries_that_touch_at_few_vertices_stay_apart() -> None:
@@ -57,19 +57,19 @@ def test_closed_bodies_and_boundaries_that_touch_at_few_vertices_stay_apart() ->
     aside = cube.with_vertices(cube.vertices + np.ptp(cube.vertices, axis=0))
     touching = merged(cube, aside)
     assert weld_seams(touching, None) == (touching, ())
-    assert weld_seams(touching, True)[0].n_vertices == touching.n_vertices - 1
+    assert weld_seams(touching, "all")[0].n_vertices == touching.n_vertices - 1
     # Two sheets that meet at a corner: 2 of their vertices coincide.
     sheet = grids.hypar(3, 3, 30.0, 0.0)
     width = np.ptp(sheet.vertices, axis=0)
     sheets = merged(sheet, sheet.with_vertices(sheet.vertices + width))
     assert weld_seams(sheets, None) == (sheets, ())
-    assert weld_seams(sheets, True)[0].n_vertices == sheets.n_vertices - 1
+    assert weld_seams(sheets, "all")[0].n_vertices == sheets.n_vertices - 1
 
 
 def test_a_surface_that_was_cut_open_because_it_is_one_sided_stays_so() -> None:
     open_bottle = read_mesh(shared_mesh("bad/klein-bottle.obj")).mesh
     assert weld_seams(open_bottle, None) == (open_bottle, ())
-    assert not check_mesh(weld_seams(open_bottle, True)[0]).orientable
+    assert not check_mesh(weld_seams(open_bottle, "all")[0]).orientable
 
 
 def test_bodies_are_kept_by_size_and_debris_is_told() -> None:
@@ -105,4 +105,6 @@ def test_files_are_welded_by_themselves_or_as_asked(extension, written, tmp_path
     loaded = load_asked(Settings.of(str(path), size_mm=100.0))
     assert loaded.halfedges.n_edges == 2 * 48
     assert any("144 vertices were at the same place" in note for note in loaded.notes)
-    assert load_asked(Settings.of(str(path), size_mm=100.0, weld=False)).halfedges.n_edges == 4 * 48
+    assert (
+        load_asked(Settings.of(str(path), size_mm=100.0, weld="none")).halfedges.n_edges == 4 * 48
+    )

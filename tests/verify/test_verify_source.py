@@ -50,7 +50,7 @@ def pyramid(tmp_path_factory):
     """Return a job and the file that it was made from, both where nothing is looked for."""
     folder = tmp_path_factory.mktemp("pyramid")
     (folder / "pyramid.obj").write_text(PYRAMID)
-    options = {"up": "y", "weld": True, "size": "80mm", "effort": "quick", "sheet": "300x300mm"}
+    options = {"up": "y", "weld": "all", "size": "80mm", "effort": "quick", "sheet": "300x300mm"}
     fw.make(folder / "pyramid.obj", folder / "job", **options)
     return folder
 
@@ -175,9 +175,9 @@ def checked(folder, **options):
 
 @pytest.mark.parametrize(
     "options",
-    [{}, {"size": "3mm"}, {"size": "25.4mm", "up": "x"}, {"weld": True},
+    [{}, {"size": "3mm"}, {"size": "25.4mm", "up": "x"}, {"weld": "all"},
      {"up": "0.2,-1,0.1", "size": "60mm"}, {"up": "1e-9,1e-8,-1"}, {"up": "-x"},
-     {"weld": False}, {"up": "y", "size": "1234.5mm"}, {"bodies": "largest"}, {"bodies": "1"},
+     {"weld": "none"}, {"up": "y", "size": "1234.5mm"}, {"bodies": "largest"}, {"bodies": "1"},
      {"fair": 3, "size": "90mm"}, {"pattern": "triaxial"}, {"refine": "catmull-clark:1"}],
     ids=str,
 )  # fmt: skip
