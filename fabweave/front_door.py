@@ -216,8 +216,8 @@ class Mesh(_Solid):
 
     @property
     def vertices(self) -> FloatArray:
-        """Positions in millimetres, (V, 3), read-only."""
-        return self.loaded.mesh.vertices
+        """Positions in millimetres, (V, 3), read-only, where the given mesh has them."""
+        return self.loaded.where_given(self.loaded.mesh.vertices)
 
     @property
     def faces(self) -> list[list[int]]:
@@ -234,7 +234,7 @@ class Mesh(_Solid):
     @property
     def size_mm(self) -> tuple[float, float, float]:
         """Extent along x, y and z, millimetres."""
-        x, y, z = np.ptp(self.vertices, axis=0).tolist()
+        x, y, z = np.ptp(self.loaded.mesh.vertices, axis=0).tolist()
         return x, y, z
 
     @property
@@ -258,7 +258,8 @@ class Mesh(_Solid):
         """
         import trimesh  # noqa: PLC0415 - slow to import, and seldom wanted
 
-        return trimesh.Trimesh(*self._surface(), process=False)
+        vertices, triangles = self._surface()
+        return trimesh.Trimesh(self.loaded.where_given(vertices), triangles, process=False)
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
         triangles = triangulate(self.loaded.mesh)
@@ -732,7 +733,8 @@ class Ribbons(_Solid):
     @property
     def vertices(self) -> FloatArray:
         """Ends of the cross-lines in millimetres, (2 R, 3): right and left by turns."""
-        return frozen(ribbon_triangles(self.woven.ribbons)[0])
+        ends = frozen(ribbon_triangles(self.woven.ribbons)[0])
+        return self.stations.loaded.where_given(ends)
 
     @property
     def triangles(self) -> IntArray:
@@ -795,7 +797,8 @@ class Ribbons(_Solid):
 
         vertices, triangles = self._surface()
         shown = np.repeat(self.colours[triangles[::2, 0] // 2], 2, axis=0)
-        return trimesh.Trimesh(vertices, triangles, face_colors=shown, process=False)
+        places = self.stations.loaded.where_given(vertices)
+        return trimesh.Trimesh(places, triangles, face_colors=shown, process=False)
 
     def pieces(self, **options: Any) -> Pieces:
         """Split the threads into flat pieces that lap and are joined.

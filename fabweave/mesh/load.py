@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import with_bodies
@@ -103,6 +103,10 @@ class LoadedMesh:
     remeshed: Remeshed | None = None
     ringed: bool = False
     turn_deg: float = 0.0
+
+    def where_given(self, points: FloatArray) -> FloatArray:
+        """Return points of the object where the mesh was before it was moved to the origin."""
+        return points if self.origin_mm is None else frozen(points + self.origin_mm)
 
     @property
     def rims(self) -> tuple[Opening, ...]:
@@ -213,7 +217,7 @@ def load_mesh(
         loss=loss,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
-        origin_mm=factor * (turn_of(up) @ cleaned.origin),
+        origin_mm=None if built_in else factor * (turn_of(up) @ cleaned.origin),
         remeshed=remeshed,
         ringed=settings.rim != "none",
         turn_deg=turn_deg,
