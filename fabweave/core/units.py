@@ -6,7 +6,8 @@ import re
 from fabweave.core.errors import InputError
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_LENGTH = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s.+-]*)\s*")
+_FRACTION = r"(?:(?P<whole>\d+)[\s-]+)?(?P<part>\d+)/(?P<of>[1-9]\d*)"
+_LENGTH = re.compile(rf"\s*(?:{_FRACTION}|(?P<number>{_NUMBER}))\s*(?P<unit>[^\d\s./+-]*)\s*")
 
 
 def unit_mm(unit: str) -> float:
@@ -60,7 +61,7 @@ def parse_length(text: str, *, what: str = "length", zero_ok: bool = False) -> f
     Parameters
     ----------
     text : str
-        A number and a unit, such as ``"40cm"``; a bare number is in millimetres.
+        A number and a unit, such as ``"40cm"`` or ``"5 1/2in"``; a bare number is in millimetres.
     what : str
         What the length is, for the message.
     zero_ok : bool
@@ -78,8 +79,8 @@ def parse_length(text: str, *, what: str = "length", zero_ok: bool = False) -> f
 
     Examples
     --------
-    >>> parse_length("40cm"), parse_length("2.5"), parse_length('24"')
-    (400.0, 2.5, 609.5999999999999)
+    >>> parse_length("40cm"), parse_length("2.5"), parse_length('24"'), parse_length("5 1/2in")
+    (400.0, 2.5, 609.5999999999999, 139.7)
     >>> parse_length("two")
     Traceback (most recent call last):
         ...
@@ -91,7 +92,11 @@ def parse_length(text: str, *, what: str = "length", zero_ok: bool = False) -> f
         raise InputError(
             f"{what} {text!r} is not a number with a unit, such as 40cm or 2.5mm{hint}"
         )
-    value = float(match["number"]) * unit_mm(match["unit"])
+    if match["part"] is None:
+        number = float(match["number"])
+    else:
+        number = int(match["whole"] or 0) + int(match["part"]) / int(match["of"])
+    value = number * unit_mm(match["unit"])
     if not math.isfinite(value):
         raise InputError(f"{what} {text!r} is too large to be a length")
     if value < 0.0 or (value == 0.0 and not zero_ok):

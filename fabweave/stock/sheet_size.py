@@ -117,6 +117,12 @@ MAX_ROLL_MM, MAX_STRIP_MM = 500_000.0, 300.0
 MOST_SHEETS = 1_000_000
 #: What knife plotters cut of a sheet on a mat, by the mat's inches: half an inch less each way.
 MATS_MM = {"mat-12x12": (290.0, 290.0), "mat-12x24": (290.0, 595.0)}
+#: Sheets that are known by name: mats, paper of ISO 216 and of ANSI, the long side first.
+NAMED_MM = MATS_MM | {
+    "a5": (210.0, 148.0), "a4": (297.0, 210.0), "a3": (420.0, 297.0), "a2": (594.0, 420.0),
+    "a1": (841.0, 594.0), "a0": (1189.0, 841.0), "letter": (279.4, 215.9),
+    "legal": (355.6, 215.9), "tabloid": (431.8, 279.4),
+}  # fmt: skip
 _STOCK = re.compile(r"(?P<size>[^:*]*?)\s*(?:[:*]\s*(?P<quantity>.*?))?\s*")
 _PAIR = re.compile(r"(?P<width>[^x×]+)[x×](?P<height>[^x×]+)", re.IGNORECASE)
 _BARE = re.compile(r"\s*[\d.eE+-]+\s*")
@@ -128,8 +134,9 @@ def parse_stock(text: str) -> SheetSize:
 
     The unit may stand once, at the end, for both sides; no unit means millimetres. A number
     after ``:`` or ``*`` says how many such sheets there are; without it there are enough. The name
-    of a bunch and ``=`` before it say that the sheet is for that one only. The mats of knife
-    plotters go by their names, ``mat-12x12`` and ``mat-12x24``.
+    of a bunch and ``=`` before it say that the sheet is for that one only. Paper goes by its name,
+    such as ``A4`` or ``letter``, and so do the mats of knife plotters, ``mat-12x12`` and
+    ``mat-12x24``.
 
     Parameters
     ----------
@@ -155,8 +162,8 @@ def parse_stock(text: str) -> SheetSize:
     457.2
     >>> parse_stock("weft=600x400mm").bunch
     'weft'
-    >>> format_stock(parse_stock("mat-12x24:2"))
-    '290x595mm:2'
+    >>> [format_stock(parse_stock(name)) for name in ("mat-12x24:2", "A4", "600*400mm")]
+    ['290x595mm:2', '297x210mm', '600x400mm']
     """
     if "=" in text:
         bunch, _, size = text.partition("=")
@@ -164,14 +171,16 @@ def parse_stock(text: str) -> SheetSize:
         bunch_number(bunch)
         return replace(parse_stock(size), bunch=bunch)
     name, *rest = text.partition(":")
-    if (mat := MATS_MM.get(name.strip().lower())) is not None:
-        text = f"{mat[0]:g}x{mat[1]:g}mm{''.join(rest)}"
+    if (known := NAMED_MM.get(name.strip().lower())) is not None:
+        text = f"{known[0]:g}x{known[1]:g}mm{''.join(rest)}"
+    elif not re.search("[x×]", text, re.IGNORECASE):
+        text = text.replace("*", "x", 1)
     stock = _STOCK.fullmatch(text)
     pair = _PAIR.fullmatch(stock["size"]) if stock else None
     if stock is None or pair is None:
         raise InputError(
             f"sheet {text[:80]!r} is not WIDTHxHEIGHT with an optional unit and quantity, "
-            "such as 600x400mm or 24x18in:3"
+            "such as 600x400mm or 24x18in:3, and not the name of a paper, such as A4"
         )
     width, height = pair["width"], pair["height"]
     if _BARE.fullmatch(width):
