@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shlex
 import shutil
 import tempfile
 from collections.abc import Collection, Iterable, Iterator
@@ -137,7 +138,7 @@ def check_destination(
         where = "is the root of a volume" if root else "is where you are"
         raise InputError(
             f"{directory} {where}, and cannot be replaced by a new folder; name a folder in it: "
-            f"-o {directory / 'job'}"
+            f"-o {shlex.quote(str(directory / 'job'))}"
         )
     if not os.access(directory, os.R_OK | os.X_OK):
         raise InputError(f"you may not read {directory}; choose another folder with -o")

@@ -1,6 +1,7 @@
 """Draw a test coupon, alone or for a finished job."""
 
 import math
+import shlex
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
@@ -479,7 +480,8 @@ def check_coupon_folder(directory: Path) -> None:
     if foreign:
         raise InputError(
             f"a coupon needs a folder of its own, and {directory} has other files "
-            f"({few_of(foreign)}); name a new folder, such as -o {directory / 'coupon'}"
+            f"({few_of(foreign)}); name a new folder, such as -o "
+            + shlex.quote(str(directory / "coupon"))
         )
 
 
