@@ -280,7 +280,7 @@ _RULES = (
         "open-seam",
         "vertex",
         "{n} boundary [vertex is|vertices are] at the same place as another vertex",
-        "the surface is cut open there, and no ribbon will cross; merge the vertices (--weld) "
+        "the surface is cut open there, and no ribbon will cross; merge the vertices (--weld all) "
         "if it should be closed",
     ),
     _Rule(
