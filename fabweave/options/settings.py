@@ -14,7 +14,7 @@ from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
 from fabweave.options.file_kinds import is_roll
-from fabweave.options.kinds import load
+from fabweave.options.kinds import load, number
 from fabweave.options.option import GROUPS, STOCK
 from fabweave.options.table import OPTIONS, option_named, option_of_field
 from fabweave.options.user_files import user_entries
@@ -156,6 +156,7 @@ class Settings:
 
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
+        factor = number().argument("factor", factor)
         width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))
         return self.but(width=width)
 
@@ -337,10 +338,7 @@ def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> 
 
 def _parsed(option: Option, told: Mapping[str, Any], where: str) -> Any:
     """Return what is told of an option, as settings hold it."""
-    try:
-        return option.kind.parse(told[option.name])
-    except InputError as error:
-        raise InputError(f"{where}{option.name}: {error}") from error
+    return option.kind.argument(f"{where}{option.name}", told[option.name])
 
 
 def _user_library(
