@@ -70,9 +70,7 @@ def remake_job(
 
 def _equal(one: Path, other: Path) -> bool:
     """Return whether two files hold the same; of unlike size, neither is read."""
-    return (
-        one.stat().st_size == other.stat().st_size and one.read_bytes() == other.read_bytes()
-    )
+    return one.stat().st_size == other.stat().st_size and one.read_bytes() == other.read_bytes()
 
 
 def _files(directory: Path) -> dict[str, Path]:

@@ -139,6 +139,8 @@ HOLES = "CUT_INNER"
 OUTLINES = "CUT_OUTER"
 NOTES = "NOTES"
 LAYERS = (*ENGRAVE_LAYERS, HOLES, OUTLINES, NOTES)
+#: Everything is on this layer of a DXF file for a service.
+PLAIN_LAYER = "0"
 
 
 class ReadError(ValueError):
@@ -178,12 +180,32 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
+class Look:
+    """How a file says that a layer of DXF is drawn, or ``count`` elements of SVG from ``name`` on.
+
+    ``wide`` are elements that are called so, which may be wider than a hairline.
+    """
+
+    layer: str
+    stated: dict[str, str]
+    name: str = ""
+    count: int = 1
+    width_mm: float = np.nan
+    wide: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Drawing:
-    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares."""
+    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares.
+
+    ``form`` is the version of a DXF file, and what a coordinate of an SVG file counts.
+    """
 
     shapes: tuple[Shape, ...]
     problems: tuple[str, ...]
     layers: tuple[str, ...] = ()
+    looks: tuple[Look, ...] = ()
+    form: str = ""
     width_mm: float | None = None
     height_mm: float | None = None
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabweave.verify.check.colours import check_colours
 from fabweave.verify.check.drawings import (
     check_dxf,
     check_labels,
@@ -36,6 +37,7 @@ from fabweave.verify.check.source import check_references, check_source
 from fabweave.verify.check.space import check_space
 from fabweave.verify.check.steps import check_steps
 from fabweave.verify.check.sticks import check_cut_list, check_sticks
+from fabweave.verify.check.tables import check_tables
 from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.drawing import ReadError, read_text, too_large
 from fabweave.verify.read.job_files import Job, load_job
@@ -84,11 +86,13 @@ _TASKS = (
     _Task("lines", ("map",), check_lines),
     _Task("cut", ("map",), check_ready),
     _Task("order", ("map",), check_order),
+    _Task("colours", ("map",), check_colours),
     _Task("labels", ("map",), check_labels),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("sticks", ("map",), check_sticks),
     _Task("cut-list", ("map",), check_cut_list),
+    _Task("tables", ("map",), check_tables),
     _Task("stock", ("map",), check_stock),
     _Task("offcuts", ("map",), check_offcuts),
     _Task("rim", ("map", "mesh"), check_rim),

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 
 from fabweave.verify.check.drawings import SAME_MM, check_piece_drawn
+from fabweave.verify.check.tables import check_row, cut_length, net_area
 from fabweave.verify.crossing_map import Piece, Placement
 from fabweave.verify.drawing import Drawing, ring_points
 from fabweave.verify.read.job_files import SERVICE, TABLE, Job, required
@@ -46,9 +47,23 @@ def check_service(job: Job, tally: Tally) -> None:
             if drawing is None:
                 place.fail(f"its {suffix[1:]} is not checked, because it could not be read")
             elif pieces:
+                _check_sizes(row, pieces[0], place)
                 _check_drawing(drawing, pieces[0], place.at(suffix[1:]))
     for name in service.files:
         folder.at(name).expect(name in files, "it is no piece's")
+
+
+def _check_sizes(row: dict[str, str], piece: Piece, place: Place) -> None:
+    """Check what the table says of the size of a piece, by which a service reckons its price."""
+    length, width = np.ptp(ring_points(piece.path), axis=0).tolist()
+    cells = {
+        "length_mm": length,
+        "width_mm": width,
+        "area_mm2": net_area(piece),
+        "cut_length_mm": cut_length(piece),
+        "holes": len(piece.cutouts),
+    }
+    check_row(row, cells, place)
 
 
 def _check_drawing(drawing: Drawing, piece: Piece, place: Place) -> None:
