@@ -239,10 +239,12 @@ def write_mesh(specimen, folder):
 def settings_text(specimen, **asked):
     """Return the settings: a preset of one's own, and what else is asked for."""
     asked |= {} if specimen.boundary is None else {"boundary": specimen.boundary}
-    lines = [f'{key} = "{value}"' for key, value in asked.items()]
+    # A table [job] may follow it, where there is none yet.
+    lines = ["[job]"] if asked else []
+    lines += [f'{key} = "{value}"' for key, value in asked.items()]
     lines += ["[job.preset]", 'name = "own"', f"hairline_mm = {HAIRLINE}", "[job.preset.layers]"]
     lines += [f'{layer} = {{colour = "{c}", aci = {aci}}}' for layer, (c, aci) in COLOURS.items()]
-    head = 'mesh = "specimen"\n[outcome]\nfasten = "all"\n[job]\n'
+    head = 'mesh = "specimen"\n[outcome]\nfasten = "all"\n'
     return head + "\n".join(lines) + "\n"
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sealing import verify_job
 from verify_specimen import exact_twill, make_specimen, octahedron, saddle, torus
-from verify_writers import dxf_text, sheet_shapes, write_job
+from verify_writers import dxf_text, settings_text, sheet_shapes, write_job
 
 from fabweave.verify.report import MEANINGS
 
@@ -69,6 +69,7 @@ def test_r12_is_read_too(tmp_path):
         text = dxf_text(sheet_shapes(specimen, specimen.plan, sheet), sheet, r12=True)
         assert "LWPOLYLINE" not in text
         (tmp_path / "sheets" / f"{sheet['name']}.dxf").write_text(text)
+    (tmp_path / "job.toml").write_text(settings_text(specimen, dxf="R12"))
     report = verify_job(tmp_path)
     assert report.failed == ()
 

@@ -36,18 +36,20 @@ def check_service(job: Job, tally: Tally) -> None:
     files = {TABLE}
     for row, key in zip(service.rows, stated, strict=True):
         place, pieces = folder.at(row["file"]), wanted.get(key, [])
-        place.same("pieces", row["pieces"].split(), [piece.id for piece in pieces])
+        listed = folder.at(TABLE, row["file"])
+        if pieces:
+            _check_sizes(row, pieces[0], listed)
+        listed.same("pieces", row["pieces"].split(), [piece.id for piece in pieces])
         kind, material, thickness = key
         name = f"{material.replace(':', '-')}_{thickness}mm/kind_{kind}_qty_{len(pieces)}.dxf"
-        place.equal("its name", re.sub(r"(kind|qty)_0+", r"\1_", row["file"]), name)
-        place.equal("quantity", row["quantity"], str(len(pieces)))
+        listed.equal("its name", re.sub(r"(kind|qty)_0+", r"\1_", row["file"]), name)
+        listed.equal("quantity", row["quantity"], str(len(pieces)))
         for suffix, drawings in ((".dxf", service.dxf), (".svg", service.svg)):
             files.add(str(PurePosixPath(row["file"]).with_suffix(suffix)))
             drawing = drawings.get(row["file"])
             if drawing is None:
                 place.fail(f"its {suffix[1:]} is not checked, because it could not be read")
             elif pieces:
-                _check_sizes(row, pieces[0], place)
                 _check_drawing(drawing, pieces[0], place.at(suffix[1:]))
     for name in service.files:
         folder.at(name).expect(name in files, "it is no piece's")
