@@ -144,6 +144,7 @@ OF_DXF = {
     "a hole in dashes": (entity("  6\nDASHED\n"), "outlines-dxf"),
     "a hole in wide lines": (entity("370\n211\n"), "outlines-dxf"),
     "a hidden hole": (entity(" 60\n1\n"), "outlines-dxf"),
+    "letters that are notes": (swap("  8\nENGRAVE_LABEL\n", "  8\nNOTES\n"), "outlines-dxf"),
     "letters that are cut": (engraved_as_outline, "outlines-dxf"),
 }  # fmt: skip
 OF_TABLES = {
@@ -288,11 +289,26 @@ def rows_turned_round(text):
     return "\n".join([head, *(",".join(row) for row in cells)]) + "\n"
 
 
+def layers_turned_round(text):
+    groups = re.findall(r"<g id.*?</g>\n", text, re.DOTALL)
+    return text.replace("".join(groups), "".join(reversed(groups)))
+
+
+def entities_turned_round(text):
+    """Cut what comes last in a DXF file first."""
+    head, mark, rest = text.partition("  2\nENTITIES\n")
+    body, end, tail = rest.partition("  0\nENDSEC\n")
+    entities = re.split(r"(?m)^(?=  0\n[A-Z])", body)
+    return head + mark + "".join(reversed(entities)) + end + tail
+
+
 BLACK, RED, BLUE = 'stroke="#000000"', 'stroke="#FF0000"', 'stroke="#0000FF"'
 ELSEWHERE = [
     ("cut/*.svg", every(BLUE, BLACK), "colours"),
     ("cut/*.svg", every('stroke-width="0.025"', 'stroke-width="5"'), "colours"),
     ("cut/*.svg", swap(BLUE, f'{BLUE} opacity="0"'), "cut"),
+    ("cut/*.svg", layers_turned_round, "order"),
+    ("cut/*.dxf", entities_turned_round, "order"),
     ("cut/*.dxf", every("CUT_OUTER\n 70\n0\n 62\n5\n", "CUT_OUTER\n 70\n0\n 62\n7\n"), "colours"),
     ("service/*/*.svg", every(BLUE, RED), "colours"),
     ("service/*/*.svg", every('stroke-width="0.025"', 'stroke-width="1"'), "colours"),
