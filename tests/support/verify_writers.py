@@ -5,7 +5,7 @@ import math
 import struct
 
 import numpy as np
-from verify_specimen import COLOURS, HAIRLINE, HOLE, placed
+from verify_specimen import COLOURS, HAIRLINE, placed
 
 from fabweave.core.job_folder import write_contents
 
@@ -272,7 +272,8 @@ def write_tables(specimen, folder):
     for name, piece in pieces.items():
         xs, ys = zip(*piece["outline"], strict=True)
         label = plan["threads"][piece["thread"]]["label"]
-        area = path_area(piece["path"]) - len(piece["cutouts"]) * math.pi * HOLE**2 / 4
+        holes = sum(math.pi * hole["diameter_mm"] ** 2 / 4 for hole in piece["cutouts"])
+        area = path_area(piece["path"]) - holes
         rows["pieces"].append(
             f"{name},{label},{piece['sheet']},{max(xs) - min(xs):.3f},{max(ys) - min(ys):.3f},"
             f"{area:.3f},{len(piece['cutouts'])},{piece['kind']},,"
@@ -287,7 +288,7 @@ def write_tables(specimen, folder):
             joint = "" if s["joint"] is None else s["joint"]
             rows["stations"].append(
                 f"{name},{at},{s['crossing']},{along:.1f},{'over' if s['over'] else 'under'},"
-                f"{partner['piece']},{partner['station']},{joint},{mate},{s['hole_mm']},"
+                f"{partner['piece']},{partner['station']},{joint},{mate},{s['hole_mm'] or ''},"
                 f"{step_of[s['crossing']]}"
             )
     for key, one in crossings.items():
@@ -298,7 +299,7 @@ def write_tables(specimen, folder):
         joint = top["joint"] if bottom["joint"] is None else bottom["joint"]
         rows["crossing_map"].append(
             f"{key},{up['piece']},{up['station']},{low['piece']},{low['station']},"
-            f"{'' if joint is None else joint},{bottom['hole_mm']},"
+            f"{'' if joint is None else joint},{bottom['hole_mm'] or ''},"
             + ",".join(map(str, one["position"]))
         )
     for name, lines in rows.items():
