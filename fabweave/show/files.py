@@ -188,7 +188,8 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
         directory.mkdir()
         for offcut in job.offcuts:
             drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
-            dxf = dxf_bytes(drawing, version=job.settings.machine.dxf)
+            machine = job.settings.machine
+            dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
             (directory / f"{offcut.name}.dxf").write_bytes(dxf)
         _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
 

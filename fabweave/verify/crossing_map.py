@@ -232,10 +232,23 @@ class Sheet(msgspec.Struct, frozen=True):
             _require_shape(ring, 2, "an outline or a defect")
 
 
+class LayerColour(msgspec.Struct, frozen=True):
+    """The colour that the map says a layer has, exactly, and as an AutoCAD index."""
+
+    layer: str
+    colour: str
+    aci: int
+
+
 class Cut(msgspec.Struct, frozen=True):
     """What the map says of the drawings."""
 
     profile: str
+    preset: str
+    dxf: str
+    svg_units: str
+    hairline_mm: float
+    layers: tuple[LayerColour, ...]
     #: What was to be engraved; empty in maps that do not say.
     labels: str = ""
 

@@ -5,13 +5,10 @@ import shutil
 
 import numpy as np
 import pytest
+from jobs import FORMED
 from sealing import told
 from spoiling import drop, edit_json, edit_text, more, put
 
-FORMED = (
-    "shape:sphere?n=3", "--size", "250mm", "--former", "auto", "--effort", "quick",
-    "--kerf", "0.15",
-)  # fmt: skip
 OPEN = ("shape:hemisphere", "--size", "200mm", "--former", "museum-board", "--effort", "quick")
 
 

@@ -22,7 +22,15 @@ from fabweave.verify.drawing import (
     traced,
 )
 from fabweave.verify.measure.geometry import distances
-from fabweave.verify.read.job_files import READY, Job, required, sheet_drawings
+from fabweave.verify.read.job_files import (
+    FORMER,
+    READY,
+    RIM,
+    Drawings,
+    Job,
+    required,
+    sheet_drawings,
+)
 from fabweave.verify.report import Place, Tally
 
 #: Letters keep this far from edges, holes and marks.
@@ -187,9 +195,9 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
     pieces = {piece.id: piece for piece in plan.on_sheet(sheet.number)}
     for (layer, name), shapes in drawing.groups.items():
         place.expect(
-            layer == NOTES or name in pieces,
+            name is None if layer == NOTES else name in pieces,
             f"{len(shapes)} shapes on {layer} belong to "
-            + (f"{name}, which is not on this sheet" if name else "no piece"),
+            + (f"{name}, which has nothing there" if name else "no piece"),
         )
     for piece in pieces.values():
         outlines, cutouts = drawing.of(OUTLINES, piece.id), drawing.of(HOLES, piece.id)
@@ -325,10 +333,30 @@ def check_order(job: Job, tally: Tally) -> None:
         _check_sequence(drawing, place)
         _check_inside(drawing, place)
     for _, drawing, place in sheet_drawings(job, "svg", tally, needed=True):
-        layers = [layer for layer in drawing.layers if layer in LAYERS]
-        wanted = [layer for layer in LAYERS if layer in layers]
-        place.equal("the order of its layers", layers, wanted)
+        _check_layers(drawing, place)
         _check_inside(drawing, place)
+    for folder, beside in ((RIM, job.rim), (FORMER, job.former)):
+        if beside is not None:
+            _check_orders(beside, {name: f"{folder}/{name}" for name in beside.dxf}, tally)
+    if (ready := job.ready) is not None:
+        # What pieces share is cut when all of them are engraved.
+        names = ready.dxf.keys() - ready.shared
+        _check_orders(ready, {name: f"{READY}/{ready.name_of(name)}" for name in names}, tally)
+
+
+def _check_orders(drawings: Drawings, stems: dict[str, str], tally: Tally) -> None:
+    """Check the order of drawings that are called by their names, in both formats."""
+    for name, stem in sorted(stems.items()):
+        _check_sequence(drawings.dxf[name], tally.at(f"{stem}.dxf"))
+        if (svg := drawings.svg.get(name)) is not None:
+            _check_layers(svg, tally.at(f"{stem}.svg"))
+
+
+def _check_layers(drawing: Drawing, place: Place) -> None:
+    """Check the order of the layers of an SVG file."""
+    layers = [layer for layer in drawing.layers if layer in LAYERS]
+    wanted = [layer for layer in LAYERS if layer in layers]
+    place.equal("the order of its layers", layers, wanted)
 
 
 def _check_sequence(drawing: Drawing, place: Place) -> None:
