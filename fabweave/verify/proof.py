@@ -21,6 +21,7 @@ from fabweave.verify.check.form import check_form
 from fabweave.verify.check.former import check_former
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.kerf import check_ready
+from fabweave.verify.check.notes import check_notes
 from fabweave.verify.check.pieces import (
     check_crossing_holes,
     check_kinds,
@@ -85,6 +86,7 @@ _TASKS = (
     _Task("cut", ("map",), check_ready),
     _Task("order", ("map",), check_order),
     _Task("labels", ("map",), check_labels),
+    _Task("notes", ("map",), check_notes),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("sticks", ("map",), check_sticks),
