@@ -317,7 +317,7 @@ def left_out_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
     Examples
     --------
     >>> left_out_notes([SheetDrawing("sheet_01", 20.0, 10.0, (), (), left_out=("the title",))])
-    ('notes: 1 sheet has no room for the title (sheet_01); a wider --margin makes room',)
+    ('notes: 1 sheet has no room for the title (sheet_01); a larger --sheet or --margin may help',)
     """
     bare = [drawing.name for drawing in drawings if drawing.left_out]
     if not bare:
@@ -325,7 +325,7 @@ def left_out_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
     what = dict.fromkeys(text for drawing in drawings for text in drawing.left_out)
     return (
         agree(len(bare), "notes: {n} sheet[ has|s have] no room for ")
-        + f"{', '.join(what)} ({few_of(bare)}); a wider --margin makes room",
+        + f"{', '.join(what)} ({few_of(bare)}); a larger --sheet or --margin may help",
     )
 
 
@@ -360,7 +360,7 @@ def _second_row(
     begin = 0.0
     for text in texts:
         end = _letter(entities, text, letter, begin, row)
-        left_out += [text] * (end is None)
+        left_out += [f"'{text}'"] * (end is None)
         begin = begin if end is None else end + 4.0 * letter
     return left_out
 

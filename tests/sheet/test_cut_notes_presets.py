@@ -138,7 +138,7 @@ def test_notes_that_find_no_room_beside_pieces_are_left_out_and_said(size, margi
     assert sheet.covers(shapely.union_all([frame, *others]))
     cut = [shapely.Polygon(piece.entities[0].points) for piece in pieces]
     assert not shapely.union_all(cut).buffer(-1e-6).intersects(shapely.union_all(others))
-    parts = {"the reference bar", "the title", "ONE", "TWO"}
+    parts = {"the reference bar", "the title", "'ONE'", "'TWO'"}
     assert bool(others) == bool(parts - set(notes.left_out))
     told = left_out_notes([SheetDrawing("sheet_07", *size, (), (), left_out=notes.left_out)])
     assert all(part in told[0] for part in (*notes.left_out, "sheet_07") if notes.left_out)

@@ -32,7 +32,7 @@ def found(folder, lines) -> str:
 def test_all_that_sheets_are_lettered_with_is_good(job):
     legend = "● THIS PIECE PASSES OVER, ○ UNDER"
     lines = place_text(legend, 1.0, FREE, 0.0)
-    lines += place_text("".join(characters())[:40], 1.0, FREE + [0.0, 7.0], 0.0)
+    lines += place_text("".join(characters())[:40], 1.0, (300.0, 392.0), 0.0)
     lines += [line.points for line in draw_code("HELLO", Code(30.0, 370.0, 0.6))]
     assert found(job(), lines) == ""
 
