@@ -12,7 +12,7 @@ from fabweave.core.messages import agree, few_of
 from fabweave.nest.offcut import Offcut, thinned
 from fabweave.sheet.drawing import Entity, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.sheet.labels.lettering import place_text, text_box
-from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_size import Ring, SheetSize
 
 _HATCH_MM = 4.0  # between the lines in a defect
 _DASH_MM, _PERIOD_MM = 6.0, 10.0
@@ -43,9 +43,11 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
     >>> notes = stock_notes(SheetSize(100.0, 60.0, defects=(knot,)))
     >>> notes[0].closed, {note.closed for note in notes[1:]}
     (True, {False})
+    >>> stock_notes(SheetSize(20.0, 60.0, defects=(knot,)))[0].points.max(axis=0).tolist()
+    [20.0, 30.0]
     """
     notes: list[Entity] = []
-    for ring in sheet.defects:
+    for ring in (part for defect in sheet.defects for part in _on_sheet(defect, sheet)):
         if np.ptp(np.array(ring), axis=0).min() >= 2.0 * _SHORT_MM:
             notes.append(outline_note(ring))
             notes.extend(Polyline(Layer.NOTES, line) for line in hatch(ring))
@@ -56,6 +58,17 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
         strokes = place_text(offcut.name.upper().replace("_", " "), height, (x, y), 0.0)
         notes.extend(Polyline(Layer.NOTES, stroke) for stroke in strokes)
     return tuple(notes)
+
+
+def _on_sheet(ring: Ring, sheet: SheetSize) -> list[Sequence[tuple[float, float]] | FloatArray]:
+    """Return the parts of a polygon that lie on a sheet; its edge may run through it."""
+    whole, defect = (shapely.make_valid(shapely.Polygon(one)) for one in (sheet.ring, ring))
+    if whole.covers(defect):
+        return [ring]
+    parts = shapely.get_parts(shapely.intersection(whole, defect))
+    return [
+        shapely.get_coordinates(part.exterior)[:-1] for part in parts if part.geom_type == "Polygon"
+    ]
 
 
 def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
