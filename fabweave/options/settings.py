@@ -145,14 +145,30 @@ class Settings:
     def common_cuts(self) -> bool:
         """Whether strips share cuts.
 
-        Straight ones with square ends do, a kerf apart, if nobody says otherwise.
+        Straight ones do that are parted by a kerf at most, and lie a kerf apart then; those with
+        square ends do if nobody says otherwise.
         """
+        joint = self.pieces.joint.partition(",")[0].partition(":")[0]
+        square = joint in ("rivet", "glue", "tuck", "none")
+        near = all(self._near(gap) if gap is not None else square for gap in self._gaps_mm)
+        return self.ribbons.straight and near and self.machine.micro_joints is None
+
+    @property
+    def _gaps_mm(self) -> set[float | None]:
+        """The gaps that are asked for; None where that is left open."""
         from fabweave.stock.per_bunch import by_bunch  # noqa: PLC0415 - not for help
 
-        gaps = {gap for _, gap in by_bunch(self.stock.gap_mm)}
-        near = gaps <= {None, self.machine.kerf_mm} and self.machine.micro_joints is None
-        square = self.pieces.joint.partition(",")[0].partition(":")[0] in ("rivet", "glue", "tuck")
-        return self.ribbons.straight and square and near
+        return {gap for _, gap in by_bunch(self.stock.gap_mm)}
+
+    def _near(self, gap_mm: float) -> bool:
+        """Whether a gap leaves no more than one cut between two strips."""
+        return gap_mm <= self.machine.kerf_mm
+
+    @property
+    def cut_twice(self) -> bool:
+        """Whether straight strips lie edge on edge, and cannot share cuts."""
+        near = any(gap is not None and self._near(gap) for gap in self._gaps_mm)
+        return self.ribbons.straight and near and not self.common_cuts
 
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
@@ -187,6 +203,13 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
+    if settings.cut_twice and not settings.stock.rolls:
+        yield (
+            "gap: strips edge on edge share cuts, which leaves no place for bridges; leave out "
+            "--micro-joints, or part the strips with --gap 2mm"
+            if settings.machine.micro_joints is not None
+            else "gap: strips of all bunches share cuts, or of none; name one --gap for all"
+        )
     if settings.stock.rolls:
         yield from _roll_at_odds(settings)
 

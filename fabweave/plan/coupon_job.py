@@ -162,7 +162,7 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
                 _letterable(title),
                 f"KERF = (100 - WIDTH OF ALL {BLOCKS} BLOCKS) / {BLOCKS}, SEE COUPON.TXT",
             ],
-        ),
+        ).drawn,
     )
 
 

@@ -29,6 +29,7 @@ from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.sheet.qr_code import code_notes
 from fabweave.sheet.rim_sheets import rim_notes
+from fabweave.sheet.sheet_notes import left_out_notes
 from fabweave.stock.rotations import parse_rotations
 from fabweave.weave.pattern import Weave
 
@@ -55,6 +56,7 @@ def job_notes(
     drawings: Sequence[SheetDrawing],
     kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
+    beside: Sequence[SheetDrawing] = (),
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
@@ -92,6 +94,7 @@ def job_notes(
         order_note(order, steps, bill.clips),
         *layout.notes,
         *(code_notes(drawings) if settings.machine.qr != "none" and not rolls else ()),
+        *left_out_notes((*drawings, *beside)),
         *kerf_notes(
             kerfed,
             settings.machine.kerf_mm,

@@ -232,14 +232,15 @@ def draw_sheets(
         if lying.grain_deg is None and layout.rotations.step_deg == HALF_TURN_DEG:
             lying = replace(lying, grain_deg=0.0)
         texts = [f"{lettered(title)} SHEET {at + 1}/{count}{suffix}", *warnings, *legend]
-        notes = sheet_notes(lying, texts, margin_mm=layout.margin_mm)
+        notes = sheet_notes(lying, texts, margin_mm=layout.margin_mm, pieces=drawn)
         drawings.append(
             SheetDrawing(
                 name=sheet_name(at + 1),
                 width_mm=sheet.width_mm,
                 height_mm=sheet.height_mm,
                 pieces=tuple(drawn),
-                notes=(*notes, *stock_notes(lying, left.get(at))),
+                notes=(*notes.drawn, *stock_notes(lying, left.get(at))),
+                left_out=notes.left_out,
             )
         )
     return tuple(drawings)

@@ -307,6 +307,12 @@ def draw_job(
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     former, supply = side.former(), planned.supplies.former
     laid = None if former is None else let_out(former, woven, pieces.pieces, order)
+    rim = ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title)
+    plates = None
+    if laid is not None and supply is not None:
+        plates = former_sheets(
+            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
+        )
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
@@ -341,14 +347,21 @@ def draw_job(
             bill,
             calibration=settings.machine.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen),
-        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
-        rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
-        former=None
-        if laid is None or supply is None
-        else former_sheets(
-            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
+        notes=job_notes(
+            planned,
+            layout,
+            marks,
+            order,
+            steps,
+            bill,
+            drawings,
+            kerfed,
+            seen,
+            [drawing for sheets in (rim, plates) if sheets for drawing in sheets.drawings],
         ),
+        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
+        rim=rim,
+        former=plates,
         laid=laid,
         given_mesh=given_mesh,
     )

@@ -22,6 +22,7 @@ from fabweave.verify.check.form import check_form
 from fabweave.verify.check.former import check_former
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.kerf import check_ready
+from fabweave.verify.check.notes import check_notes
 from fabweave.verify.check.pieces import (
     check_crossing_holes,
     check_kinds,
@@ -88,6 +89,7 @@ _TASKS = (
     _Task("order", ("map",), check_order),
     _Task("colours", ("map",), check_colours),
     _Task("labels", ("map",), check_labels),
+    _Task("notes", ("map",), check_notes),
     _Task("sheets", ("map",), check_sheets),
     _Task("service", ("map",), check_service),
     _Task("sticks", ("map",), check_sticks),

@@ -46,6 +46,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "order": "engraving comes before holes and holes before outlines, each inside the outline",
         "colours": "lines have the colours, widths and layers that the machine's preset gives them",
         "labels": "letters are off edges, holes and marks, on the side that is asked for",
+        "notes": "what is told on sheets is within them, off their pieces, and legible",
         "sheets": "pieces keep inside the margins of their sheet and apart by the gap",
         "service": "each file for a service cuts its piece alone, and quantities are right",
         "sticks": "the marks of straight strips are told as they are, of every kind and piece",

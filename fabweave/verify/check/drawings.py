@@ -88,7 +88,7 @@ _COMMON_MM = 0.05
 def check_lines(job: Job, tally: Tally) -> None:
     """Check the segments of every sheet as its DXF has them; the SVG draws the same.
 
-    Of sheets that are written once more to be cut, those are checked, too.
+    Of sheets that are written once more to be cut, those are checked, too. Nobody burns notes.
     """
     for sheet, drawing, place in sheet_drawings(job, "dxf", tally):
         # Strips that share cuts lie edge on edge here, and are drawn anew to be cut.
@@ -101,8 +101,8 @@ def check_lines(job: Job, tally: Tally) -> None:
 
 
 def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
-    """Check that every segment is long enough, and that none lies on another, all or in part."""
-    shapes = [shape for shape in drawn if shape.radius is None]
+    """Check that no segment but of notes is short, or lies on another, all or in part."""
+    shapes = [shape for shape in drawn if shape.radius is None and shape.layer != NOTES]
     runs = [shape.run for shape in shapes]
     begin, goal = (
         np.concatenate([np.zeros((0, 3)), *(run[part] for run in runs)])
@@ -125,9 +125,7 @@ def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
     for at in first[counts > 1].tolist():
         name = shapes[of[at]].where
         place.fail(f"a side of {name} is drawn more than once")
-    # Nobody burns notes: what is dashed there may lie along an edge.
-    burnt = np.array([shape.layer != NOTES for shape in shapes], dtype=bool)
-    straight = np.flatnonzero(burnt[of] & (bulges == 0.0))
+    straight = np.flatnonzero(bulges == 0.0)
     for at in straight[_on_others(start[straight], end[straight])].tolist():
         place.fail(
             f"a side of {shapes[of[at]].where} lies on another line for a part of its length"

@@ -61,11 +61,12 @@ def _boxes(plan: CrossingMap, sheet: Sheet) -> tuple[dict[str, Floats], int]:
 
 
 def _lie_in_rows(plan: CrossingMap, sheet: Sheet) -> bool:
-    """Return whether strips, all of one width, lie side by side or in one row, beyond doubt."""
+    """Return whether strips, all of one width, lie in rows the gap apart, beyond doubt."""
     boxes, along = _boxes(plan, sheet)
     low, high = np.array(sorted(tuple(box[:, 1 - along]) for box in boxes.values())).T
     step, wide = np.diff(low), high - low
-    side_by_side = (step <= _IN_A_ROW_MM) | (step >= wide.max())
+    apart = step - wide.max() - plan.layout.gap_mm
+    side_by_side = (step <= _IN_A_ROW_MM) | (np.abs(apart) <= _IN_A_ROW_MM)
     return bool(np.ptp(wide) <= _IN_A_ROW_MM and side_by_side.all())
 
 

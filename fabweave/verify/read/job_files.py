@@ -139,8 +139,7 @@ def read_ready(
         if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
             micro = int(words[1]), float(words[2])
     gaps = {length_of(gap) for gap in by_bunch(options.get("gap")).values()}
-    square = re.match(r"(rivet|glue|tuck)\b", str(options.get("joint", "rivet")).lower())
-    straight = options.get("strips") == "straight" and square is not None
+    straight = options.get("strips") == "straight"
     common = straight and micro is None and gaps == {kerf}
     sheets = list(sheets)
     ready = Ready(kerf_mm=kerf, micro=micro, shared=frozenset(sheets if common else ()))
