@@ -35,7 +35,7 @@ from fabweave.plan.way_out import let_out
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_sheets, former_steps
+from fabweave.sheet.former_sheets import former_sheets, former_steps, with_room
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
@@ -306,7 +306,9 @@ def draw_job(
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
     former, supply = side.former(), planned.supplies.former
-    laid = None if former is None else let_out(former, woven, pieces.pieces, order)
+    laid = None
+    if former is not None:
+        laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
@@ -341,7 +343,7 @@ def draw_job(
             bill,
             calibration=settings.machine.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen),
+        notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen, laid),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
         former=None
