@@ -366,8 +366,7 @@ def build_former(
     if carried < _LEAST_SHARE * len(runs.thread):
         raise CannotMakeError(
             f"a former of {thickness_mm:g} mm has too little room inside: {carried} of "
-            f"{len(runs.thread)} pieces would lie on it; try a larger --size, a thinner material "
-            "for it, or leave --former out"
+            f"{len(runs.thread)} pieces would lie on it"
         )
     named = [replace(one, id=f"{prefix}{number}") for number, one in enumerate(plates, start=1)]
     return Former(tuple(named), thickness_mm)

@@ -23,10 +23,11 @@ from fabweave.stock.supplies import Supply
 FOLDER, RECORD, TEXT = "former", "former.json", "former.txt"
 #: What is said of a former that nothing lets out.
 STAYS = "The former stays inside: no gap is wide enough for a hand and for its parts."
-#: How high names are, of plates, best first, and of others; and how long a tick is, millimetres.
-_OWN_MM, _NAME_MM, _TICK_MM = (5.0, 2.5), 2.5, 3.0
+#: How high names are, of large plates and others; and how long a tick is, millimetres. The radius
+#: of a circle that a large plate has room for.
+_OWN_MM, _NAME_MM, _TICK_MM, _LARGE_MM = 5.0, 2.5, 3.0, 20.0
 #: A name keeps so far off a cut, and off another name, and an edge is there to this, millimetres.
-_ROOM_MM, _APART_MM, _ON_EDGE_MM = 0.8, 0.6, 0.02
+_ROOM_MM, _APART_MM, _ON_EDGE_MM = 0.8, 1.0, 0.02
 
 
 def former_sheets(
@@ -97,20 +98,23 @@ def _lettered(
         strokes.extend(place_text(name, height, centre, turn))
         return True
 
-    middle = np.array(shapely.maximum_inscribed_circle(plate.outline, tolerance=0.5).coords[0])
-    any(place(plate.id, middle, np.array([1.0, 0.0]), height, 0.0) for height in _OWN_MM)
+    circle = shapely.maximum_inscribed_circle(plate.outline, tolerance=0.5)
+    middle = np.array(circle.coords[0])
+    height = _OWN_MM if circle.length > _LARGE_MM else _NAME_MM
+    place(plate.id, middle, np.array([1.0, 0.0]), height, 0.0)
     for join in plate.joins:
         place(former.plates[join.plate].id, join.point, join.way, _NAME_MM, 2.0)
-    for mark in plate.marks:
-        name = pieces[mark.piece].id
-        behind = text_box(name, _NAME_MM).width + 2.0 * _APART_MM
-        # A row of slits may have cut the edge away there.
-        there = plate.outline.boundary.distance(shapely.Point(mark.point)) < _ON_EDGE_MM
-        if there and any(
-            place(name, mark.point, mark.inward, _NAME_MM, _TICK_MM + 1.0 + off)
-            for off in (0.0, behind)
-        ):
-            named.append(mark)
+    # A row of slits may have cut the edge away.
+    edge = plate.outline.boundary
+    left = [m for m in plate.marks if edge.distance(shapely.Point(m.point)) < _ON_EDGE_MM]
+    for behind in (False, True):
+        for mark in tuple(left):
+            name = pieces[mark.piece].id
+            off = _TICK_MM + 1.0
+            off += text_box(name, _NAME_MM).width + 2.0 * _APART_MM if behind else 0.0
+            if place(name, mark.point, mark.inward, _NAME_MM, off):
+                named.append(mark)
+                left.remove(mark)
     return strokes, tuple(named)
 
 
@@ -209,15 +213,9 @@ def _unnamed(laid: Laid) -> list[str]:
     """Say which strips pass plates on which their names have no room."""
     if not laid.unnamed:
         return []
-    own: dict[str, list[str]] = {}
-    for plate, piece in laid.unnamed:
-        own.setdefault(plate, []).append(piece)
-    count = len(laid.unnamed)
-    where = "; ".join(f"{plate}: {', '.join(ids)}" for plate, ids in own.items())
-    return [
-        agree(count, "{n} [name has|names have] no room and [is|are] left out")
-        + f" (plate and strip: {where})."
-    ]
+    named = sum(len(plate.marks) for plate in laid.former.plates)
+    told = f"Of {named + len(laid.unnamed)} names, {len(laid.unnamed)} had no room, on "
+    return [told + f"{', '.join(dict.fromkeys(plate for plate, _ in laid.unnamed))}."]
 
 
 def former_steps(laid: Laid, order: Sequence[str]) -> list[str]:

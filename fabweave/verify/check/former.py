@@ -21,7 +21,7 @@ import shapely
 
 from fabweave.verify.check.rim import check_side_sheet
 from fabweave.verify.crossing_map import PlateRecord, WayRecord
-from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Floats, traced
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import FORMER, FORMER_RECORD, Job, required
@@ -30,12 +30,17 @@ from fabweave.verify.report import Place, Tally
 
 #: Figures are rounded to a thousandth; plates may go into one another no farther than this.
 _ROUNDED_MM, _INTO_MM = 5e-3, 0.05
-#: A name stands on the edge to this, and so near to its strip beyond two layers, millimetres.
-_ON_EDGE_MM, _NEAR_MM = 0.05, 7.0
+#: A name stands on the edge to this, its tick begins so near to it, and its strip is so near beyond
+#: two layers, millimetres.
+_ON_EDGE_MM, _TICK_MM, _NEAR_MM = 0.05, 0.5, 7.0
 #: A rectangle for a part is looked for at so many turns of half a circle.
 _TURNS = 360
 #: Between two slits of a line along which a plate breaks there is no more than this.
 _SOLID_MM = 10.0
+
+
+#: The layer of ticks.
+_TICKS = ENGRAVE_LAYERS[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,7 @@ class _Plate:
 
     record: PlateRecord
     area: shapely.Polygon
+    ticks: list[Floats]
     origin: Floats
     frame: Floats
 
@@ -113,7 +119,9 @@ def _read(record: PlateRecord, drawing: Drawing | None, place: Place) -> _Plate 
     area = shapely.Polygon(traced(lines[0]), inner)
     if not place.expect(area.is_valid, "its lines run through one another"):
         return None
-    return _Plate(record, area, np.array(record["origin"]), np.vstack((axes, np.cross(*axes))))
+    ticks = drawing.of(_TICKS, record["id"]) if drawing is not None else []
+    frame = np.vstack((axes, np.cross(*axes)))
+    return _Plate(record, area, [traced(one) for one in ticks], np.array(record["origin"]), frame)
 
 
 def _facets(strips: Sequence[Strip]) -> Floats:
@@ -163,7 +171,8 @@ def _below(corners: Floats, sign: float, level: float) -> Floats:
 
 
 def _check_names(plate: _Plate, job: Job, near: float, place: Place) -> None:
-    """Check that each name stands on the edge, and near its strip."""
+    """Check that each name has a tick, stands on the edge, and near its strip."""
+    place.number("ticks", len(plate.ticks), len(plate.record["strips"]), within=0)
     for strip in plate.record["strips"]:
         here, at = place.at(f"strip {strip['piece']}"), np.array(strip["at"])
         laid = job.developments.get(str(strip["piece"]))
@@ -171,6 +180,8 @@ def _check_names(plate: _Plate, job: Job, near: float, place: Place) -> None:
             continue
         off = plate.area.boundary.distance(shapely.Point(at))
         here.at_most("edge_mm", off, _ON_EDGE_MM, "it is {} off it")
+        tick = min((float(np.hypot(*(one[0] - at))) for one in plate.ticks), default=np.inf)
+        here.at_most("tick_mm", tick, _TICK_MM, "its tick begins {} from it")
         middle = laid.placed.mean(axis=1)
         away = _to_lines(plate.raised(at), middle[:-1], middle[1:])
         here.at_most("strip_mm", away, near, "the strip passes {} from it")
