@@ -156,5 +156,6 @@ def _depth(points: FloatArray, triangles: IntArray, start: FloatArray, way: Floa
         u = np.sum(back * across, axis=1) / volume
         turned = np.cross(back, one)
         v, far = turned @ way / volume, np.sum(two * turned, axis=1) / volume
-    hit = far[(u >= -_GRAZED) & (v >= -_GRAZED) & (u + v <= 1.0 + _GRAZED) & (far > 1.0)]
+        inside = (u >= -_GRAZED) & (v >= -_GRAZED) & (u + v <= 1.0 + _GRAZED)
+    hit = far[inside & (far > 1.0)]
     return float(hit.min(initial=np.inf)) if len(hit) else 0.0
