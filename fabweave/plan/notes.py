@@ -9,6 +9,7 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
+from fabweave.piece.former import Laid
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
@@ -24,6 +25,7 @@ from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.former_sheets import former_notes
 from fabweave.sheet.kerf import kerf_notes
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
@@ -57,6 +59,7 @@ def job_notes(
     kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
     beside: Sequence[SheetDrawing] = (),
+    laid: Laid | None = None,
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
@@ -74,6 +77,7 @@ def job_notes(
         *([] if rolls else _label_notes(marks)),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
+        *former_notes(laid),
         *hanging_notes(pieces, woven.weave, woven.labels),
         f"pieces: {reason}",
         *_fit_notes(pieces),

@@ -1,11 +1,13 @@
 """Hold a job with all that is written, and draw its sheets."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
@@ -20,7 +22,7 @@ from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import complete_settings
+from fabweave.plan.ask import FORMER_BOARD, complete_settings, former_supply
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
@@ -35,7 +37,7 @@ from fabweave.plan.way_out import let_out
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_sheets, former_steps
+from fabweave.sheet.former_sheets import former_sheets, former_steps, with_room
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
@@ -43,6 +45,7 @@ from fabweave.sheet.qr_code import with_code
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
+from fabweave.stock.supplies import Supply
 
 
 class SideWork(NamedTuple):
@@ -219,16 +222,59 @@ def former_of(planned: PlannedJob) -> Former | None:
     CannotMakeError
         If it has no room.
     """
-    supply, woven = planned.supplies.former, planned.woven
+    supply = planned.supplies.former
     if supply is None:
         return None
+    try:
+        return _built_of(planned, supply)
+    except CannotMakeError as error:
+        raise CannotMakeError(f"{error}; {_former_cure(planned)}") from None
+
+
+def _built_of(planned: PlannedJob, supply: Supply) -> Former:
+    """Build the former of a job from a supply."""
     return build_former(
-        woven,
+        planned.woven,
         planned.split_plan.runs,
         layer_mm=max(material.thickness_mm for material in planned.supplies.materials),
         thickness_mm=supply.material.thickness_mm,
-        prefix=free_prefix("F", woven.labels),
+        prefix=free_prefix("F", planned.woven.labels),
     )
+
+
+def _sheets_of(planned: PlannedJob, laid: Laid, supply: Supply) -> SideSheets:
+    """Nest a former on the sheets of a supply, and draw these."""
+    settings, pieces = planned.settings, planned.piece_set.pieces
+    margin = settings.stock.margin_mm
+    return former_sheets(laid, pieces, supply, settings.machine, planned.woven.title, margin)
+
+
+def _former_on_sheets(planned: PlannedJob, laid: Laid | None) -> SideSheets | None:
+    """Return the sheets of a job's former, if it has one.
+
+    Raises
+    ------
+    CannotMakeError
+        If a plate fits no sheet, or sheets run out.
+    """
+    supply = planned.supplies.former
+    if laid is None or supply is None:
+        return None
+    try:
+        return _sheets_of(planned, laid, supply)
+    except CannotMakeError as error:
+        # What that proposes would not change a former.
+        told = str(error).partition(". ")[0]
+        raise CannotMakeError(f"of the former, {told}; {_former_cure(planned)}") from None
+
+
+def _former_cure(planned: PlannedJob) -> str:
+    """Say what to do about a former that cannot be made: another board, if that was seen to do."""
+    board = former_supply(planned.settings.but(former=FORMER_BOARD), planned.supplies)
+    with suppress(CannotMakeError):
+        _sheets_of(planned, Laid(_built_of(planned, board), None), board)
+        return f"--former {FORMER_BOARD} has room, and fits its sheets"
+    return "leave --former out"
 
 
 def relaxed_of(planned: PlannedJob, settled: Settled | None) -> Ribbons | None:
@@ -305,14 +351,12 @@ def draw_job(
     woven = planned.woven
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
-    former, supply = side.former(), planned.supplies.former
-    laid = None if former is None else let_out(former, woven, pieces.pieces, order)
+    former = side.former()
+    laid = None
+    if former is not None:
+        laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
     rim = ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title)
-    plates = None
-    if laid is not None and supply is not None:
-        plates = former_sheets(
-            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
-        )
+    plates = _former_on_sheets(planned, laid)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
@@ -358,6 +402,7 @@ def draw_job(
             kerfed,
             seen,
             [drawing for sheets in (rim, plates) if sheets for drawing in sheets.drawings],
+            laid,
         ),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         rim=rim,
