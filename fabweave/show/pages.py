@@ -25,6 +25,7 @@ from fabweave.plan.verdict import QUESTION, VERDICTS
 from fabweave.show.files import offcut_entries
 from fabweave.show.job import Job
 from fabweave.stock.machine import CURRENCY, Span
+from fabweave.weave.pattern import exact_text
 
 #: Where the page that opens a job stands in its folder.
 INDEX_FILE = "index.html"
@@ -105,7 +106,8 @@ def index_page(
         there={*files, *_LATER},
         shown=_SHOWN,
         weaves=_WEAVES,
-        broken=broken.edge + broken.face + broken.vertex,
+        broken=broken.total,
+        exact=exact_text(crossing_map.weave.broken_at_turns or 0),
         kinds=len({piece.kind for piece in crossing_map.pieces}),
         charts=charts(report),
         shopping=SHOPPING,

@@ -7,7 +7,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
 from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
@@ -75,7 +82,7 @@ from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.twill.anneal import couple
 from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
-from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.conditions import broken_at_turns, twill_conditions
 from fabweave.weave.twill.decide import decide_twill, explain
 from fabweave.weave.twill.voting import best_vote
 
@@ -102,13 +109,15 @@ def twill_facts(
     progress("twill", 0, 1)
     halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
     conditions = twill_conditions(halfedges, threads)
-    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
+    facts: dict[str, Any] = {"conditions": conditions.count}
     if twill is not None:
         # The weave was to be a twill, so all this is known already.
         reason, voted, bound = twill.obstruction, twill.voted, twill.bound
+        facts |= _exactness(threads, None if reason else twill.weave.twist)
     else:
         decision = decide_twill(conditions)
         reason, voted, bound = None, None, None
+        facts |= _exactness(threads, decision.twist)
         if not decision.twillable:
             reason = explain(halfedges, threads, conditions, decision, woven.labels)
             if threads.n_crossings <= (_MOST_VOTED if thorough else _MOST_QUICK):
@@ -128,7 +137,7 @@ def twill_facts(
                 left_out.append("how many conditions a twill breaks")
     if reason is None:
         return facts
-    facts |= {"exact": False, "because": reason.text}
+    facts["because"] = reason.text
     if voted is not None and bound is not None:
         facts["voting_breaks"] = voted.total
         # What is not twillable breaks one condition at least.
@@ -142,6 +151,12 @@ def twill_facts(
     elif n_edges <= _MOST_REFINED:
         left_out.append("after which refinements an exact twill exists")
     return facts
+
+
+def _exactness(threads: Threads, twist: BoolArray | None) -> dict[str, Any]:
+    """Tell whether twists make an exact 2/2 twill, and where it breaks all the same: at turns."""
+    turns = 0 if twist is None else broken_at_turns(threads, twist)
+    return {"exact": twist is not None} | ({"broken_at_turns": turns} if turns else {})
 
 
 def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
@@ -619,7 +634,7 @@ def _weave_answer(woven: WovenObject) -> dict[str, Any]:
     decision = decide_twill(twill_conditions(woven.halfedges, threads))
     return {
         "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
-        "twill": {"exact": decision.twillable},
+        "twill": _exactness(threads, decision.twist),
     }
 
 
