@@ -313,6 +313,12 @@ def draw_job(
     settled = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = settled is not None and settled.form.settles_mm > thinnest_mm
+    rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
+    plates = (
+        None
+        if laid is None or supply is None
+        else former_sheets(laid, pieces.pieces, supply, machine, woven.title, layout.margin_mm)
+    )
     shown = relaxed_of(planned, settled if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
@@ -339,16 +345,13 @@ def draw_job(
             allotment.sheet_materials,
             steps,
             bill,
+            beside=[sheets for sheets in (rim, plates) if sheets is not None],
             calibration=settings.machine.calibrate,
         ),
         notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
-        rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
-        former=None
-        if laid is None or supply is None
-        else former_sheets(
-            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
-        ),
+        rim=rim,
+        former=plates,
         laid=laid,
         given_mesh=given_mesh,
     )

@@ -12,10 +12,11 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fabweave.core.messages import agree
+from fabweave.estimate.costs import SideSheet
 from fabweave.estimate.machine_time import MachineTime
 from fabweave.estimate.money import price_text
 from fabweave.estimate.texts import difficulty_text, hours_text, time_text
-from fabweave.estimate.waste import SideSheet, WasteReport
+from fabweave.estimate.waste import WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
@@ -176,8 +177,14 @@ def waste_page(job: Job, report: WasteReport) -> str:
         likeness=LIKENESS if job.woven.source.likeness is not None else None,
         materials=_material_rows(report, allotment),
         machine=[
-            (name, *_times(sheet.machine), price_text(sheet.price))
-            for name, sheet in zip(names, costs.sheets, strict=True)
+            *(
+                (name, *_times(sheet.machine), price_text(sheet.price))
+                for name, sheet in zip(names, costs.sheets, strict=True)
+            ),
+            *(
+                (sheet.sheet, *_times(sheet.machine), price_text(sheet.price))
+                for sheet in (*(report.rim or ()), *(report.former or ()))
+            ),
         ],
         hands=[
             (
