@@ -102,6 +102,8 @@ _KINDS = {
 _LIMIT = 4.0
 #: An aim is met within this share, as a logarithm.
 _MET = math.log(1.25)
+#: The rank of what cannot be built.
+UNBUILT = (4, math.inf)
 #: A design of this grade or more is good: of those, one is taken where no wish can be met.
 GOOD = 5.0
 
@@ -159,7 +161,7 @@ def rank(candidate: Candidate, wishes: Wishes) -> tuple[int, float]:
     """
     away = distance(candidate, wishes)
     if candidate.figures is None or math.isinf(away):
-        return 4, math.inf
+        return UNBUILT
     met = all(
         ratio <= 0.0 if _KINDS[name][0] else abs(ratio) <= _MET
         for name, ratio in misses(candidate.figures, wishes).items()

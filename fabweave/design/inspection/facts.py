@@ -60,7 +60,7 @@ from fabweave.plan.ask import (
 )
 from fabweave.plan.letting_go import foretold_mm
 from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
-from fabweave.plan.verdict import judge, refused
+from fabweave.plan.verdict import NARROW_MM, judge, refused
 from fabweave.ribbon.lay import (
     WovenObject,
     keep_clear,
@@ -212,9 +212,9 @@ def advice(
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
-    A size is told only where it is at most ``NEAR_SIZE`` times the present one. Where rules would
-    want more, the mesh is too fine for its size, and a coarser one is named if the mesh is a model
-    that can be remeshed.
+    A size is told only where it is at most ``NEAR_SIZE`` times the present one, and strips are wide
+    enough for hands there. Where rules would want more, the mesh is too fine for its size, and a
+    coarser one is named if the mesh is a model that can be remeshed.
 
     Parameters
     ----------
@@ -248,14 +248,17 @@ def advice(
     known = [size for size in (check.smallest_mm, *sizes) if size is not None]
     most = max(known, default=0)
     larger = most > woven.size_mm
-    if larger and most <= NEAR_SIZE * woven.size_mm:
+    # At a size at which rules hold, strips may still be threads that no hand weaves.
+    widths = check.measured["width"].value
+    wide_mm = float(np.median(widths)) * max(most / woven.size_mm, 1.0) if len(widths) else np.inf
+    too_fine = most > NEAR_SIZE * woven.size_mm or (larger and wide_mm < NARROW_MM)
+    if larger and not too_fine:
         rules = [finding.rule for finding in findings if finding.size_mm is not None]
         what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
         add(f"at this size {what} would hold", size_mm=float(most))
     finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
     for refinement, rule in finer.items():
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)
-    too_fine = most > NEAR_SIZE * woven.size_mm
     if too_fine or None in sizes:  # or no size helps, or none was looked for
         coarser = _coarser(woven) if tries_designs(asked.mesh) else None
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""

@@ -292,6 +292,19 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
 
 
+def command_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what makes the designs that can be built, where it is told already what they are."""
+    built = [one for one in facts["designs"] if one["verdict"]["level"] != "not makeable"]
+    head = [
+        ("designs", agree(len(built), "[this makes the one|these make those] that can be built"))
+    ]
+    return [
+        *(head if built else []),
+        *(("", one["command"]) for one in built),
+        *([("", facts["designs_why"])] if facts["designs_why"] else []),
+    ]
+
+
 def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what designs that were tried come to, and what makes each; or why none can be made."""
     rows = []
