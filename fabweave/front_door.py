@@ -71,6 +71,7 @@ from fabweave.stations import Stations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.proof import verify_job
 from fabweave.verify.report import VerifyReport
+from fabweave.weave.pattern import at_turns_text
 from fabweave.weave.weave_mesh import WovenMesh
 
 if TYPE_CHECKING:
@@ -657,12 +658,14 @@ class Weave(_Shown):
 
     def _figures(self) -> Mapping[str, Any]:
         threads, broken = self.woven.weave.threads, self.woven.weave.broken.total
+        turns = self.woven.weave.broken_at_turns
         kind = f"{self.pattern} with {broken} broken conditions"
         return {
             "weave": f"exact {self.pattern}" if self.exact else kind,
             "threads": threads.n_threads,
             "crossings": threads.n_crossings,
             **({"why not exact": self.reason} if self.reason else {}),
+            **({"but for": at_turns_text(turns)} if turns else {}),
         }
 
 

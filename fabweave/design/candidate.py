@@ -12,6 +12,7 @@ import numpy as np
 
 from fabweave import __version__
 from fabweave.core.errors import FabweaveError
+from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
@@ -27,6 +28,7 @@ from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.plan.grade import grade
 from fabweave.plan.letting_go import foretold_mm
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
@@ -44,6 +46,9 @@ LOSS_PX = (220, 180)
 _SURE_SHEETS, _SMALL_ON_SHEET = 4, 40
 #: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
 _REFUSED = 1000.0
+#: What goes by more than this share of its size from its form collapses: first-order theory, which
+#: foretells how far, ends there, too.
+_FALLS = 0.1
 
 
 @record
@@ -93,7 +98,8 @@ class Figures:
     without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
-    foretells how far it goes from its form when it is let go. ``hours`` are those of the
+    foretells how far it goes from its form when it is let go, and ``grade`` how good it is before
+    that. ``hours`` are those of the
     assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
     range, None where it is not known.
     """
@@ -115,6 +121,7 @@ class Figures:
     likeness_mean_mm: float | None
     lost: tuple[str, ...]
     form_mm: float | None = optional()
+    grade: float | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -192,6 +199,9 @@ def try_design(
         laid = lay_asked(loaded, complete, supplies)
         planned = plan_job(laid, complete, supplies, depth=Depth.NEAR)
         verdict = replace(planned.verdict, forced=False)
+        figures = figures_of(planned)
+        if (figures.form_mm or 0.0) > _FALLS * planned.woven.size_mm:
+            verdict = fallen(verdict)
         if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
             nest_job(planned)
     except FabweaveError as error:
@@ -205,8 +215,18 @@ def try_design(
         tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     far = round(excess(planned.check.findings), 4)
-    found = candidate(verdict=verdict, figures=figures_of(planned), excess=far)
+    found = candidate(verdict=verdict, figures=figures, excess=far)
     return Trial(Tried(candidate=found, picture=png_bytes(picture)), loaded.remeshed)
+
+
+def fallen(verdict: Verdict) -> Verdict:
+    """Return the verdict on a design that collapses when it is let go."""
+    reason = Finding(
+        rule="form",
+        level="not makeable",
+        text=f"let go, it goes farther from its form than {_FALLS:.0%} of its size",
+    )
+    return replace(verdict, level="not makeable", reasons=(reason, *verdict.reasons))
 
 
 def _stiffness(laid: WovenObject, settings: Settings, supplies: Supplies) -> float:
@@ -280,6 +300,7 @@ def figures_of(planned: PlannedJob) -> Figures:
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
         form_mm=None if form_mm is None else round(form_mm, 2),
+        grade=grade(pieces, planned.verdict, like).score,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),

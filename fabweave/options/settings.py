@@ -186,7 +186,9 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     mesh, weave = settings.mesh, settings.weave
     if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
-        yield "rim: a ring needs a round opening; add --leave-out top:80mm"
+        # Four faces of a coarse mesh, and less than half of the object.
+        wide_mm = 80 if mesh.size_mm is None else max(10 * round(0.04 * mesh.size_mm), 10)
+        yield f"rim: a ring needs a round opening; add --leave-out top:{wide_mm}mm"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists exclude each other; give one of them"
     try:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
 from fabweave.piece.former import Laid
@@ -78,7 +78,7 @@ def job_notes(
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
         *former_notes(laid),
-        *hanging_notes(pieces, woven.weave, woven.labels),
+        *hanging_notes(pieces, woven.weave, woven.labels, holed=bool(planned.rules)),
         f"pieces: {reason}",
         *_fit_notes(pieces),
         *_spare_notes(planned),
@@ -146,8 +146,16 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
     return [note]
 
 
-def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> list[str]:
-    """Name the crossings that carry something, and what goes through them.
+#: Why a crossing that carries something has no hole, and what to do.
+_NO_HOLES = "the job has none: leave out --fasten none and --fastener none"
+_JOINED = "the joint there has no fastener: choose other crossings, or --joint rivet"
+_NARROW = "there is no room: choose other crossings, or a smaller --fastener"
+
+
+def hanging_notes(
+    piece_set: PieceSet, weave: Weave, labels: Sequence[str], *, holed: bool
+) -> list[str]:
+    """Name the crossings that carry something, and what goes through them, or why nothing can.
 
     Parameters
     ----------
@@ -155,26 +163,30 @@ def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> l
     weave : Weave
     labels : sequence of str
         Names of the threads.
+    holed : bool
+        Whether there are to be holes at all.
     """
     if piece_set.hanging is None or not piece_set.hanging.any():
         return []
     threads = weave.threads
-    named, lacking = [], []
+    named: list[str] = []
+    lacking: dict[str, list[int]] = {}
     for crossing in np.flatnonzero(piece_set.hanging).tolist():
         passes = np.flatnonzero(threads.crossing == crossing)
         upper, lower = threads.thread_of_pass[passes[np.argsort(~weave.over[passes])]].tolist()
         named.append(f"{crossing} ({labels[upper]} over {labels[lower]})")
         if not piece_set.fastened[crossing]:
-            lacking.append(str(crossing))
+            joined = bool(np.isinf(piece_set.room_mm[crossing]))
+            why = (_JOINED if joined else _NARROW) if holed else _NO_HOLES
+            lacking.setdefault(why, []).append(crossing)
     holes = sorted(set(piece_set.size_mm[piece_set.hanging & piece_set.fastened].tolist()))
     note = agree(len(named), "hang: crossing[|s] ") + ", ".join(named)
-    note += agree(
-        len(named), " [takes|take] what it hangs from or stands on, through [a hole|holes]"
-    )
-    note += f" of {' or '.join(f'{hole:g}' for hole in holes or [0.0])} mm"
-    if lacking:
-        note += f"; there is no room for one at {', '.join(lacking)}: choose others, or a smaller "
-        note += "--fastener"
+    note += agree(len(named), " [takes|take] what it hangs from or stands on")
+    if holes:
+        note += agree(len(named), ", through [a hole|holes]")
+        note += f" of {' or '.join(f'{hole:g}' for hole in holes)} mm"
+    for why, there in lacking.items():
+        note += f"; there is no hole at {few_of(there)}, as {why}"
     return [note]
 
 

@@ -355,7 +355,7 @@ def draw_job(
     laid = None
     if former is not None:
         laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
-    rim = ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title)
+    rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
     plates = _former_on_sheets(planned, laid)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
@@ -389,6 +389,7 @@ def draw_job(
             allotment.sheet_materials,
             steps,
             bill,
+            beside=[sheets for sheets in (rim, plates) if sheets is not None],
             calibration=settings.machine.calibrate,
         ),
         notes=job_notes(

@@ -283,6 +283,8 @@ class Weave(msgspec.Struct, frozen=True):
     pattern: str
     exact: bool
     broken: dict[Literal["edge", "face", "vertex"], int]
+    #: Of a twill: where threads turn back at the boundary and lose their rhythm.
+    broken_at_turns: int = 0
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()

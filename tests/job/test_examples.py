@@ -90,10 +90,11 @@ def test_make_lampshade(tmp_path, monkeypatch):
     made, kept = tmp_path / "lampshade.obj", EXAMPLES / "lampshade.obj"
     assert made.read_bytes() == kept.read_bytes()
     facts = fw.inspect(kept, boundary="turn").facts
-    # As the README says: 16 × 6 quads, two rims, an exact twill, no ribbon that is too narrow.
+    # As the README says: 16 × 6 quads, two rims, a twill that is exact but where threads turn.
     assert facts["mesh"]["faces"] == 16 * 6
     assert facts["mesh"]["boundary_loops"] == 2
     assert facts["twill"]["exact"]
+    assert facts["twill"]["broken_at_turns"] == 32
     assert facts["threads"] | {"count": 4, "crossings": 176} == facts["threads"]
 
 

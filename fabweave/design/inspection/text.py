@@ -10,6 +10,7 @@ from fabweave.core.messages import agree
 from fabweave.design.candidate import Figures, words
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
+from fabweave.weave.pattern import exact_text
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
@@ -18,8 +19,6 @@ _OF_NO_USE = ("checks: ", "bend: ", "twist: ")
 
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
-#: A twill can be woven.
-_EXACT = "exact (--pattern twill)"
 #: A mirror stands straight if its normal is this much along an axis.
 _STRAIGHT = 0.99
 
@@ -63,7 +62,12 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         *_advice_rows(facts["advice"]),
         ("threads", told),
-        ("twill", _EXACT if facts["twill"]["exact"] else "no exact 2/2 twill (-v says why)"),
+        (
+            "twill",
+            _exact(facts["twill"])
+            if facts["twill"]["exact"]
+            else "no exact 2/2 twill (-v says why)",
+        ),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
         # How times come about is told by -v.
@@ -199,9 +203,14 @@ def _thread_rows(threads: Mapping[str, Any], bunches: Mapping[str, Any]) -> list
     ]
 
 
+def _exact(twill: Mapping[str, Any]) -> str:
+    """Say that a twill is exact, and where it is not all the same."""
+    return f"{exact_text(twill.get('broken_at_turns', 0))} (--pattern twill)"
+
+
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     if twill["exact"]:
-        return [("twill", _EXACT)]
+        return [("twill", _exact(twill))]
     rows = [("twill", f"no exact 2/2 twill: {twill['because']}")]
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
@@ -281,6 +290,19 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
         rows.append(("", level + Finding(**reason).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
+
+
+def command_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what makes the designs that can be built, where it is told already what they are."""
+    built = [one for one in facts["designs"] if one["verdict"]["level"] != "not makeable"]
+    head = [
+        ("designs", agree(len(built), "[this makes the one|these make those] that can be built"))
+    ]
+    return [
+        *(head if built else []),
+        *(("", one["command"]) for one in built),
+        *([("", facts["designs_why"])] if facts["designs_why"] else []),
+    ]
 
 
 def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
