@@ -27,7 +27,7 @@ from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
-from fabweave.plan.letting_go import foretold_mm
+from fabweave.plan.letting_go import foretold
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
@@ -93,7 +93,8 @@ class Figures:
     without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
-    foretells how far it goes from its form when it is let go. ``hours`` are those of the
+    foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
+    that. ``hours`` are those of the
     assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
     range, None where it is not known.
     """
@@ -115,6 +116,7 @@ class Figures:
     likeness_mean_mm: float | None
     lost: tuple[str, ...]
     form_mm: float | None = optional()
+    collapses: bool | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -261,7 +263,7 @@ def figures_of(planned: PlannedJob) -> Figures:
     like = planned.woven.source.likeness
     costs = planned_costs(planned)
     machine, brief = costs.machine_s, brief_of(planned.settings, planned.supplies)
-    form_mm = foretold_mm(planned.woven, brief, planned.piece_set)
+    form = foretold(planned.woven, brief, planned.piece_set)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -279,7 +281,8 @@ def figures_of(planned: PlannedJob) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
-        form_mm=None if form_mm is None else round(form_mm, 2),
+        form_mm=None if form is None else form.far_mm,
+        collapses=True if form is not None and form.collapses else None,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),
@@ -303,7 +306,9 @@ def words(figures: Figures) -> str:
         text += f", {hours_text(figures.hours)} of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
-    if figures.form_mm is not None:
+    if figures.collapses:
+        text += ", collapses when it is let go"
+    elif figures.form_mm is not None:
         text += f", {figures.form_mm:.0f} mm out of form when it is let go"
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"

@@ -100,6 +100,8 @@ _KINDS = {
 }
 #: What is a limit weighs so much more than what is aimed at.
 _LIMIT = 4.0
+#: What collapses is as far from what is wished as one with twenty times too many pieces.
+_COLLAPSE = 3.0
 
 
 def come_to(figures: Figures) -> dict[str, float | None]:
@@ -143,6 +145,8 @@ def distance(candidate: Candidate, wishes: Wishes) -> float:
         (_LIMIT if _KINDS[name][0] else 1.0) * abs(ratio)
         for name, ratio in misses(candidate.figures, wishes).items()
     )
+    if candidate.figures.collapses:
+        total += _COLLAPSE
     # Of two that are equally near, the one that wants less care.
     return total + 0.01 * len(candidate.verdict.reasons)
 
@@ -155,6 +159,8 @@ def values_text(figures: Figures, wishes: Wishes) -> str:
         if wished is not None:
             limit, text = _KINDS[name]
             shown = "unknown" if value is None else text.format(value)
+            if name == "form_mm" and figures.collapses:
+                shown = "collapses when it is let go"
             how = "at most" if limit else "about"
             parts.append(f"{shown} ({how} {wished:g} wished)")
     return ", ".join(parts)
