@@ -137,6 +137,13 @@ class Form:
         return ""
 
     @property
+    def gives(self) -> float:
+        """How far it settles, as a share of what keeps its form; of the worst."""
+        if self.bodies is not None:
+            return max(one.gives for one in self.bodies)
+        return self.settles_mm / self.bound_mm
+
+    @property
     def sinks(self) -> float:
         """How far it sags under all that weighs on it, as a share of its size; of the worst."""
         if self.bodies is not None:

@@ -173,7 +173,7 @@ def _lost(
         yield lose("sag", _MOST_LOST, form.collapse)
     elif form is not None:
         text = f"it settles by {form.settles_mm:.1f} mm when it is let go"
-        yield lose("form", form.settles_mm / form.bound_mm - 1, text)
+        yield lose("form", form.gives - 1, text)
         text = f"it sags by {form.sinks:.1%} of its size under what weighs on it"
         yield lose("sag", form.sinks / _SAGS - 1, text)
     care = len(verdict.reasons)
