@@ -26,8 +26,6 @@ from fabweave.ribbon.rules.remedy import Depth
 _MOST_TRIED = 1500
 #: So many times thicker material is tried.
 _THICKER = (1.5, 2.0, 3.0)
-#: What goes by so many times too much to first order is not let go to see that it collapses.
-_HOPELESS = 3.0
 _FASTENED = {"fasten": "all"}
 
 
@@ -91,7 +89,8 @@ def _holds(planned: PlannedJob, settings: Settings) -> bool:
     if body is None:
         return False
     pins = _pins(body, other.piece_set)
-    if Foresight(body)(pins, body.size_mm).most_mm > _HOPELESS * STANDS * body.size_mm:
+    # What goes too far to first order takes long to be let go, and collapses.
+    if Foresight(body)(pins, body.size_mm).most_mm > STANDS * body.size_mm:
         return False
     return settle(body, pins).form.stands
 
