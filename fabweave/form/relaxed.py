@@ -59,12 +59,16 @@ def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) ->
     )
 
 
-def whole_quads(ribbons: Ribbons, bands: Ribbons) -> Ribbons:
-    """Return the ribbons with their own rungs as they are in those of :func:`relaxed_ribbons`."""
-    thread = np.repeat(np.arange(len(ribbons.closed)), np.diff(ribbons.offsets))
-    at = bands.offsets[thread] + PARTS * (np.arange(ribbons.n_rungs) - ribbons.offsets[thread])
-    right, left = (frozen(side[at]) for side in (bands.right, bands.left))
-    return replace(ribbons, right=right, left=left, normal=bands.normal, centre=bands.centre)
+def shown_relaxed(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons:
+    """Return ribbons whose panels go flat with their crossings: for pictures, not to be measured.
+
+    What is between two panels goes with the first, so strands lie on one another as in the model.
+    """
+    right, left = map(frozen, _carried(ribbons, weave, body.wished, state))
+    normal = frozen(np.ascontiguousarray(state.bodies.axes[:, :, 2]))
+    return replace(
+        ribbons, right=right, left=left, normal=normal, centre=frozen(state.bodies.origin)
+    )
 
 
 class _Flat(NamedTuple):

@@ -9,7 +9,7 @@ from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.relaxed import whole_quads
+from fabweave.form.relaxed import shown_relaxed
 from fabweave.form.settle import Form
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
@@ -163,8 +163,8 @@ class Job(PlannedJob):
 
     @property
     def relaxed(self) -> Ribbons | None:
-        """Its ribbons when it was let go; None where that is not known."""
-        return None if self.let_go is None else whole_quads(self.woven.ribbons, self.let_go.bands)
+        """Its ribbons as pictures show them when it was let go; None where that is not known."""
+        return _shown(self, self.let_go)
 
     @property
     def verdict(self) -> Verdict:
@@ -230,6 +230,15 @@ def former_of(planned: PlannedJob) -> Former | None:
         thickness_mm=supply.material.thickness_mm,
         prefix=free_prefix("F", woven.labels),
     )
+
+
+def _shown(planned: PlannedJob, let_go: LetGo | None) -> Ribbons | None:
+    """Return the ribbons of a job as pictures show them when it was let go, if it was."""
+    if let_go is None:
+        return None
+    settled = let_go.settled
+    state = settled.states["let go"].state
+    return shown_relaxed(planned.woven.ribbons, planned.weave, settled.body, state)
 
 
 def draw_job(
@@ -306,7 +315,7 @@ def draw_job(
     let_go = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
     far = let_go is not None and let_go.settled.form.settles_mm > thinnest_mm
-    shown = whole_quads(woven.ribbons, let_go.bands) if let_go and far else woven.ribbons
+    shown = _shown(planned, let_go if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,

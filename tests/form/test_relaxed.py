@@ -12,7 +12,7 @@ from fabweave.form.relaxed import (
     form_record,
     off_crossings_mm,
     relaxed_ribbons,
-    whole_quads,
+    shown_relaxed,
 )
 from fabweave.form.settle import settle
 from fabweave.piece.development import run_rungs, unfold
@@ -48,15 +48,24 @@ def shade(request):
 
 def test_relaxed_strips_unfold_to_those_that_are_cut(shade):
     woven, _, bands = shade
-    cut, there = flat(woven.ribbons), flat(whole_quads(woven.ribbons, bands))
+    cut = flat(woven.ribbons)
     thread = np.repeat(np.arange(len(bands.closed)), np.diff(woven.ribbons.offsets))
     within = np.arange(woven.ribbons.n_rungs) - woven.ribbons.offsets[thread]
     fine = flat(bands)
     at = bands.offsets[thread] + PARTS * within
     assert fine.right[at] == pytest.approx(cut.right, abs=1e-4)
     assert fine.left[at] == pytest.approx(cut.left, abs=1e-4)
-    # Whole quads are chords of what bends: they show the strips, and are not these.
-    assert np.abs(there.right - cut.right).max() > 1e-3
+
+
+def test_pictures_show_flat_panels_that_lie_on_one_another(shade):
+    woven, settled, _ = shade
+    state = settled.states["let go"].state
+    shown = shown_relaxed(woven.ribbons, woven.weave, settled.body, state)
+    own, panel = woven.weave.threads.crossing, shown.entry
+    sides = (shown.right[panel], shown.left[panel], shown.right[panel + 1], shown.left[panel + 1])
+    corners = np.stack(sides, axis=1) - shown.centre[own][:, None]
+    height = np.einsum("pcd,pd->pc", corners, shown.normal[own])
+    assert np.ptp(height, axis=1).max() < 1e-6
 
 
 def test_relaxed_strips_are_near_to_where_crossings_settle(shade):
