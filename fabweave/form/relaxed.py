@@ -23,6 +23,8 @@ SCHEMA = "fabweave.form/1"
 _MM, _RADIANS = 7, 9
 #: Ribbons keep their lengths to this share of their width, and are found in so many steps at most.
 _EXACT, _STEPS = 1e-9, 40
+#: Strands of more crossings are laid one by one: all together would take minutes.
+_MOST_TOGETHER = 3000
 #: Into so many parts quads are parted along their strip, which bends between their rungs, too;
 #: the rung between both parts of a panel is at the middle of its crossing.
 PARTS = 2
@@ -47,8 +49,14 @@ def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) ->
     fine, flat = _parted(ribbons)
     right, left = _carried(fine, weave, body.wished, state)
     _sweep(ribbons, fine, weave, body.net, state, right, left)
-    conditions = _lengths(fine, flat)
-    points, _ = conditions.nearest(np.concatenate([right, left]), exact=_EXACT, steps=_STEPS)
+    start, lengths = np.concatenate([right, left]), _lengths(fine, flat)
+    conditions = [lengths]
+    if len(state.angles) <= _MOST_TOGETHER:
+        conditions.insert(0, _with_laps(lengths, fine, start, weave))
+    for each in conditions:
+        points, off = each.nearest(start, exact=_EXACT, steps=_STEPS)
+        if off <= _EXACT:
+            break
     right, left = (frozen(side.copy()) for side in np.split(points, 2))
     return replace(
         fine,
@@ -224,6 +232,26 @@ def _lengths(ribbons: Ribbons, flat: _Flat) -> Products:
     edges = sp.csr_array(each[start] - each[end])
     scale = np.full(len(start), float(np.median(long[:count])) ** 2)
     return Products(edges, edges, long**2, scale)
+
+
+def _with_laps(lengths: Products, fine: Ribbons, points: FloatArray, weave: Weave) -> Products:
+    """Return conditions with those that strands lie on one another in the middle of panels."""
+    each = sp.csr_array(sp.eye_array(2 * fine.n_rungs))
+    right, left = each[: fine.n_rungs], each[fine.n_rungs :]
+    middle, rung = sp.csr_array((right + left) / 2.0), sp.csr_array(left - right)
+    upper, lower = (fine.entry[at] + PARTS // 2 for at in strand_passes(weave).T[::-1])
+    apart = middle[upper] - middle[lower]
+    lines = [
+        one for at in (upper, lower) for one in (rung[at], middle[at + 1] - middle[at - 1])
+    ] + [apart]
+    first, second = (sp.csr_array(sp.vstack(some)) for some in (lines, [apart] * len(lines)))
+    high = np.linalg.norm(apart @ points, axis=1) * np.sqrt(lengths.scale[0])
+    return Products(
+        sp.csr_array(sp.vstack([lengths.first, first])),
+        sp.csr_array(sp.vstack([lengths.second, second])),
+        np.concatenate([lengths.wanted, np.einsum("cd,cd->c", first @ points, second @ points)]),
+        np.concatenate([lengths.scale, np.tile(high, len(lines))]),
+    )
 
 
 def off_crossings_mm(bands: Ribbons, weave: Weave) -> float:

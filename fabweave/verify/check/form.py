@@ -664,7 +664,8 @@ def _check_relaxed(job: Job, form: FormRecord, tally: Tally) -> None:
             return
         size = len(strip.rungs)
         half = (strip.entry + (strip.exit - strip.entry) % size // 2) % size
-        middles[np.array(one.crossings)] += strip.rungs[half].mean(axis=1) / 2.0
+        # A thread that crosses itself comes twice.
+        np.add.at(middles, np.array(one.crossings), strip.rungs[half].mean(axis=1) / 2.0)
         if first["settled"]:
             off = np.abs(_panels_flat(strip) - _panels_flat(cut[one.label]))
             here.at_most("cut_mm", float(off.max()), CUT_MM, "it unfolds {} off what is cut")
