@@ -19,6 +19,7 @@ from fabweave.estimate.comparison import MOST_PIECES
 from fabweave.estimate.costs import Costs, planned_costs
 from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
+from fabweave.form.settle import STANDS
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.command import long_command
@@ -29,7 +30,7 @@ from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, 
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.grade import grade
-from fabweave.plan.letting_go import foretold_mm
+from fabweave.plan.letting_go import foretold
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
@@ -46,9 +47,6 @@ LOSS_PX = (220, 180)
 _SURE_SHEETS, _SMALL_ON_SHEET = 4, 40
 #: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
 _REFUSED = 1000.0
-#: What goes by more than this share of its size from its form collapses: first-order theory, which
-#: foretells how far, ends there, too.
-_FALLS = 0.1
 
 
 @record
@@ -98,10 +96,10 @@ class Figures:
     without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
-    foretells how far it goes from its form when it is let go, and ``grade`` how good it is before
-    that. ``hours`` are those of the
-    assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
-    range, None where it is not known.
+    foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
+    that; and ``grade`` tells how good it is before. ``hours`` are those of the assembly,
+    ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a range, None
+    where it is not known.
     """
 
     faces: int
@@ -122,6 +120,7 @@ class Figures:
     lost: tuple[str, ...]
     form_mm: float | None = optional()
     grade: float | None = optional()
+    collapses: bool | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -200,7 +199,7 @@ def try_design(
         planned = plan_job(laid, complete, supplies, depth=Depth.NEAR)
         verdict = replace(planned.verdict, forced=False)
         figures = figures_of(planned)
-        if (figures.form_mm or 0.0) > _FALLS * planned.woven.size_mm:
+        if figures.collapses:
             verdict = fallen(verdict)
         if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
             nest_job(planned)
@@ -224,7 +223,7 @@ def fallen(verdict: Verdict) -> Verdict:
     reason = Finding(
         rule="form",
         level="not makeable",
-        text=f"let go, it goes farther from its form than {_FALLS:.0%} of its size",
+        text=f"let go, it goes farther from its form than {STANDS:.0%} of its size",
     )
     return replace(verdict, level="not makeable", reasons=(reason, *verdict.reasons))
 
@@ -281,7 +280,7 @@ def figures_of(planned: PlannedJob) -> Figures:
     like = planned.woven.source.likeness
     costs = planned_costs(planned)
     machine, brief = costs.machine_s, brief_of(planned.settings, planned.supplies)
-    form_mm = foretold_mm(planned.woven, brief, planned.piece_set)
+    form = foretold(planned.woven, brief, planned.piece_set)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -299,8 +298,9 @@ def figures_of(planned: PlannedJob) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
-        form_mm=None if form_mm is None else round(form_mm, 2),
+        form_mm=None if form is None else form.far_mm,
         grade=grade(pieces, planned.verdict, like).score,
+        collapses=True if form is not None and form.collapses else None,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),
@@ -324,7 +324,9 @@ def words(figures: Figures) -> str:
         text += f", {hours_text(figures.hours)} of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
-    if figures.form_mm is not None:
+    if figures.collapses:
+        text += ", collapses when it is let go"
+    elif figures.form_mm is not None:
         text += f", {figures.form_mm:.0f} mm out of form when it is let go"
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"

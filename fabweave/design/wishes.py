@@ -178,6 +178,8 @@ def values_text(figures: Figures, wishes: Wishes) -> str:
         if wished is not None:
             limit, text = _KINDS[name]
             shown = "unknown" if value is None else text.format(value)
+            if name == "form_mm" and figures.collapses:
+                shown = "collapses when it is let go"
             how = "at most" if limit else "about"
             parts.append(f"{shown} ({how} {wished:g} wished)")
     return ", ".join(parts)

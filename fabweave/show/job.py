@@ -11,8 +11,8 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.relaxed import relaxed_ribbons
-from fabweave.form.settle import Form, Settled
+from fabweave.form.relaxed import shown_relaxed
+from fabweave.form.settle import Form
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -26,7 +26,7 @@ from fabweave.plan.ask import FORMER_BOARD, complete_settings, former_supply
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
-from fabweave.plan.letting_go import let_job_go
+from fabweave.plan.letting_go import LetGo, let_job_go
 from fabweave.plan.notes import job_notes
 from fabweave.plan.order import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
@@ -57,7 +57,7 @@ class SideWork(NamedTuple):
     marks: Callable[[], tuple[Marks, ...]]
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
-    form: Callable[[], Settled | None]
+    form: Callable[[], LetGo | None]
     former: Callable[[], Former | None]
 
 
@@ -110,7 +110,7 @@ class Job(PlannedJob):
         The former, and how it comes out.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
-    settled : Settled or None
+    let_go : LetGo or None
         What becomes of it when it is let go; None where that would take minutes.
     """
 
@@ -136,7 +136,7 @@ class Job(PlannedJob):
     former: SideSheets | None = None
     laid: Laid | None = None
     given_mesh: PolyMesh | None = None
-    settled: Settled | None = None
+    let_go: LetGo | None = None
 
     @property
     def beside(self) -> tuple[SideSheets, ...]:
@@ -153,7 +153,7 @@ class Job(PlannedJob):
     @property
     def form(self) -> Form | None:
         """What becomes of its form when it is let go; None where that is not known."""
-        return None if self.settled is None else self.settled.form
+        return None if self.let_go is None else self.let_go.settled.form
 
     @property
     def form_text(self) -> str:
@@ -166,8 +166,8 @@ class Job(PlannedJob):
 
     @property
     def relaxed(self) -> Ribbons | None:
-        """Its ribbons when it was let go; None where that is not known."""
-        return relaxed_of(self, self.settled)
+        """Its ribbons as pictures show them when it was let go; None where that is not known."""
+        return _shown(self, self.let_go)
 
     @property
     def verdict(self) -> Verdict:
@@ -175,7 +175,8 @@ class Job(PlannedJob):
         unnamed = sum(
             any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
         )
-        return self._judged(self.holes, unnamed, self.form)
+        cure = "" if self.let_go is None else self.let_go.cure
+        return self._judged(self.holes, unnamed, self.form, cure, former=self.laid is not None)
 
     @property
     def grade(self) -> Grade:
@@ -277,12 +278,13 @@ def _former_cure(planned: PlannedJob) -> str:
     return "leave --former out"
 
 
-def relaxed_of(planned: PlannedJob, settled: Settled | None) -> Ribbons | None:
-    """Return the ribbons of a job as they are when it was let go, if it was."""
-    if settled is None:
+def _shown(planned: PlannedJob, let_go: LetGo | None) -> Ribbons | None:
+    """Return the ribbons of a job as pictures show them when it was let go, if it was."""
+    if let_go is None:
         return None
+    settled = let_go.settled
     state = settled.states["let go"].state
-    return relaxed_ribbons(planned.woven.ribbons, planned.weave, settled.body.wished, state)
+    return shown_relaxed(planned.woven.ribbons, planned.weave, settled.body, state)
 
 
 def draw_job(
@@ -360,10 +362,10 @@ def draw_job(
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
-    settled = side.form()
+    let_go = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
-    far = settled is not None and settled.form.settles_mm > thinnest_mm
-    shown = relaxed_of(planned, settled if far else None) or woven.ribbons
+    far = let_go is not None and let_go.settled.form.settles_mm > thinnest_mm
+    shown = _shown(planned, let_go if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -378,7 +380,7 @@ def draw_job(
         bill=bill,
         portrait=start(portrait_png, shown, planned.colours),
         likeness=side.likeness,
-        settled=settled,
+        let_go=let_go,
         drawings=drawings,
         code=code,
         kerfed=kerfed,

@@ -58,7 +58,7 @@ from fabweave.plan.ask import (
     settle_grain,
     try_refinement,
 )
-from fabweave.plan.letting_go import foretold_mm
+from fabweave.plan.letting_go import foretold
 from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.plan.verdict import NARROW_MM, judge, refused
 from fabweave.ribbon.lay import (
@@ -524,7 +524,7 @@ def inspect_mesh(
         most = 0
         depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    costs, piece_set, form_mm = None, None, None
+    costs, piece_set, form = None, None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         brief = brief_of(settings, supplies)
@@ -533,7 +533,7 @@ def inspect_mesh(
         )
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
-        form_mm = foretold_mm(joined.woven, brief, piece_set)
+        form = foretold(joined.woven, brief, piece_set)
     left_out = [] if joined is None or costs is not None else ["times and costs"]
     if "left_out" in pieces:
         left_out.append("the pieces")
@@ -579,7 +579,8 @@ def inspect_mesh(
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
-        "form_mm": None if form_mm is None else round(form_mm, 2),
+        "form_mm": None if form is None else form.far_mm,
+        "collapses": form is not None and form.collapses,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [
