@@ -254,7 +254,8 @@ def advice(
             text = "a coarser mesh may do"
             kind = "triangles" if lacking("quads") else "quads"
             command = long_command(asked.but(remesh=f"{kind}:{coarser}"))
-        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
+        told = filter(None, (text, fine, lacking("quads") if coarser is not None else ""))
+        ways.append({"text": "; ".join(told), "command": command})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))
