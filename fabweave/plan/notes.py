@@ -27,6 +27,7 @@ from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.former_sheets import former_notes
 from fabweave.sheet.kerf import kerf_notes
+from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.sheet.qr_code import code_notes
@@ -75,6 +76,7 @@ def job_notes(
         *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
         *bom_notes(bill),
         *([] if rolls else _label_notes(marks)),
+        *([] if rolls else _title_notes(woven.title)),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
         *former_notes(laid),
@@ -306,6 +308,14 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
     elif other.any():
         note += ": the thread crosses them askew, or bends sharply beside them"
     return [note]
+
+
+def _title_notes(title: str) -> list[str]:
+    """Say what sheets do not show of a title."""
+    missing = "".join(dict.fromkeys(sign for sign in title if sign.strip() and not lettered(sign)))
+    if not missing:
+        return []
+    return [f"title: sheets are lettered without {missing}; manual and pages show the whole title"]
 
 
 def _label_notes(marks: Sequence[Marks]) -> list[str]:

@@ -8,9 +8,9 @@ from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.nesting import nest
 from fabweave.sheet.drawing import PieceDrawing, SheetDrawing
 from fabweave.sheet.kerf import kerfed_sheets
+from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.sheet_notes import sheet_notes
-from fabweave.sheet.sheets import lettered
 from fabweave.stock.material import Material
 from fabweave.stock.rotations import AUTO, parse_rotations
 from fabweave.stock.supplies import Supply
@@ -91,7 +91,7 @@ def side_sheets(
         notes = sheet_notes(
             # Whichever way the grain goes.
             replace(sheet, grain_deg=None),
-            [f"{lettered(title)} {folder.upper()} {number + 1}/{len(layout.sheets)}"],
+            [f"{lettered(title)} {folder.upper()} {number + 1}/{len(layout.sheets)}".strip()],
             margin_mm=margin_mm,
             pieces=own,
         )

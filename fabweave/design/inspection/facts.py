@@ -37,6 +37,7 @@ from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
@@ -269,8 +270,10 @@ def advice(
             text = "a coarser mesh may do: see the designs below"
         elif coarser is not None:
             text = "a coarser mesh may do"
-            command = long_command(asked.but(remesh=f"quads:{coarser}"))
-        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
+            kind = "triangles" if lacking("quads") else "quads"
+            command = long_command(asked.but(remesh=f"{kind}:{coarser}"))
+        told = filter(None, (text, fine, lacking("quads") if coarser is not None else ""))
+        ways.append({"text": "; ".join(told), "command": command})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))

@@ -8,6 +8,7 @@ from msgspec import convert
 from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.design.candidate import Figures, words
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 from fabweave.weave.pattern import exact_text
@@ -225,7 +226,8 @@ def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple
     # A mesh that pairs up is among those above if that helps.
     paired = any(remedy["option"].startswith("remesh") for remedy in twill["exact_after"])
     if 2 * int(mesh["face_sizes"].get("3", 0)) > mesh["faces"] and not paired:
-        rows.append(("", "--remesh quads turns triangles into quads, fit for a biaxial twill"))
+        text = "--remesh quads turns triangles into quads, fit for a biaxial twill"
+        rows.append(("", lacking("quads") or text))
     return rows
 
 
