@@ -1,7 +1,7 @@
 """Make pictures like figures 1, 2 and 4 to 17 of "Cyclic twill-woven objects" (2011).
 
-The meshes are fabweave's own shapes of the kinds that the paper shows; ``paper_theory.py`` draws
-figures 5 to 9. Run it with:
+The meshes are fabweave's own shapes and models, of the kinds that the paper shows;
+``paper_theory.py`` draws figures 5 to 9. Run it with:
 python examples/make_figures.py figures
 or, for some of them: python examples/make_figures.py figures 4 14
 With ``--page`` they are small, and a page with counts stands beside them:
@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import paper_theory
@@ -20,6 +20,7 @@ from PIL import Image
 
 from fabweave.core.messages import agree
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import contact_sheet
@@ -27,6 +28,7 @@ from fabweave.picture.object_picture import mesh_picture, weave_picture
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.ribbon.lay import keep_clear, lay_object
+from fabweave.ribbon.width import parse_width
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes
@@ -39,6 +41,7 @@ TILE = (560, 460)
 ABOVE = View(-90.0, 90.0)
 #: From above, as in the paper: a view at eye height hides holes.
 SEEN = View(-60.0, 34.0)
+MESHES = Path(__file__).parent / "meshes"
 
 
 class Woven(NamedTuple):
@@ -67,6 +70,7 @@ def woven(
     *,
     vote: bool = False,
     given: PolyMesh | None = None,
+    **options: Any,
 ) -> Woven:
     """Weave a shape as asked, or as the paper's voting decides."""
     settings, supplies = complete_settings(
@@ -78,6 +82,7 @@ def woven(
             # The paper's ribbons cover the surface.
             course="projection" if pattern == "triaxial" else "auto",
             effort="quick",
+            **options,
         )
     )
     found = weave_mesh(
@@ -93,7 +98,7 @@ def woven(
     return WOVEN[-1]
 
 
-def ribbons(one: Woven, view: View = SEEN, *, floor: bool = True) -> Image.Image:
+def ribbons(one: Woven, view: View | None = SEEN, *, floor: bool = True) -> Image.Image:
     """Return a picture of the woven object."""
     rest = one.settings.ribbons, one.supplies
     clear = keep_clear(lay_object(one.mesh, *rest), *rest)
@@ -143,20 +148,22 @@ def figure_1() -> Iterator[Tile]:
 
 
 def figure_2() -> Iterator[Tile]:
-    """Show plain weave and twill."""
-    for pattern in ("plain", "twill"):
-        one = woven("shape:torus?m=28&n=12", None, pattern)
-        yield Tile(ribbons(one), f"{pattern} on a torus")
-        yield Tile(on_mesh("twists", one), f"{pattern}: its twists")
+    """Show the biaxial twills that repeat after four threads."""
+    for fabric in ("2/2/1", "2/2/-1", "3/1/1", "1/3/-1"):
+        over, under, shift = fabric.split("/")
+        cloth = paper_theory.squares(16, 13)
+        one = woven("squares.obj", None, fabric, given=cloth, width=parse_width("0.8"))
+        caption = f"{fabric}\nover {over}, under {under}, shifted by {shift}"
+        yield Tile(ribbons(one, ABOVE, floor=False), caption)
 
 
 def figure_4() -> Iterator[Tile]:
-    """Show the tiling by regular hexagons, and its triaxial twill."""
+    """Show the tiling by regular hexagons, and a 2/2 twill on it."""
     tiling = hexagons()
     yield Tile(mesh_picture(tiling, size_px=TILE, view=ABOVE), "the tiling by regular hexagons")
-    one = woven("tiling.obj", given=tiling)
-    yield Tile(on_mesh("twists", one, ABOVE), f"its twists: {broken(one)}")
-    yield Tile(ribbons(one, ABOVE, floor=False), "its triaxial twill")
+    one = woven("hexagons.obj", given=tiling)
+    picture = ribbons(one, ABOVE, floor=False)
+    yield Tile(picture, f"its 2/2 twill, in three directions: {broken(one)}")
 
 
 def exact_ones(*shapes: str) -> Iterator[Tile]:
@@ -174,58 +181,57 @@ def figure_10() -> Iterator[Tile]:
 
 
 def figure_11() -> Iterator[Tile]:
-    """Show genus 2 and more."""
-    return exact_ones("shape:slit?genus=2", "shape:slit?genus=3")
+    """Show what has no exact twill; of a cube by our search, and by the paper's voting."""
+    for model, view in (("nefertiti", View(-20.0, 10.0)), ("koala", None)):
+        one = woven(str(MESHES / f"{model}.obj"), remesh="quads:500")
+        yield Tile(ribbons(one, view), f"{model}: {broken(one)}")
+    for method in ("search", "voting"):
+        one = woven("shape:cube?n=6", vote=method == "voting")
+        yield Tile(ribbons(one), f"a cube, by {method}: {broken(one)}")
 
 
 def figure_12() -> Iterator[Tile]:
-    """Show bipyramids with handles."""
-    return exact_ones("shape:bipyramid?n=2", "shape:bipyramid?n=3")
+    """Show how meshes are subdivided at the middles of their edges."""
+    for shape in ("shape:cube", "shape:dodecahedron"):
+        name = shape.removeprefix("shape:")
+        one = woven(shape, None, "triaxial")
+        yield Tile(mesh_picture(parse_shape(shape), size_px=TILE, view=SEEN), name)
+        yield Tile(on_mesh("twists", one), f"edges halved: {broken(one)}")
 
 
 def figure_13() -> Iterator[Tile]:
-    """Show regular meshes."""
-    return exact_ones(
-        "shape:regular?face=16&valence=4&genus=4",
-        "shape:regular?face=8&valence=8&genus=7",
-        "shape:cage?faces=4",
-    )
-
-
-def by_vote_and_search(*views: ViewOf, shape: str, refine: str) -> Iterator[Tile]:
-    """Show what voting decides beside what the search finds."""
-    both = {name: woven(shape, refine, vote=name == "voting") for name in ("voting", "search")}
-    for what in views:
-        for name, one in both.items():
-            yield Tile(on_mesh(what, one), f"{what}, {name}: {broken(one)}")
-    for name, one in both.items():
-        yield Tile(ribbons(one), f"woven, {name}")
+    """Show triaxial twill on surfaces of genus 0."""
+    for solid, steps in (("icosahedron", 1), ("octahedron", 2)):
+        one = woven(f"shape:{solid}", f"loop:{steps}", "triaxial")
+        yield Tile(ribbons(one), f"{solid}, rounded: {broken(one)}")
 
 
 def figure_14() -> Iterator[Tile]:
-    """Show what voting and search break on a refined cube, which has no exact twill."""
-    return by_vote_and_search("twists", "faults", shape="shape:cube", refine="catmull-clark:2")
+    """Show the regular mesh (8, 4, 3)."""
+    return exact_ones("shape:regular?face=8&valence=4&genus=3")
 
 
 def figure_15() -> Iterator[Tile]:
-    """Show the same on a refined icosahedron."""
-    return by_vote_and_search(
-        "twists", "faults", shape="shape:icosahedron", refine="catmull-clark:1"
-    )
+    """Show the regular mesh (16, 4, 4)."""
+    return exact_ones("shape:regular?face=16&valence=4&genus=4")
 
 
 def figure_16() -> Iterator[Tile]:
-    """Show the seams of both results on the cube."""
-    return by_vote_and_search("seams", shape="shape:cube", refine="catmull-clark:2")
+    """Show two objects made of bipyramids with handles."""
+    return exact_ones("shape:bipyramid?n=2", "shape:bipyramid?n=3")
 
 
 def figure_17() -> Iterator[Tile]:
-    """Show triangles and pentagons, exact after edges are halved."""
-    for shape in ("shape:dodecahedron", "shape:icosahedron"):
-        one = woven(shape, None, "triaxial")
-        name = shape.removeprefix("shape:")
-        yield Tile(on_mesh("twists", one), f"{name}, edges halved: {broken(one)}")
-        yield Tile(ribbons(one), "its triaxial twill")
+    """Show one weave by its edges, with thin ribbons and with thick ones."""
+    shares = {"thin": "0.3", "thick": "0.85"}
+    both = {
+        said: woven("shape:slit?genus=2", width=parse_width(share))
+        for said, share in shares.items()
+    }
+    edges = both["thin"]
+    yield Tile(on_mesh("twists", edges), f"edges in two colours: {broken(edges)}")
+    for said, one in both.items():
+        yield Tile(ribbons(one), f"{said} ribbons, {shares[said]} of their room")
 
 
 FIGURES = {
@@ -236,21 +242,21 @@ FIGURES = {
 #: What each figure of the paper is about, for the page.
 ABOUT = {
     1: "twill-woven objects by Catmull-Clark steps of one mesh",
-    2: "plain weave beside twill",
-    4: "the tiling by regular hexagons and its triaxial twill",
+    2: "the biaxial twills that repeat after four threads",
+    4: "the tiling by regular hexagons, and a 2/2 twill on it",
     5: "the conditions of a 2/2 twill on the fabric: along a strand, and around a gap",
     6: "an edge as a strip, whose sides are the two strands",
     7: "the boundary of strips: rings without twists, links with some",
     8: "cycles, and their parts between two visits of a crossing, are even",
     9: "the three conditions of a 2/2 twill on the mesh",
     10: "meshes whose edges have the two colours of an exact twill",
-    11: "exact twills on surfaces of genus 2 and more",
-    12: "bipyramids with handles",
-    13: "regular meshes",
-    14: "a refined cube, which has no exact twill, decided by voting",
-    15: "the same on a refined icosahedron",
-    16: "seams, where the diagonal of an inexact twill changes direction",
-    17: "triangles and pentagons, exact once edges are halved",
+    11: "approximate biaxial twills",
+    12: "mid-edge subdivision, which makes a triaxial twill exact",
+    13: "triaxial twills on surfaces of genus 0",
+    14: "the regular mesh (8, 4, 3), with eight sides to a face, four at a vertex, and genus 3",
+    15: "the regular mesh (16, 4, 4)",
+    16: "two objects from bipyramids with handles",
+    17: "edges in two colours, thin ribbons, and thick ribbons",
 }
 #: How wide pictures of the page are, and how many colours they have: those of a few pixels, such
 #: as the lines of diagrams, need more.
@@ -258,17 +264,22 @@ PAGE_PX, PALETTE, OF_DIAGRAM = 840, 96, 256
 
 
 #: Figures whose pictures stand three in a row.
-IN_THREES = {4, 7, 9}
+IN_THREES = {7, 9, 17}
 
 
 def counts_of(one: Woven) -> paper_theory.Row:
     """Count a weave as the page tells it."""
     weave = one.mesh.weave
     return {
-        "mesh": f"{one.settings.mesh.source.removeprefix('shape:')}"
-        + (f", {one.settings.mesh.refine}" if one.settings.mesh.refine else ""),
+        "mesh": ", ".join(
+            [
+                Path(one.settings.mesh.source.removeprefix("shape:")).name,
+                *map(str, filter(None, (one.settings.mesh.remesh, one.settings.mesh.refine))),
+            ]
+        ),
         "weave": weave.pattern,
-        "threads": weave.threads.n_threads,
+        # What is left of the corners of a patch crosses nothing.
+        "threads": int(np.count_nonzero(weave.threads.lengths)),
         "crossings": weave.threads.n_crossings,
         "bunches": len(np.unique(one.mesh.bunches)),
         "broken conditions": weave.broken.total,
@@ -282,8 +293,10 @@ def page_of(counts: Mapping[int, Sequence[paper_theory.Row]]) -> str:
         "",
         'The figures of E. Akleman, J. Chen, Y. Chen, Q. Xing and J. L. Gross, "Cyclic twill-woven',
         'objects", Computers & Graphics 35 (2011), as fabweave makes them. The meshes are our own,',
-        "of the kinds that the paper shows. A bunch is a direction, such as warp or weft. A weave",
-        "without broken conditions is exact. `make figures` makes this page.",
+        "of the kinds that the paper shows, under its numbers. Left out are the photographs of",
+        "figure 3, and a bunny and an object of genus 30 of figure 11. A bunch is a direction,",
+        "such as warp or weft. A weave without broken conditions is exact. `make figures` makes",
+        "this page.",
     ]
     for number, rows in counts.items():
         lines += ["", f"## Figure {number}: {ABOUT[number]}", ""]

@@ -380,12 +380,17 @@ def twill_of(threads: Threads, conditions: TwillConditions, twist: BoolArray) ->
     return Weave(threads, "twill", twist, over, broken)
 
 
-def twill_cloth(columns: int = 6, rows: int = 5) -> Cloth:
-    """Weave squares that stand on a corner, so that the weft is level, in exact 2/2 twill."""
+def squares(columns: int, rows: int) -> PolyMesh:
+    """Return a patch of squares that stand on a corner, so that the weft is level."""
     centres = [(i, j) for i in range(columns + 1) for j in range(rows + 1) if (i + j) % 2 == 0]
     corners = np.array(centres)[:, None] + [(-1, 0), (0, -1), (1, 0), (0, 1)]
     points, number = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-    mesh = PolyMesh.from_faces(np.pad(points, ((0, 0), (0, 1))), number.reshape(-1, 4).tolist())
+    return PolyMesh.from_faces(np.pad(points, ((0, 0), (0, 1))), number.reshape(-1, 4).tolist())
+
+
+def twill_cloth(columns: int = 6, rows: int = 5) -> Cloth:
+    """Weave squares in exact 2/2 twill."""
+    mesh = squares(columns, rows)
     halfedges = build_halfedges(mesh)
     threads = trace_threads(halfedges)
     conditions = twill_conditions(halfedges, threads)

@@ -38,7 +38,6 @@ from fabweave.core.job_folder import (
     told_where,
 )
 from fabweave.core.messages import agree, shown
-from fabweave.core.units import parse_length
 from fabweave.design.inspection.facts import Inspection as Facts
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
@@ -53,8 +52,11 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import PREFIX
 from fabweave.mesh.triangulate import triangulate
 from fabweave.nest.layout import Layout as NestedLayout
+from fabweave.options.kinds import MOST_MM, called, either, flag, length, real, several, whole
+from fabweave.options.table import OPTIONS, option_named
 from fabweave.picture.bodies import Body, joined_bodies, yarn_bodies
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
+from fabweave.picture.yarns import FEWEST_SIDES, MOST_SIDES
 from fabweave.picture.yarns import Yarns as SpunYarns
 from fabweave.piece.outline import inscribed_polygon
 from fabweave.piece.piece import Piece
@@ -69,6 +71,7 @@ from fabweave.stations import Stations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.proof import verify_job
 from fabweave.verify.report import VerifyReport
+from fabweave.weave.pattern import at_turns_text
 from fabweave.weave.weave_mesh import WovenMesh
 
 if TYPE_CHECKING:
@@ -179,12 +182,23 @@ class _Solid(_Shown):
         >>> ribbons.picture(size_px=(300, 240), view=(-90, 20), across="400mm").size
         (300, 240)
         """
-        from fabweave.picture.camera import View, choose_view  # noqa: PLC0415 - for pictures only
+        from fabweave.picture.camera import (  # noqa: PLC0415 - for pictures only
+            MOST_PIXELS,
+            View,
+            choose_view,
+        )
 
-        seen = choose_view(*self._surface()) if view is None else View(*view)
+        look = {
+            "size_px": several(whole(1, MOST_PIXELS), 2).argument("size_px", size_px),
+            "samples": whole(1, _MOST_SAMPLES).argument("samples", samples),
+        }
+        if view is None:
+            seen = choose_view(*self._surface())
+        else:
+            seen = View(*several(real(), 2).argument("view", view))
         if across is not None:
-            seen = replace(seen, width_mm=length_mm(across))
-        return self._drawn(size_px=size_px, view=seen, samples=samples)
+            seen = replace(seen, width_mm=_LENGTH.argument("across", across))
+        return self._drawn(view=seen, **look)
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
         """Return vertices, (V, 3), and triangles, (T, 3)."""
@@ -194,11 +208,12 @@ class _Solid(_Shown):
         raise NotImplementedError
 
 
-def length_mm(length: Any) -> float:
-    """Return a length in millimetres: a number, or a text with a unit."""
-    return float(length) if isinstance(length, int | float) else parse_length(length)
-
-
+#: A length is a number of millimetres, or a text with a unit; progress is told to a function.
+_LENGTH, _PROGRESS = length(MOST_MM), called("progress(what, done, total)")
+#: More samples along a pixel's side change nothing, and no machine has as many processors.
+_MOST_SAMPLES, _MOST_WORKERS = 64, 10_000
+#: The stiffest pin, N mm per radian, of those that a material may have (``turning_nmm``).
+_STIFFEST_NMM = 1e6
 #: What a file is called in a job's folder, so it must be a plain name.
 _PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_- ")
 _LONGEST_NAME = 80
@@ -315,7 +330,7 @@ def read(path: str | Path, **options: Any) -> Mesh:
     >>> fw.read(folder / "cube.stl", size="30cm").size_mm
     (300.0, 300.0, 300.0)
     """
-    return _mesh(Stations(str(path), options))
+    return _mesh(Stations(option_named("mesh").kind.argument("path", path), options))
 
 
 def mesh(
@@ -387,14 +402,14 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     >>> fw.shape("torus", m=24, n=12, size="400mm")
     Mesh('Torus, 24 by 12': 288 vertices, 576 edges, 288 faces, 400.0 × 400.0 × 120.0 mm)
     """
-    from fabweave.options.table import OPTIONS  # noqa: PLC0415
-
     known = {option.name.replace("-", "_") for option in OPTIONS}
     options = {key: value for key, value in parameters.items() if key in known}
     if size is not None:
         options["size"] = size
-    query = "&".join(f"{key}={value}" for key, value in parameters.items() if key not in known)
-    return _mesh(Stations(f"{PREFIX}{name}{'?' * bool(query)}{query}", options))
+    query = "&".join(
+        f"{key}={shown(value, form=str)}" for key, value in parameters.items() if key not in known
+    )
+    return _mesh(Stations(f"{PREFIX}{shown(name, form=str)}{'?' * bool(query)}{query}", options))
 
 
 def _mesh(stations: Stations) -> Mesh:
@@ -622,7 +637,10 @@ class Weave(_Shown):
         """
         from fabweave.picture.model_job import YarnOptions, spin_object  # noqa: PLC0415
 
-        options = YarnOptions(None if radius is None else length_mm(radius), sides)
+        options = YarnOptions(
+            None if radius is None else _LENGTH.argument("radius", radius),
+            whole(FEWEST_SIDES, MOST_SIDES).argument("sides", sides),
+        )
         return Yarns(self.stations, spin_object(self.stations.ribbons, options))
 
     def picture(self, **look: Any) -> Image.Image:
@@ -641,12 +659,14 @@ class Weave(_Shown):
 
     def _figures(self) -> Mapping[str, Any]:
         threads, broken = self.woven.weave.threads, self.woven.weave.broken.total
+        turns = self.woven.weave.broken_at_turns
         kind = f"{self.pattern} with {broken} broken conditions"
         return {
             "weave": f"exact {self.pattern}" if self.exact else kind,
             "threads": threads.n_threads,
             "crossings": threads.n_crossings,
             **({"why not exact": self.reason} if self.reason else {}),
+            **({"but for": at_turns_text(turns)} if turns else {}),
         }
 
 
@@ -844,6 +864,11 @@ class Ribbons(_Solid):
         Settled or None
             None where there are too many crossings.
 
+        Raises
+        ------
+        InputError
+            If pins are no numbers, or not as many as there are crossings.
+
         Examples
         --------
         >>> import fabweave as fw
@@ -856,8 +881,12 @@ class Ribbons(_Solid):
         body = body_of(self.woven, brief_of(*self.stations.completed))
         if body is None:
             return None
-        pins = body.turning_nmm[0] if pins is None else pins
-        return settle(body, np.broadcast_to(pins, (len(body.places),)))
+        count = len(body.places)
+        pin = real(0.0, _STIFFEST_NMM)
+        taken = body.turning_nmm[0]
+        if pins is not None:
+            taken = either(pin, several(pin, count)).argument("pins", pins)
+        return settle(body, np.broadcast_to(np.asarray(taken, dtype=np.float64), (count,)))
 
     def _surface(self) -> tuple[FloatArray, IntArray]:
         return ribbon_triangles(self.woven.ribbons)[:2]
@@ -1127,7 +1156,8 @@ class Layout(_Shown):
             return WrittenJob(directory, *write_and_prove(job, fresh), layout)
 
     def picture(self, sheet: int = 1) -> str:
-        """Return a sheet, counted from 1, as SVG."""
+        """Return a sheet, counted from 1, as SVG; InputError if there is no such sheet."""
+        sheet = whole(1, len(self.sheets)).argument("sheet", sheet)
         places, planned = self.nested.placements, self.pieces.planned
         lying = [number for number, place in enumerate(places) if place.sheet == sheet - 1]
         size, colours = self.sheets[sheet - 1], planned.piece_colours[planned.origins[lying]]
@@ -1308,6 +1338,8 @@ def make(
     >>> job.proof.ok, len(job.pieces)
     (True, 8)
     """
+    workers = whole(0, _MOST_WORKERS).argument("workers", workers)
+    progress = _PROGRESS.argument("progress", progress)
     directory, stations = folder_at(folder), stations_of(mesh, options)
     finished, settings, chosen = make_or_advise(
         stations.settings,
@@ -1353,6 +1385,8 @@ def inspect(
     >>> report.facts["threads"]["count"], report.facts["twill"]["exact"]
     (4, False)
     """
+    progress = _PROGRESS.argument("progress", progress)
+    thorough = flag().argument("thorough", thorough)
     stations = stations_of(mesh, options)
     found = inspect_mesh(stations.settings, progress, stations.given, thorough=thorough)
     return Inspection(found.woven, found.facts, found.designs)

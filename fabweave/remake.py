@@ -59,13 +59,18 @@ def remake_job(
         run_job(settings, again, progress, mesh=mesh, workers=workers, recorded=recorded)
         files, others = _files(directory), _files(again)
         both = sorted(files.keys() & others.keys())
-        same = [name for name in both if files[name].read_bytes() == others[name].read_bytes()]
+        same = [name for name in both if _equal(files[name], others[name])]
     return Remake(
         tuple(same),
         tuple(name for name in both if name not in set(same)),
         tuple(sorted(files.keys() - others.keys())),
         tuple(sorted(others.keys() - files.keys())),
     )
+
+
+def _equal(one: Path, other: Path) -> bool:
+    """Return whether two files hold the same; of unlike size, neither is read."""
+    return one.stat().st_size == other.stat().st_size and one.read_bytes() == other.read_bytes()
 
 
 def _files(directory: Path) -> dict[str, Path]:

@@ -92,7 +92,7 @@ def inspect(
         from fabweave.design.inspection.facts import inspect_mesh, tries_designs
         from fabweave.design.inspection.text import (
             answer_rows,
-            design_rows,
+            command_rows,
             first_rows,
             further_rows,
         )
@@ -145,7 +145,7 @@ def inspect(
         if not as_json and found.designs:
             with progress.aside():
                 click.echo()
-                _print(design_rows(found.facts))
+                _print(command_rows(found.facts))
         if png or edges:
             progress("files", 0, 1)
             _write(found, settings, png, edges)

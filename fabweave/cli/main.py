@@ -16,7 +16,7 @@ from fabweave.cli.make import make
 from fabweave.cli.materials import materials, shapes, targets
 from fabweave.cli.model import model
 from fabweave.cli.studio import studio
-from fabweave.cli.terminal import speak_plainly
+from fabweave.cli.terminal import speak_plainly, speak_to_nobody
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.interrupt import exit_when_ended
@@ -55,6 +55,7 @@ def main(arguments: list[str] | None = None) -> None:
 
     A signal that ends it gives 128 and its number, as in shells.
     """
+    speak_to_nobody()
     for stream in (sys.stdout, sys.stderr):
         speak_plainly(stream)
     # What libraries log is for their developers; what matters of it, errors say in our words.

@@ -101,7 +101,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         console.print(
             f"former: {agree(len(job.laid.former.plates), '{n} plate[|s]')} on "
             f"{agree(len(job.former.drawings), '{n} sheet[|s]')} in {output / job.former.folder}; "
-            "former.txt says how it goes together and comes out",
+            f"former.txt says how it goes together{' and comes out' if job.laid.way else ''}",
             markup=False,
         )
     if job.offcuts:

@@ -288,10 +288,15 @@ def _set(told: Sequence[str]) -> dict[str, Any]:
     for one in told:
         name, equals, value = one.partition("=")
         option = named.get(name.strip().replace("-", "_"))
-        if option is None or not equals:
-            paths = [known.path for known in OPTIONS[1:]]
-            near = closest_first(name, paths)[0]
-            raise InputError(f"--set {one}: write NAME=VALUE; the nearest name is {near}")
+        if option is None:
+            key = name.rpartition(".")[2].replace("-", "_")
+            # The name is surer than the section before it.
+            near = closest_first(key, [known.name for known in OPTIONS[1:]])[0]
+            raise InputError(
+                f"--set {one}: there is no option {name}; did you mean {named[near].path}?"
+            )
+        if not equals:
+            raise InputError(f"--set {one}: write a value, too, as in {option.path}=VALUE")
         if option.kind.flag:
             if value not in _FLAGS:
                 raise InputError(f"--set {one}: {option.name} is true or false")

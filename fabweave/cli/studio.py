@@ -4,7 +4,6 @@ from pathlib import Path
 
 import click
 
-from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.interrupt import held_back
 
 
@@ -28,11 +27,6 @@ def studio(model: str | None, output: Path, port: int, browser: bool) -> None:
       fabweave studio cow/job.toml -o cows
     """
     with held_back():
-        try:
-            from fabweave.studio.server import serve
-        except ImportError as error:
-            raise CannotMakeError(
-                f"the studio needs {error.name}: pip install 'fabweave[studio]'"
-            ) from error
+        from fabweave.studio.server import serve
 
     serve(model, output, port, browser=browser)

@@ -1,9 +1,12 @@
 """Write to terminals: letters that they may not have, and what is being done."""
 
 import codecs
+import io
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -115,6 +118,37 @@ def plain_letters(error: UnicodeError) -> tuple[str, int]:
         for letter in letters
     )
     return plain, error.end
+
+
+class _Patient(io.FileIO):
+    """A stream that nobody may read to its end, as ``head`` does not: the rest goes nowhere."""
+
+    def write(self, data: Any) -> int:
+        """Write, or pass over what nobody reads any more."""
+        try:
+            return super().write(data) or 0
+        except BrokenPipeError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self.fileno())
+            os.close(nowhere)
+            return len(memoryview(data).cast("B"))
+
+
+def speak_to_nobody() -> None:
+    """Let this process go on, and end with the code that it would, where its reader is gone."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is not getattr(sys, f"__{name}__") or stream is None:
+            continue
+        raw = getattr(stream.buffer, "raw", stream.buffer)
+        if type(raw) is io.FileIO:
+            patient = io.TextIOWrapper(
+                io.BufferedWriter(_Patient(raw.fileno(), "w", closefd=False)),
+                encoding=stream.encoding,
+                errors=stream.errors,
+                line_buffering=stream.line_buffering or stream.write_through,
+            )
+            setattr(sys, name, patient)
 
 
 def speak_plainly(stream: TextIO) -> None:

@@ -172,11 +172,11 @@ def check_document(document: Any, where: str) -> None:
     if not isinstance(document, Mapping):
         raise InputError(f"{where}: it has no entries; write one such as [grey-felt]")
     for name in document:
-        letters = name.replace("-", "").replace(".", "")
+        letters = name.replace("-", "").replace(".", "") if isinstance(name, str) else ""
         fits = letters.isascii() and letters.isalnum() and letters == letters.lower()
         if not (fits and name[0].isalnum() and len(name) <= 40):
             raise InputError(
-                f"{where}: {name[:60]!r} cannot be the name of an entry; use lowercase letters, "
+                f"{where}: {shown(name)} cannot be the name of an entry; use lowercase letters, "
                 "digits, hyphens and dots, 40 at most, such as [grey-felt] or ['grey-felt-1.5']"
             )
 

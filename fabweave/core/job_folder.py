@@ -20,12 +20,18 @@ CONTENTS_FILE = "contents.json"
 #: What file managers leave in folders that somebody looks at: nobody misses it.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 _LARGEST_LIST = 64 * 2**20
+#: No file of a job is larger, and none is read to compare it that is.
+_LARGEST_FILE = 2**30
 
 
 def write_contents(folder: Path) -> None:
-    """Write the list of all files in a job's folder, each with its SHA-256."""
-    files = {name: _sha256(folder / name) for name in file_names(folder)}
-    text = json.dumps({"files": files}, indent=1, ensure_ascii=False)
+    """Write the list of all files in a job's folder, each with its SHA-256 and its size."""
+    names = file_names(folder)
+    listed = {
+        "files": {name: _sha256(folder / name) for name in names},
+        "bytes": {name: (folder / name).stat().st_size for name in names},
+    }
+    text = json.dumps(listed, indent=1, ensure_ascii=False)
     (folder / CONTENTS_FILE).write_text(text + "\n", encoding="utf-8", newline="\n")
 
 
@@ -61,7 +67,7 @@ def foreign_files(folder: Path, replaced: Iterable[Path] = ()) -> list[str]:
         if name in listed:
             if path.is_symlink() or not path.is_file():
                 foreign.append(f"{name} (no longer a file)")
-            elif path.resolve() not in spared and _sha256(path) != listed[name]:
+            elif path.resolve() not in spared and _is_changed(path, *listed[name]):
                 foreign.append(f"{name} (changed since)")
         elif PurePosixPath(name) in folders and path.is_dir() and not path.is_symlink():
             continue
@@ -71,13 +77,21 @@ def foreign_files(folder: Path, replaced: Iterable[Path] = ()) -> list[str]:
     return [name for name in foreign if PurePosixPath(name).parent in folders]
 
 
-def _listed(path: Path) -> dict[str, str]:
-    """Return a job's list of files; without one, or with one that cannot be read, none."""
+def _is_changed(path: Path, digest: str, size: int | None) -> bool:
+    """Return whether a file is another one; its size tells most, and older lists say none."""
+    there = path.stat().st_size
+    return there > _LARGEST_FILE or size not in (None, there) or _sha256(path) != digest
+
+
+def _listed(path: Path) -> dict[str, tuple[str, int | None]]:
+    """Return SHA-256 and size of a job's files; without a list that can be read, nothing."""
     try:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > _LARGEST_LIST:
             return {}
-        files = json.loads(path.read_bytes())["files"]
-        return {name: digest for name, digest in files.items() if isinstance(digest, str)}
+        listed = json.loads(path.read_bytes())
+        sizes = listed.get("bytes", {})
+        files = listed["files"].items()
+        return {name: (sha, sizes.get(name)) for name, sha in files if isinstance(sha, str)}
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return {}
 

@@ -2,7 +2,8 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import TypeVar
 
 from fabweave.core.errors import InputError
@@ -10,6 +11,8 @@ from fabweave.core.errors import InputError
 _Value = TypeVar("_Value")
 #: Names resemble one another from so much on, and are meant from so much on.
 _RESEMBLES, _MEANT = 0.4, 0.65
+#: As Python writes objects that cannot be written: it differs from run to run.
+_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 _CHOICE = re.compile(r"\[([^|\[\]]*)\|([^|\[\]]*)\]")
 
 
@@ -34,20 +37,21 @@ def agree(count: int, text: str) -> str:
     return chosen.replace("{n}", str(count))
 
 
-def shown(value: object, most: int = 60) -> str:
+def shown(value: object, most: int = 60, form: Callable[[object], str] = repr) -> str:
     """Return a value as Python writes it, cut off where that is long.
 
-    Numbers of thousands of digits and lists that are nested very deeply cannot be written: then
-    what sort of value it is.
+    Numbers of thousands of digits and lists that are nested very deeply cannot be written, and of
+    most objects nothing is written but an address: then what sort of value it is.
 
     Examples
     --------
-    >>> shown("12"), shown("o" * 99, 10), shown(10**5000)
-    ("'12'", "'oooooo...", 'a value of type int')
+    >>> shown("12"), shown("o" * 99, 10), shown(10**5000), shown([object()])
+    ("'12'", "'oooooo...", 'a value of type int', 'a value of type list')
     """
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):
+    text = None
+    with suppress(Exception):  # whatever a stranger's object raises
+        text = form(value)
+    if text is None or (_ADDRESS.search(text) and not isinstance(value, str)):
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= most else f"{text[: most - 3]}..."
 

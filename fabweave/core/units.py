@@ -4,6 +4,7 @@ import math
 import re
 
 from fabweave.core.errors import InputError
+from fabweave.core.messages import shown
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FRACTION = r"(?:(?P<whole>\d+)[\s-]+)?(?P<part>\d+)/(?P<of>[1-9]\d*)"
@@ -90,7 +91,7 @@ def parse_length(text: str, *, what: str = "length", zero_ok: bool = False) -> f
     if match is None:
         hint = "; write the decimals after a point" if re.search(r"\d,\d", text) else ""
         raise InputError(
-            f"{what} {text!r} is not a number with a unit, such as 40cm or 2.5mm{hint}"
+            f"{what} {shown(text)} is not a number with a unit, such as 40cm or 2.5mm{hint}"
         )
     if match["part"] is None:
         number = float(match["number"])
@@ -98,9 +99,11 @@ def parse_length(text: str, *, what: str = "length", zero_ok: bool = False) -> f
         number = int(match["whole"] or 0) + int(match["part"]) / int(match["of"])
     value = number * unit_mm(match["unit"])
     if not math.isfinite(value):
-        raise InputError(f"{what} {text!r} is too large to be a length")
+        raise InputError(f"{what} {shown(text)} is too large to be a length")
     if value < 0.0 or (value == 0.0 and not zero_ok):
-        raise InputError(f"{what} {text!r} must be {'zero or more' if zero_ok else 'positive'}")
+        raise InputError(
+            f"{what} {shown(text)} must be {'zero or more' if zero_ok else 'positive'}"
+        )
     return value
 
 

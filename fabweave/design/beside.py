@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from fabweave.design.candidate import Candidate, Figures
 from fabweave.design.variety import MOST, NARROW, fairable, two_digits
-from fabweave.design.wishes import Wishes, come_to, distance, misses
+from fabweave.design.wishes import Wishes, come_to, misses, rank
 from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.options.settings import Settings
@@ -74,7 +74,7 @@ def beside(asked: Settings, tried: Sequence[Found], wishes: Wishes) -> list[Sett
     """
     built = [pair for pair in tried if pair[1].makeable]
     if wishes and built:
-        near = min(built, key=lambda pair: distance(pair[1], wishes))
+        near = min(built, key=lambda pair: rank(pair[1], wishes))
         found = list(_nearer(asked, *near, tried, wishes))
     else:
         missed = [pair for pair in tried if pair[1].laid and not pair[1].makeable]

@@ -12,12 +12,14 @@ import numpy as np
 
 from fabweave import __version__
 from fabweave.core.errors import FabweaveError
+from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
 from fabweave.estimate.costs import Costs, planned_costs
 from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
+from fabweave.form.settle import STANDS
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.command import long_command
@@ -27,7 +29,8 @@ from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
-from fabweave.plan.letting_go import foretold_mm
+from fabweave.plan.grade import grade
+from fabweave.plan.letting_go import foretold
 from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
@@ -93,9 +96,10 @@ class Figures:
     without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
-    foretells how far it goes from its form when it is let go. ``hours`` are those of the
-    assembly, ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a
-    range, None where it is not known.
+    foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
+    that; and ``grade`` tells how good it is before. ``hours`` are those of the assembly,
+    ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a range, None
+    where it is not known.
     """
 
     faces: int
@@ -115,6 +119,8 @@ class Figures:
     likeness_mean_mm: float | None
     lost: tuple[str, ...]
     form_mm: float | None = optional()
+    grade: float | None = optional()
+    collapses: bool | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
     price: tuple[float, float] | None
@@ -192,6 +198,9 @@ def try_design(
         laid = lay_asked(loaded, complete, supplies)
         planned = plan_job(laid, complete, supplies, depth=Depth.NEAR)
         verdict = replace(planned.verdict, forced=False)
+        figures = figures_of(planned)
+        if figures.collapses:
+            verdict = fallen(verdict)
         if not verdict.stops and any(sheet.quantity is not None for sheet in supplies.sheets):
             nest_job(planned)
     except FabweaveError as error:
@@ -205,8 +214,18 @@ def try_design(
         tiles = loss_tiles(loaded.loss, VIEW, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loaded.loss, tiles.width))
     far = round(excess(planned.check.findings), 4)
-    found = candidate(verdict=verdict, figures=figures_of(planned), excess=far)
+    found = candidate(verdict=verdict, figures=figures, excess=far)
     return Trial(Tried(candidate=found, picture=png_bytes(picture)), loaded.remeshed)
+
+
+def fallen(verdict: Verdict) -> Verdict:
+    """Return the verdict on a design that collapses when it is let go."""
+    reason = Finding(
+        rule="form",
+        level="not makeable",
+        text=f"let go, it goes farther from its form than {STANDS:.0%} of its size",
+    )
+    return replace(verdict, level="not makeable", reasons=(reason, *verdict.reasons))
 
 
 def _stiffness(laid: WovenObject, settings: Settings, supplies: Supplies) -> float:
@@ -261,7 +280,7 @@ def figures_of(planned: PlannedJob) -> Figures:
     like = planned.woven.source.likeness
     costs = planned_costs(planned)
     machine, brief = costs.machine_s, brief_of(planned.settings, planned.supplies)
-    form_mm = foretold_mm(planned.woven, brief, planned.piece_set)
+    form = foretold(planned.woven, brief, planned.piece_set)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -279,7 +298,9 @@ def figures_of(planned: PlannedJob) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
-        form_mm=None if form_mm is None else round(form_mm, 2),
+        form_mm=None if form is None else form.far_mm,
+        grade=grade(pieces, planned.verdict, like).score,
+        collapses=True if form is not None and form.collapses else None,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),
@@ -303,7 +324,9 @@ def words(figures: Figures) -> str:
         text += f", {hours_text(figures.hours)} of assembly"
     if figures.likeness_mm is not None:
         text += f", at most {figures.likeness_mm:.0f} mm off the model"
-    if figures.form_mm is not None:
+    if figures.collapses:
+        text += ", collapses when it is let go"
+    elif figures.form_mm is not None:
         text += f", {figures.form_mm:.0f} mm out of form when it is let go"
     if figures.lost:
         text += f" ({'; '.join(figures.lost)})"

@@ -15,7 +15,7 @@ from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.remesh.engines import SKELETON
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
@@ -353,8 +353,9 @@ def coarser_meshes(trials: Trials, model: LoadedMesh) -> Iterator[Attempt]:
     area = surface_area(model.mesh)
     finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, EASY_MM))
     finest = min(most, max(finest, min(slender, _SLENDER)))
-    kind = "triangles" if asked.weave.pattern in ("kagome", "triaxial") else "quads"
-    ways = [kind, "tubes"] if kind == "quads" and SKELETON.installed else [kind]
+    wanted = () if asked.weave.pattern in ("kagome", "triaxial") else ("quads", "tubes")
+    ways = [way for way in wanted if not lacking(way)] or ["triangles"]
+    kind = ways[0]
     bodies = asked.mesh.bodies
     report = check_mesh(model.mesh)
     if bodies == "all" and (model.clashes or report.n_components > 1 or report.euler < _EULER):
@@ -401,9 +402,10 @@ def told(asked: Settings, model: LoadedMesh, chosen: Attempt, why: str) -> str:
     own = f"the model's own {faces_text(model.mesh)}"
     gone = len(parse_leave_out(chosen.settings.mesh.leave_out).faces)
     left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
+    lacks = [f"; {lack}" for lack in map(lacking, ("quads", "tubes")) if lack]
     return (
         f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
-        f"{left if gone else ''}"
+        f"{left if gone else ''}{''.join(lacks)}"
     )
 
 

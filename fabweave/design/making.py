@@ -17,7 +17,7 @@ from fabweave.design.beside import SOFT
 from fabweave.design.candidate import Candidate, told_design
 from fabweave.design.coarser import coarser_meshes, foreseen, has_coarser, is_free, needs, told
 from fabweave.design.search import Trials, plan_designs, search_designs, tell_nobody
-from fabweave.design.wishes import Wishes, choose, distance
+from fabweave.design.wishes import UNBUILT, Wishes, choose, rank
 from fabweave.job import FinishedJob, run_job
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
@@ -52,12 +52,12 @@ def meet_wishes(trials: Trials, wishes: Wishes) -> tuple[Settings, str]:
     CannotMakeError
         If no design can be built.
     """
-    nearest = np.inf
+    nearest = UNBUILT
 
     def tell(candidate: Candidate) -> None:
         nonlocal nearest
         trials.told(candidate)
-        if (away := distance(candidate, wishes)) < nearest:
+        if (away := rank(candidate, wishes)) < nearest:
             nearest = away
             trials.better(f"best so far: {told_design(candidate)}")
 

@@ -203,7 +203,8 @@ def _row(candidate: Candidate, name: str) -> tuple[str, list[str]]:
         value = None if candidate.figures is None else getattr(candidate.figures, key)
         # One number, the ends of a range, or nothing where it is not known.
         ends = () if value is None else value if isinstance(value, tuple) else (value,)
-        cells.append(" to ".join(f"{end:.{digits}f}" for end in ends))
+        falls = key == "form_mm" and candidate.figures is not None and candidate.figures.collapses
+        cells.append("collapses" if falls else " to ".join(f"{end:.{digits}f}" for end in ends))
     return candidate.verdict.level, [f"{name}: {candidate.name}", *cells]
 
 

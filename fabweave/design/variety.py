@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
@@ -148,7 +149,8 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
         return
     each = max(3, count // 3)
     quads = densities(mesh, each)
-    yield from (asked.but(remesh=f"quads:{number}") for number in quads)
+    if not lacking("quads"):
+        yield from (asked.but(remesh=f"quads:{number}") for number in quads)
     if as_it_comes:
         yield asked
     # Where ribbons run straight over triangles, fewer of these make them as wide as on quads; else

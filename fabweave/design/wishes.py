@@ -100,6 +100,12 @@ _KINDS = {
 }
 #: What is a limit weighs so much more than what is aimed at.
 _LIMIT = 4.0
+#: An aim is met within this share, as a logarithm.
+_MET = math.log(1.25)
+#: The rank of what cannot be built.
+UNBUILT = (4, math.inf)
+#: A design of this grade or more is good: of those, one is taken where no wish can be met.
+GOOD = 5.0
 
 
 def come_to(figures: Figures) -> dict[str, float | None]:
@@ -147,6 +153,23 @@ def distance(candidate: Candidate, wishes: Wishes) -> float:
     return total + 0.01 * len(candidate.verdict.reasons)
 
 
+def rank(candidate: Candidate, wishes: Wishes) -> tuple[int, float]:
+    """Return what sorts designs, the best for some wishes first.
+
+    First come those that meet all wishes, good ones before others. Where a wish cannot be met, what
+    is nearest is often what is worst: then all that are good come before those that are not.
+    """
+    away = distance(candidate, wishes)
+    if candidate.figures is None or math.isinf(away):
+        return UNBUILT
+    met = all(
+        ratio <= 0.0 if _KINDS[name][0] else abs(ratio) <= _MET
+        for name, ratio in misses(candidate.figures, wishes).items()
+    )
+    good = candidate.figures.grade is None or candidate.figures.grade >= GOOD
+    return 2 * (not met) + (not good), away
+
+
 def values_text(figures: Figures, wishes: Wishes) -> str:
     """Say what a design comes to of all that is wished, and what was wished."""
     parts = []
@@ -155,20 +178,22 @@ def values_text(figures: Figures, wishes: Wishes) -> str:
         if wished is not None:
             limit, text = _KINDS[name]
             shown = "unknown" if value is None else text.format(value)
+            if name == "form_mm" and figures.collapses:
+                shown = "collapses when it is let go"
             how = "at most" if limit else "about"
             parts.append(f"{shown} ({how} {wished:g} wished)")
     return ", ".join(parts)
 
 
 def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, str]:
-    """Choose the design that is nearest to what is wished, and say why.
+    """Choose the design that is best for what is wished, as `rank` says, and say why.
 
     Raises
     ------
     CannotMakeError
         If none can be built; the message says why not, of each.
     """
-    best = min(candidates, key=lambda candidate: distance(candidate, wishes), default=None)
+    best = min(candidates, key=lambda candidate: rank(candidate, wishes), default=None)
     if best is None or best.figures is None or not best.makeable:
         reasons = "\n".join(
             f"  {candidate.name}: {candidate.verdict.reasons[0].text}"

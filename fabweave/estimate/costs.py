@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from fabweave.core.records import inline, record
+from fabweave.core.records import inline, optional, record
 from fabweave.estimate.assembly_time import (
     AssemblyTime,
     difficulty,
@@ -41,6 +41,7 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import mark_pieces
+from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.machine import (
     CURRENCY,
     NOT_MEASURED,
@@ -212,6 +213,8 @@ _FILLED: Span = (0.35, 0.75)
 #: cuts: measured on twelve objects.
 _IN_ROWS: Span = (0.75, 0.97)
 _SHARED = 0.52
+#: Areas are told to so many digits.
+_DECIMALS = 6
 
 
 @record
@@ -221,6 +224,48 @@ class SheetCosts:
     sheet: int
     machine: MachineTime = inline()
     price: Price | None
+
+
+@record
+class SideSheet:
+    """A sheet beside those of the pieces: its name and size, area without holes, time, price."""
+
+    sheet: str
+    width_mm: float
+    height_mm: float
+    pieces: int
+    piece_area_mm2: float
+    material: str
+    thickness_mm: float
+    machine: MachineTime = inline()
+    price: Price | None
+
+
+def side_costs(sheets: SideSheets, calibration: Calibration) -> tuple[SideSheet, ...]:
+    """Return what each sheet beside those of the pieces takes."""
+    layout, material = sheets.layout, sheets.material
+    found = []
+    for number, (sheet, drawing) in enumerate(zip(layout.sheets, sheets.drawings, strict=True)):
+        own = [sheets.areas_mm2[one.piece] for one in layout.placements if one.sheet == number]
+        found.append(
+            SideSheet(
+                sheet=drawing.name,
+                width_mm=sheet.width_mm,
+                height_mm=sheet.height_mm,
+                pieces=len(own),
+                piece_area_mm2=round(sum(own), _DECIMALS),
+                material=material.name,
+                thickness_mm=material.thickness_mm,
+                machine=scaled_time(sheet_time(drawing, material), calibration.machine),
+                price=sheet_price(sheet.area_mm2, material, _stated(sheet)),
+            )
+        )
+    return tuple(found)
+
+
+def _stated(sheet: SheetSize) -> float | None:
+    """Return the price of a sheet in a list of stock; an offcut without one is free."""
+    return 0.0 if sheet.offcut and sheet.price is None else sheet.price
 
 
 @record
@@ -251,7 +296,11 @@ class Costs:
     materials : tuple of MaterialRates
         The speeds and prices that were taken.
     sheets : tuple of SheetCosts
-        None while they are planned.
+        Those of the pieces; none while they are planned.
+    beside : int or None
+        How many sheets more there are, of rings and of a former; all sums count them.
+    without : tuple of str or None
+        What no sum counts while sheets are planned: rings, and a former.
     machine : MachineTime
         ``cut_s``, ``engrave_s`` and ``travel_s``.
     machine_s : (float, float) or None
@@ -269,6 +318,8 @@ class Costs:
     calibration: float
     materials: tuple[MaterialRates, ...]
     sheets: tuple[SheetCosts, ...]
+    beside: int | None = optional()
+    without: tuple[str, ...] | None = optional()
     machine: MachineTime = inline()
     machine_s: Span | None
     assembly: AssemblyTime
@@ -293,6 +344,7 @@ def job_costs(
     steps: Sequence[StepRecord],
     bill: BillOfMaterials,
     *,
+    beside: Sequence[SideSheets] = (),
     calibration: Calibration = NOT_MEASURED,
 ) -> Costs:
     """Return what a job costs whose sheets are drawn.
@@ -309,6 +361,8 @@ def job_costs(
     steps : sequence of StepRecord
         The assembly.
     bill : BillOfMaterials
+    beside : sequence of SideSheets
+        What is cut besides: rings, and a former.
     calibration : Calibration
         What machine and hands took, divided by what was estimated.
     """
@@ -319,7 +373,7 @@ def job_costs(
         for sheet, drawing, material in zip(sheets, drawings, materials, strict=True)
     ]
     kinds, rolls = [joint.kind.name for joint in piece_set.joints], sheets[0].is_roll
-    stated = [0.0 if sheet.offcut and sheet.price is None else sheet.price for sheet in sheets]
+    stated = [_stated(sheet) for sheet in sheets]
     each = tuple(
         SheetCosts(
             sheet=number,
@@ -330,14 +384,16 @@ def job_costs(
             zip(sheets, times, materials, stated, strict=True), start=1
         )
     )
+    more = [(one, sheets.material) for sheets in beside for one in side_costs(sheets, calibration)]
     return _costs(
         piece_set.pieces,
-        times,
-        materials,
-        sum_prices(sheet.price for sheet in each),
+        [*times, *(one.machine for one, _ in more)],
+        [*materials, *(material for _, material in more)],
+        sum_prices([*(sheet.price for sheet in each), *(one.price for one, _ in more)]),
         job_hands(steps, kinds, bill, calibration.hands, rolls=rolls),
         bill,
         sheets=each,
+        beside=len(more) or None,
         calibration=calibration.machine,
         stock=any(price for price in stated),
     )
@@ -384,6 +440,7 @@ def pieces_costs(
         prices.append(sheet_price((area / filled[1], area / filled[0]), material))
     crossings = len({int(key) for piece in pieces for key in piece.crossings})
     joints = [joint.kind.name for joint in piece_set.joints]
+    without = ["rings"] * bool(piece_set.rings) + ["former"] * (supplies.former is not None)
     return _costs(
         pieces,
         times,
@@ -394,6 +451,7 @@ def pieces_costs(
         ),
         bill,
         planned=True,
+        without=tuple(without) or None,
         calibration=calibration.machine,
     )
 
@@ -421,6 +479,8 @@ def _costs(
     calibration: float,
     planned: bool = False,
     sheets: tuple[SheetCosts, ...] = (),
+    beside: int | None = None,
+    without: tuple[str, ...] | None = None,
     stock: bool = False,
 ) -> Costs:
     """Put together what is known of machine, hands and money."""
@@ -435,6 +495,8 @@ def _costs(
         calibration=calibration,
         materials=rates,
         sheets=sheets,
+        beside=beside,
+        without=without,
         machine=machine,
         machine_s=None if total is None else (round(total[0], 3), round(total[1], 3)),
         assembly=hands,

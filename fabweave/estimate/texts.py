@@ -46,7 +46,7 @@ def machine_text(costs: Costs) -> str:
         return "no machine"
     return (
         f"cutting {time_text(times.cut_s)}, engraving {time_text(times.engrave_s)}, moves "
-        f"{time_text(times.travel_s)}; {time_text(costs.machine_s)} in all"
+        f"{time_text(times.travel_s)}; {time_text(costs.machine_s)} {_in_all(costs)}"
     )
 
 
@@ -62,11 +62,16 @@ def difficulty_text(costs: Costs) -> str:
 def _money(costs: Costs) -> str:
     """Return what all of it costs."""
     bare = costs.planned or costs.by_hand
-    sheets = "material" if bare else agree(len(costs.sheets), "{n} sheet[|s]")
+    sheets = "material" if bare else agree(len(costs.sheets) + (costs.beside or 0), "{n} sheet[|s]")
     text = f"{sheets} {price_text(costs.sheet_price)}, hardware {price_text(costs.hardware_price)}"
     if costs.machine_price is not None:
         text += f", machine {price_text(costs.machine_price)}"
-    return f"{text}; {price_text(costs.price)} in all"
+    return f"{text}; {price_text(costs.price)} {_in_all(costs)}"
+
+
+def _in_all(costs: Costs) -> str:
+    """Say that a sum counts everything, or what it does not."""
+    return "in all" + (f" without {' and '.join(costs.without)}" if costs.without else "")
 
 
 def costs_text(costs: Costs) -> str:

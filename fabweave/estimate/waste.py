@@ -11,9 +11,7 @@ from fabweave.core.files import csv_text
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
 from fabweave.estimate.comparison import Comparison, GrainCost, compare_use
-from fabweave.estimate.costs import Costs
-from fabweave.estimate.machine_time import MachineTime, scaled_time, sheet_time
-from fabweave.estimate.money import Price, sheet_price
+from fabweave.estimate.costs import Costs, SideSheet, side_costs
 from fabweave.estimate.offcuts import KeptOffcut
 from fabweave.nest.layout import Layout
 from fabweave.piece.piece import Piece
@@ -24,47 +22,6 @@ from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
 from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.material import sheet_mass_kg
-
-
-@record
-class SideSheet:
-    """A sheet beside those of the pieces: its name and size, area without holes, time, price."""
-
-    sheet: str
-    width_mm: float
-    height_mm: float
-    pieces: int
-    piece_area_mm2: float
-    material: str
-    thickness_mm: float
-    machine: MachineTime = inline()
-    price: Price | None
-
-
-def _side_accounts(sheets: SideSheets | None, calibration: float) -> tuple[SideSheet, ...] | None:
-    """Return what each sheet beside those of the pieces takes; None without any."""
-    if sheets is None:
-        return None
-    layout, material = sheets.layout, sheets.material
-    found = []
-    for number, (sheet, drawing) in enumerate(zip(layout.sheets, sheets.drawings, strict=True)):
-        own = [sheets.areas_mm2[one.piece] for one in layout.placements if one.sheet == number]
-        stated = 0.0 if sheet.offcut and sheet.price is None else sheet.price
-        found.append(
-            SideSheet(
-                sheet=drawing.name,
-                width_mm=sheet.width_mm,
-                height_mm=sheet.height_mm,
-                pieces=len(own),
-                piece_area_mm2=round(sum(own), _DECIMALS),
-                material=material.name,
-                thickness_mm=material.thickness_mm,
-                machine=scaled_time(sheet_time(drawing, material), calibration),
-                price=sheet_price(sheet.area_mm2, material, stated),
-            )
-        )
-    return tuple(found)
-
 
 _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
@@ -172,7 +129,7 @@ def waste_report(
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
     rim, former : SideSheets, optional
-        The sheets of rings and of a former, which nothing else counts.
+        The sheets of rings and of a former, which only the costs count, too.
     """
     pieces, settings = planned.to_cut, planned.settings
     sheets = [
@@ -209,8 +166,8 @@ def waste_report(
         splitting=splitting_record(
             planned.split_plan, planned.piece_set.pieces, planned.woven.labels
         ),
-        rim=_side_accounts(rim, settings.machine.calibrate.machine),
-        former=_side_accounts(former, settings.machine.calibrate.machine),
+        rim=side_costs(rim, settings.machine.calibrate) if rim else None,
+        former=side_costs(former, settings.machine.calibrate) if former else None,
     )
 
 

@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value, offsets_of
 from fabweave.form.net import Net, State
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetry import best_motions
+from fabweave.mesh.topology import label_links
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
 from fabweave.ribbon.lay import WovenObject
@@ -54,8 +56,13 @@ class Body:
         What it carries, N.
     hung : (X,) bool array
         The crossings that it hangs from or stands on; all false where that is not asked for.
+    faces : (X, 2) int array
+        The faces of the mesh on both sides of each crossing.
     straight : bool
         Whether its strips are straight, so that it is wished for beside the mesh, not on it.
+    air_mm : float or None
+        How high above all that stands its lowest place is, if it is one of several bodies and
+        stands on nothing.
     """
 
     mesh: PolyMesh
@@ -67,7 +74,9 @@ class Body:
     turning_nmm: tuple[float, float]
     load: FloatArray
     hung: BoolArray
+    faces: IntArray
     straight: bool = False
+    air_mm: float | None = None
 
     @property
     def size_mm(self) -> float:
@@ -87,13 +96,85 @@ class Body:
         return pins
 
     def held(self, places: FloatArray) -> BoolArray:
-        """Return at which crossings it is held, (X,): those it is to hang from, or the lowest."""
-        at = self.hung
-        if not at.any():
-            height = places[:, 2] - places[:, 2].min()
-            low = int(np.count_nonzero(height <= _FOOT * self.size_mm))
-            at = flags(len(places), np.argsort(height, kind="stable")[: max(3, low)])
+        """Return at which crossings it is held, (X,): those it is to hang from, or the lowest.
+
+        Of several bodies, each is held by itself.
+        """
+        at = self.hung.copy()
+        for own in self.bodies:
+            if not at[own].any():
+                height = places[own, 2] - places[own, 2].min()
+                size_mm = float(np.ptp(self._own_mesh(own).vertices, axis=0).max())
+                low = int(np.count_nonzero(height <= _FOOT * size_mm))
+                at[own[np.argsort(height, kind="stable")[: max(3, low)]]] = True
         return at
+
+    @cached_property
+    def bodies(self) -> tuple[IntArray, ...]:
+        """The crossings of each body that is joined by strips; those that none joins are of all."""
+        count = len(self.places)
+        label = label_links(self.net.ends[:, 0], self.net.ends[:, 1], count)[1]
+        numbers = np.unique(label[self.net.ends[:, 0]])
+        if len(numbers) < 2:
+            return (np.arange(count),)
+        return tuple(np.flatnonzero(label == number) for number in numbers)
+
+    def _own_mesh(self, own: IntArray) -> PolyMesh:
+        """Return the part of the mesh beside the crossings of a body."""
+        if len(self.bodies) == 1:
+            return self.mesh
+        faces = flags(self.mesh.n_faces, self.faces[own].ravel())
+        corners = self.mesh.indices[np.repeat(faces, self.mesh.face_sizes)]
+        used, indices = np.unique(corners, return_inverse=True)
+        sizes = self.mesh.face_sizes[faces]
+        return PolyMesh(self.mesh.vertices[used], offsets_of(sizes), indices)
+
+    @property
+    def parts(self) -> "tuple[Body, ...]":
+        """Each of its bodies by itself; it alone where it is one."""
+        return (self,) if len(self.bodies) == 1 else tuple(map(self._part, self.bodies))
+
+    def _part(self, own: IntArray) -> "Body":
+        """Return the body of some crossings by itself."""
+        net, wished = self.net, self.wished
+        place = np.full(len(self.places), -1)
+        place[own] = np.arange(len(own))
+        spans = self.spans_of(own)
+        inner = self.inner_of(own)
+        turns = net.turns[spans]
+        mesh = self._own_mesh(own)
+        air_mm = float(mesh.vertices[:, 2].min() - self.mesh.vertices[:, 2].min())
+        hangs = bool(self.hung[own].any()) or air_mm <= _FOOT * self.size_mm
+        return replace(
+            self,
+            mesh=mesh,
+            net=Net(
+                ends=place[net.ends[spans]],
+                at=net.at[np.concatenate([spans, len(net.ends) + spans])],
+                turns=np.where(turns >= 0, place[turns], -1),
+                rest=net.rest[spans],
+                stiffness=net.stiffness[spans],
+                **{
+                    name: getattr(net, name)[own]
+                    for name in ("pins", "rest_angles", "weight", "held", "place", "fixed")
+                },
+            ),
+            wished=State(wished.bodies[own], wished.angles[own], wished.inner[inner]),
+            strain=self.strain[spans],
+            load=self.load[own],
+            hung=self.hung[own],
+            faces=np.zeros((len(own), 2), dtype=np.int64),
+            air_mm=None if hangs else air_mm,
+        )
+
+    def spans_of(self, own: IntArray) -> IntArray:
+        """Return the spans of a body's crossings."""
+        return np.flatnonzero(flags(len(self.places), own)[self.net.ends[:, 0]])
+
+    def inner_of(self, own: IntArray) -> IntArray:
+        """Return which frames between the pieces of spans are of a body's crossings."""
+        inner = self.net.rest.shape[1] - 1
+        return np.asarray((inner * self.spans_of(own)[:, None] + np.arange(inner)).ravel())
 
 
 def body_of(woven: WovenObject, brief: Brief) -> Body | None:
@@ -120,6 +201,9 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
     # The more slippery of two counts.
     each = [one.material.turning_nmm or (BARE, PINNED) for one in supplies.each]
     turning = min(bare for bare, _ in each), min(one for _, one in each)
+    edge = threads.crossing_halfedge
+    beside = np.stack([edge, woven.halfedges.twin[edge]], axis=1)
+    faces = woven.halfedges.face[beside]
     hung, load = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
     if asked.hang is not None:
         hung = hanging_crossings(parse_hanging(asked.hang), wished.bodies.origin)
@@ -128,7 +212,7 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
         at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
     return Body(
-        woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung,
+        woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
         woven.straight,
     )  # fmt: skip
 

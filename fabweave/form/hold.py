@@ -80,7 +80,8 @@ class Foresight:
         each[body.held(body.places), :3] = HELD_N_MM
         self._pull = np.zeros_like(self._force)
         self._pull[: 6 * self._bodies] = self._own(body.net.weight + body.load)
-        self._rigid = rigid_motions(body.places)
+        #: How each of its bodies moves as one.
+        self._rigid = [(own, rigid_motions(body.places[own])) for own in body.bodies]
 
     def _own(self, push: FloatArray) -> FloatArray:
         """Return pushes in space, (B, 3), on the freedoms of bodies, (6 B,)."""
@@ -94,8 +95,11 @@ class Foresight:
         return np.asarray(np.einsum("nij,nj->ni", self._axes, own))
 
     def _without_rigid(self, moves: FloatArray) -> FloatArray:
-        flat = moves.ravel()
-        return np.asarray(flat - self._rigid @ (self._rigid.T @ flat)).reshape(moves.shape)
+        left = moves.copy()
+        for own, rigid in self._rigid:
+            flat = moves[own].ravel()
+            left[own] = (flat - rigid @ (rigid.T @ flat)).reshape(-1, 3)
+        return left
 
     def __call__(self, pins: FloatArray, bound_mm: float) -> Foretold:
         """Return what becomes of it.
@@ -277,7 +281,9 @@ class _Choices:
         little = foretold_mm <= _SURELY * self._hold.bound_mm and not surely
         if little or not self._hold.closely:
             return foretold_mm
-        return let_go(self._hold.body, self._pins(groups)).most_mm
+        body, pins = self._hold.body, self._pins(groups)
+        each = zip(body.parts, body.bodies, strict=True)
+        return max(let_go(part, pins[own]).most_mm for part, own in each)
 
     def _first(self, order: IntArray, step: int) -> IntArray:
         """Return the first groups of an order, of which all but the last take fewer fasteners."""

@@ -1,26 +1,27 @@
 """Say whether a woven object keeps its form when the maker lets go."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.messages import agree
-from fabweave.core.records import optional, record
+from fabweave.core.records import optional, record, to_json
 from fabweave.form.body import Body, fitted, standing
 from fabweave.form.net import Net, State, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
+from fabweave.form.screw import Frames
 from fabweave.mesh.likeness import name_place
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.triangulate import plain_triangles
 
 #: Where straight strips turn by more, thinner ones are advised.
 _TURNS_DEG = 2.0
-#: What settles by no more than this share of its size keeps its form; by more than that, it cannot
-#: stand.
+#: What settles by no more than this share of its size keeps its form; what goes by more than that
+#: collapses: figures of small bends tell no more than that, and a maker has no use for them.
 BOUND, STANDS = 0.01, 0.1
 #: When steps gain no more than this share of the energy, what is left is less than a maker sees.
 _GAIN = 2e-5
@@ -72,6 +73,11 @@ class Form:
     turn_deg, turn_mean_deg : float or None
         Of straight strips: by how much they turn in their plane between two crossings then, at
         most, and in the root mean square.
+    air_mm : float or None
+        How high in the air a body hangs that no thread joins to what stands; it is told how it
+        would stand.
+    bodies : tuple of Form or None
+        Of several bodies, each by itself; what is told of the whole is then that of the worst.
     """
 
     settles_mm: float
@@ -93,34 +99,76 @@ class Form:
     model_mean_mm: float | None = optional()
     turn_deg: float | None = optional()
     turn_mean_deg: float | None = optional()
+    air_mm: float | None = optional()
+    bodies: "tuple[Form, ...] | None" = optional()
 
     @property
-    def most_mm(self) -> float:
-        """How far it goes at most: it settles, or sags under all that weighs on it."""
-        return max(self.settles_mm, self.sags_mm, self.loaded_mm or 0.0)
+    def limit_mm(self) -> float:
+        """What goes farther collapses."""
+        return STANDS * self.size_mm
 
     @property
     def keeps(self) -> bool:
         """Whether it keeps its form."""
+        if self.bodies is not None:
+            return all(one.keeps for one in self.bodies)
         return self.settles_mm <= self.bound_mm and self.settled
 
     @property
-    def stands(self) -> bool:
-        """Whether it stands: else it is a mechanism, or goes by more than a tenth of its size."""
-        return self.settled and max(self.most_mm, self.pushed_mm) <= STANDS * self.size_mm
+    def collapse(self) -> str:
+        """Why it collapses, in words; empty where it does not.
+
+        It goes by more than a tenth of its size, or its own weight can push it so far.
+        """
+        for number, one in enumerate(self.bodies or (), start=1):
+            if one.collapse:
+                return f"body {number}: {one.collapse}"
+        if self.bodies is not None:
+            return ""
+        by = f"by more than a tenth of its size ({_length(self.limit_mm)})"
+        for far_mm, why in (
+            (self.sags_mm, f"it collapses under its own weight: it sags {by}"),
+            (self.loaded_mm or 0.0, f"it collapses under its load: it sags {by}"),
+            (self.settles_mm, f"it collapses when it is let go: it goes {by}"),
+            (self.pushed_mm, f"it collapses: its own weight is enough to sway it {by}"),
+        ):
+            if far_mm > self.limit_mm:
+                return why
+        return ""
 
     @property
-    def fails(self) -> str:
-        """Why it does not stand, in words."""
-        if not self.settled:
-            return "it does not come to rest when it is let go"
-        if self.most_mm > STANDS * self.size_mm:
-            return f"it goes {_length(self.most_mm)} from its form when it is let go"
-        return f"its own weight is enough to push it {_length(self.pushed_mm)} out of its form"
+    def gives(self) -> float:
+        """How far it settles, as a share of what keeps its form; of the worst."""
+        if self.bodies is not None:
+            return max(one.gives for one in self.bodies)
+        return self.settles_mm / self.bound_mm
+
+    @property
+    def sinks(self) -> float:
+        """How far it sags under all that weighs on it, as a share of its size; of the worst."""
+        if self.bodies is not None:
+            return max(one.sinks for one in self.bodies)
+        return max(self.sags_mm, self.loaded_mm or 0.0) / self.size_mm
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands: it comes to rest, and does not collapse."""
+        return self.settled and not self.collapse
+
+    @property
+    def hanging(self) -> tuple[str, ...]:
+        """Which bodies hang in the air, in words."""
+        return tuple(
+            f"body {number} hangs in the air, {_length(one.air_mm)} up"
+            for number, one in enumerate(self.bodies or (), start=1)
+            if one.air_mm is not None
+        )
 
     @property
     def text(self) -> str:
         """What a maker wants to read of it."""
+        if self.collapse:
+            return "; ".join([self.collapse, *self.hanging])
         if self.keeps:
             said = f"keeps its form within {_length(self.settles_mm)}"
         else:
@@ -139,7 +187,17 @@ class Form:
             parts.append(turns + thinner * (self.turn_deg > _TURNS_DEG))
         if self.loose:
             parts.append(agree(self.loose, "is loose in {n} way[|s], so that its weight sways it"))
-        return "; ".join(parts)
+        return "; ".join([*parts, *self.hanging])
+
+    def record(self) -> dict[str, Any]:
+        """Return it as ``verdict.json`` holds it: of what collapses, no distance is told."""
+        record = to_json(self)
+        for key in ("settles_mm", "mean_mm", "sags_mm", "loaded_mm", "pushed_mm"):
+            if (record.get(key) or 0.0) > self.limit_mm:
+                record[key] = None
+        if self.bodies is not None:
+            record["bodies"] = [one.record() for one in self.bodies]
+        return {**record, "collapses": bool(self.collapse), "text": self.text}
 
 
 def _length(length_mm: float) -> str:
@@ -225,7 +283,7 @@ def let_go(body: Body, pins: FloatArray) -> Rests:
 
 
 def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settled:
-    """Let a woven object go, and say what becomes of its form.
+    """Let a woven object go, and say what becomes of its form; of several bodies, each by itself.
 
     Its strips are as they are cut. What is not known: friction's scatter, contact beside the
     crossings, creep and humidity.
@@ -239,24 +297,34 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         How far what keeps its form may settle; a hundredth of its size unless said.
     """
     with threadpool_limits(limits=1, user_api="blas"):
-        rests = let_go(body, pins)
-        free, stood, net = rests.free, rests.stood, rests.standing
-        states = {"let go": free, "standing": stood}
-        if body.load.any():
-            more = replace(net, weight=net.weight + body.load)
-            states["loaded"] = relax(more, stood.state, gain=_SAG_GAIN)
-        unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
-        count = min(_MODES, 6 * net.n_bodies - 1)
-        stiffness, motion = soft_modes(unmoved, free.state, count)
-        gives, softest = _thumb(net, stood.state)
-        pulls = np.where(pins <= body.turning_nmm[0], _pulls(net, stood.state), 0.0)
-        strain = float((_strain(net, stood.state) / body.strain[:, None]).max())
+        each = [
+            _settle(part, pins[own], bound_mm)
+            for part, own in zip(body.parts, body.bodies, strict=True)
+        ]
+    return each[0] if len(each) == 1 else _together(body, pins, each, bound_mm)
+
+
+def _settle(body: Body, pins: FloatArray, bound_mm: float | None) -> Settled:
+    """Let one body go."""
+    rests = let_go(body, pins)
+    free, stood, net = rests.free, rests.stood, rests.standing
+    states = {"let go": free, "standing": stood}
+    if body.load.any():
+        more = replace(net, weight=net.weight + body.load)
+        states["loaded"] = relax(more, stood.state, gain=_SAG_GAIN)
+    unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
+    count = min(_MODES, 6 * net.n_bodies - 1)
+    stiffness, motion = soft_modes(unmoved, free.state, count)
+    gives, softest = _thumb(net, stood.state)
+    pulls = np.where(pins <= body.turning_nmm[0], _pulls(net, stood.state), 0.0)
+    strain = float((_strain(net, stood.state) / body.strain[:, None]).max())
     weight = float(-net.weight[:, 2].sum())
     # Where all bodies move as far, work done is half of the stiffness times their squares.
     least = np.maximum(stiffness[6:], 2.0 * weight / (net.n_bodies * body.size_mm))
     pushed = 2.0 * weight / (net.n_bodies * least)
     mode = motion[min(6, count - 1)]
     away, farthest = rests.away_mm, int(rests.away_mm.argmax())
+    straight = _as_straight(body, free.state) if body.straight else {}
     form = Form(
         settles_mm=round(float(away[farthest]), 2),
         mean_mm=round(float(np.sqrt((away**2).mean())), 2),
@@ -273,10 +341,81 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
         apart_n=round(max(float(pulls.max()), 0.0), 3),
         strain=round(strain, 3),
         settled=all(rest.settled for rest in states.values()),
-        **(_as_straight(body, free.state) if body.straight else {}),
+        air_mm=None if body.air_mm is None else round(body.air_mm, 2),
+        model_mm=straight.get("model_mm"),
+        model_mean_mm=straight.get("model_mean_mm"),
+        turn_deg=straight.get("turn_deg"),
+        turn_mean_deg=straight.get("turn_mean_deg"),
+        bodies=None,
     )
     mode = mode / np.linalg.norm(mode, axis=1).max()
     return Settled(form, body, pins, rests.held, states, frozen(mode))
+
+
+def _together(
+    body: Body, pins: FloatArray, each: Sequence[Settled], bound_mm: float | None
+) -> Settled:
+    """Return several bodies that were let go as one object: the worst of all is told of it."""
+    forms, owns = [one.form for one in each], body.bodies
+    worst = max(range(len(forms)), key=lambda at: forms[at].settles_mm)
+    softest = max(range(len(forms)), key=lambda at: forms[at].gives_mm_n)
+    crossings = np.array([len(own) for own in owns])
+    mean = np.array([form.mean_mm for form in forms])
+
+    def most(name: str) -> Any:
+        return max((getattr(form, name) or 0.0 for form in forms), default=0.0)
+
+    form = Form(
+        settles_mm=most("settles_mm"),
+        mean_mm=round(float(np.sqrt(np.average(mean**2, weights=crossings))), 2),
+        where=f"{forms[worst].where} of body {worst + 1}",
+        bound_mm=round(BOUND * body.size_mm if bound_mm is None else bound_mm, 2),
+        size_mm=round(body.size_mm, 2),
+        sags_mm=most("sags_mm"),
+        loaded_mm=most("loaded_mm") if body.load.any() else None,
+        loose=sum(form.loose for form in forms),
+        pushed_mm=most("pushed_mm"),
+        gives_mm_n=forms[softest].gives_mm_n,
+        soft=f"{forms[softest].soft} of body {softest + 1}",
+        apart=sum(form.apart for form in forms),
+        apart_n=most("apart_n"),
+        strain=most("strain"),
+        settled=all(form.settled for form in forms),
+        model_mm=most("model_mm") if body.straight else None,
+        model_mean_mm=most("model_mean_mm") if body.straight else None,
+        turn_deg=most("turn_deg") if body.straight else None,
+        turn_mean_deg=most("turn_mean_deg") if body.straight else None,
+        air_mm=None,
+        bodies=tuple(forms),
+    )
+    held, mode = np.zeros(len(body.places), dtype=np.bool_), np.zeros_like(body.places)
+    for own, one in zip(owns, each, strict=True):
+        held[own] = one.held
+    mode[owns[softest]] = each[softest].mode
+    names = ("let go", "standing", *(["loaded"] if body.load.any() else []))
+    states = {name: _joined(body, [one.states.get(name, one.states["standing"]) for one in each])
+              for name in names}  # fmt: skip
+    return Settled(form, body, pins, held, states, frozen(mode))
+
+
+def _joined(body: Body, each: Sequence[Relaxed]) -> Relaxed:
+    """Return where all bodies come to rest; what no strip joins to another stays where it is."""
+    bodies, inner = (
+        [part.origin.copy(), part.axes.copy()] for part in (body.wished.bodies, body.wished.inner)
+    )
+    angles = body.wished.angles.copy()
+    for own, one in zip(body.bodies, each, strict=True):
+        state, between = one.state, body.inner_of(own)
+        bodies[0][own], bodies[1][own] = state.bodies.origin, state.bodies.axes
+        inner[0][between], inner[1][between] = state.inner.origin, state.inner.axes
+        angles[own] = state.angles
+    return Relaxed(
+        State(Frames(*bodies), angles, Frames(*inner)),
+        sum(one.energy_nmm for one in each),
+        max(one.residual for one in each),
+        (),
+        all(one.settled for one in each),
+    )
 
 
 def _as_straight(body: Body, state: State) -> dict[str, float]:

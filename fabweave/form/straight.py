@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import (
@@ -29,6 +28,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.form.body import MOST_CROSSINGS, elastic_threads
 from fabweave.form.net import Net, State, cut_inner, end_frames, strains
+from fabweave.form.products import Products
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import woven_net
@@ -75,8 +75,6 @@ _NARROWER, _TRIES = 0.93, 8
 _EXACT, _STEPS = 1e-11, 25
 #: Crossings lie no farther from the middle of their quad than this share of its size.
 _PLACE = 0.2
-#: What is added to equations, a share of their size, lest two of them say the same.
-_RIDGE = 1e-13
 
 
 def lay_strips(
@@ -358,39 +356,7 @@ def _laid(
     )
 
 
-@frozen_value
-class _Products:
-    """Conditions on points: of each, two sums of points have a given inner product.
-
-    Parameters
-    ----------
-    first, second : (C, N) sparse arrays
-        What is summed.
-    wanted : (C,) float array
-    scale : (C,) float array
-        By which products are divided.
-    """
-
-    first: sp.csr_array
-    second: sp.csr_array
-    wanted: FloatArray
-    scale: FloatArray
-
-    def off(self, points: FloatArray) -> tuple[FloatArray, sp.csr_array]:
-        """Return how far products are off, (C,), and how that changes, (C, 3 N) by axes."""
-        one, other = self.first @ points, self.second @ points
-        off = (np.einsum("cd,cd->c", one, other) - self.wanted) / self.scale
-        change = [
-            sp.diags_array(other[:, axis] / self.scale) @ self.first
-            + sp.diags_array(one[:, axis] / self.scale) @ self.second
-            for axis in range(3)
-        ]
-        return off, sp.csr_array(sp.hstack(change))
-
-
-def _exact_conditions(
-    ribbons: Ribbons, weave: Weave, width: float, height: FloatArray
-) -> _Products:
+def _exact_conditions(ribbons: Ribbons, weave: Weave, width: float, height: FloatArray) -> Products:
     """Return the conditions under which ribbons unfold to straight strips that lie on each other.
 
     Between two rungs both rails are as long, and the diagonal at which the quad folds is that of a
@@ -421,7 +387,7 @@ def _exact_conditions(
         np.full(len(here), width**2), np.tile(height * width, len(flat)), 16.0 * height**2,
     )  # fmt: skip
     rungs = np.full(ribbons.n_rungs, width**2)
-    return _Products(
+    return Products(
         first=sp.csr_array(sp.vstack([ahead - beside, across, rung, *[apart] * len(flat), apart])),
         second=sp.csr_array(sp.vstack([ahead + beside, beyond, rung, *flat, apart])),
         wanted=np.concatenate([0.0 * wide, wide, rungs, 0.0 * level, high]),
@@ -433,19 +399,8 @@ def _exact(ribbons: Ribbons, weave: Weave, width: float, height: FloatArray) -> 
     """Return the nearest ribbons that unfold exactly to straight strips of a width."""
     conditions = _exact_conditions(ribbons, weave, width, height)
     points = np.concatenate([ribbons.right, ribbons.left])
-    off, change = conditions.off(points)
-    for _ in range(_STEPS):
-        square = change @ change.T
-        square += _RIDGE * square.diagonal().mean() * sp.eye_array(len(off))
-        factors = splu(
-            sp.csc_array(square), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )  # fmt: skip
-        points = points - (change.T @ factors.solve(off)).reshape(3, -1).T
-        off, change = conditions.off(points)
-        if float(np.abs(off).max()) <= _EXACT:
-            break
-    else:
+    points, off = conditions.nearest(points, exact=_EXACT, steps=_STEPS)
+    if not off <= _EXACT:
         raise CannotMakeError(
             "no straight strips are found near this mesh: a finer mesh, a smaller --width or a "
             "smoother mesh (--fair) would help, or --strips wavy"

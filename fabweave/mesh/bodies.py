@@ -199,7 +199,7 @@ def join_bodies(mesh: PolyMesh) -> KeptBodies:
     Raises
     ------
     InputError
-        If a body is not closed, or the package that does it is not installed.
+        If a body is not closed.
 
     Examples
     --------
@@ -219,7 +219,8 @@ def join_bodies(mesh: PolyMesh) -> KeptBodies:
     count = len(diagonals)
     if count == 1:
         return KeptBodies(mesh, ("there is only one body, so nothing was joined (--bodies join)",))
-    engine = _engine()
+    import manifold3d as engine  # noqa: PLC0415 - few jobs join bodies
+
     corners = triangles.indices.reshape(-1, 3)
     solids = [
         _solid(engine, triangles.vertices, corners[body == one], f"body {one + 1} of {count}")
@@ -239,18 +240,6 @@ def join_bodies(mesh: PolyMesh) -> KeptBodies:
         "(--bodies join); --remesh makes faces of them that are good to weave"
     )
     return KeptBodies(PolyMesh.from_triangles(points, faces), (told,))
-
-
-def _engine() -> ModuleType:
-    """Return the package that joins solids; raise InputError if it is not installed."""
-    try:
-        import manifold3d  # noqa: PLC0415
-    except ImportError:
-        raise InputError(
-            "--bodies join needs the package manifold3d: pip install 'fabweave[join]'; or join "
-            "the bodies in a modelling program (in Blender: Boolean, Union)"
-        ) from None
-    return manifold3d
 
 
 def _solid(engine: ModuleType, points: FloatArray, corners: IntArray, name: str) -> object:

@@ -7,6 +7,7 @@ from typing import Any
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
+from fabweave.core.messages import few_of
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.nesting import nest
 from fabweave.stock.sheet_size import SheetSize
@@ -64,13 +65,14 @@ def nest_around(
     sheets: Sequence[SheetSize],
     *,
     ids: Sequence[str],
+    before: int = 0,
     **how: Any,
 ) -> Layout:
     """Nest pieces as :func:`fabweave.nest.nesting.nest` does, around those that are pinned.
 
     To the rest, what is pinned is like defects of its sheet, from which it keeps the gap. Sheets
-    with pins are of the first size of the stock; they keep their numbers as far as there are
-    sheets before them.
+    with pins are of the first size of the stock. They keep their numbers as far as there are
+    sheets before them: around pins, fewer may do.
 
     Parameters
     ----------
@@ -78,9 +80,23 @@ def nest_around(
         Those of other pieces are left out of account.
     outlines, sheets, ids, how
         As ``nest`` takes them.
+    before : int
+        How many sheets there are before these.
+
+    Raises
+    ------
+    InputError
+        If a piece is pinned on a sheet that is not there, with pins or without.
     """
     number = {name: at for at, name in enumerate(ids)}
-    held = {number[pin.id]: pin for pin in pins if pin.id in number}
+    held = {
+        number[pin.id]: replace(pin, sheet=pin.sheet - before) for pin in pins if pin.id in number
+    }
+    if wrong := [pin.id for pin in held.values() if pin.sheet < 0]:
+        raise InputError(
+            f"pieces are pinned on a sheet of another material: {few_of(wrong)}; the sheets of "
+            f"theirs begin with {before + 1}"
+        )
     if not held:
         return nest(outlines, sheets, ids=ids, **how)
     base, *others = sheets
@@ -111,11 +127,20 @@ def nest_around(
     for sheet in used:
         order.insert(min(sheet, len(order)), f"{_HELD}{sheet}")
     at_of = {name: at for at, name in enumerate(order)}
-    before = [at_of[sheet.name if sheet.name.startswith(_HELD) else at]
-              for at, sheet in enumerate(part.sheets)]  # fmt: skip
+    moved = [pin for pin in held.values() if at_of[f"{_HELD}{pin.sheet}"] != pin.sheet]
+    if moved:
+        count = len(nest(outlines, sheets, ids=ids, **how).sheets)
+        if strange := [pin.id for pin in moved if pin.sheet >= count]:
+            least, most = before + 1, before + count
+            raise InputError(
+                f"pieces are pinned on a sheet that is not there: {few_of(strange)}; use sheet "
+                + (f"{least}" if count == 1 else f"{least} to {most}")
+            )
+    new_number = [at_of[sheet.name if sheet.name.startswith(_HELD) else at]
+                  for at, sheet in enumerate(part.sheets)]  # fmt: skip
     for place in part.placements:
         placed[rest[place.piece]] = replace(
-            place, piece=rest[place.piece], sheet=before[place.sheet]
+            place, piece=rest[place.piece], sheet=new_number[place.sheet]
         )
     for piece, pin in held.items():
         placed[piece] = replace(placed[piece], sheet=at_of[f"{_HELD}{pin.sheet}"])

@@ -9,10 +9,11 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from inspect import signature
 from numbers import Integral, Real
 from typing import Any, TypeAlias
 
-from fabweave.core.entries import Accept
+from fabweave.core.entries import Accept, list_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import shown
 from fabweave.core.units import parse_length
@@ -107,7 +108,11 @@ class Kind:
         if isinstance(value, str) and value and value == self.automatic:
             return None
         if self.repeatable and isinstance(value, list | tuple):
-            return self.hold(tuple(part for one in value for part in self.parse(one)))
+            return self.hold(tuple(part for one in value for part in self._parse_one(one)))
+        return self._parse_one(value)
+
+    def _parse_one(self, value: Any) -> Any:
+        """Return what was said once, as settings hold it."""
         if isinstance(value, os.PathLike):
             value = os.fspath(value)
         if self.textual and not math.isnan(_as_number(value)):
@@ -115,6 +120,28 @@ class Kind:
         if self.of_table is not None and isinstance(value, Mapping):
             value = self.of_table(value)
         return self.hold(self.read(value) if isinstance(value, str) else value)
+
+    def argument(self, name: str, value: Any) -> Any:
+        """Return the value of an argument of a function, as it was given, in the usual form.
+
+        Raises
+        ------
+        InputError
+            If it is not what is expected; the message says the name, too.
+
+        Examples
+        --------
+        >>> whole(1, 3).argument("sheet", 2)
+        2
+        >>> whole(1, 3).argument("sheet", 4)
+        Traceback (most recent call last):
+            ...
+        fabweave.core.errors.InputError: sheet: 4 is not a whole number from 1 to 3
+        """
+        try:
+            return self.parse(value)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
 
     def hold(self, value: Any) -> Any:
         """Return a value as settings hold it.
@@ -195,6 +222,54 @@ def number(below: float = math.inf) -> Kind:
 
     end = "" if math.isinf(below) else f" and less than {below:g}"
     return Kind("NUMBER", f"a number greater than 0{end}", accept, read)
+
+
+def real(least: float = -math.inf, most: float = math.inf) -> Kind:
+    """Return the kind of numbers in a range, the ends with it."""
+
+    def accept(value: Any) -> float | None:
+        plain = _as_number(value)
+        return plain if least <= plain <= most else None
+
+    ends = "" if least == -math.inf else f" from {least:g} to {most:g}"
+    return Kind("NUMBER", f"a number{ends}", accept, as_it_is)
+
+
+def several(one: Kind, count: int) -> Kind:
+    """Return the kind of a list, tuple or array of so many values of a kind."""
+
+    def accept(value: Any) -> tuple[Any, ...] | None:
+        return list_of(value.tolist() if hasattr(value, "tolist") else value, one.accept, count)
+
+    return Kind("", f"a list of {count}, each {one.told}", accept, as_it_is)
+
+
+def either(one: Kind, other: Kind) -> Kind:
+    """Return the kind of values that are of one kind or of another."""
+
+    def accept(value: Any) -> Any:
+        found = one.accept(value)
+        return other.accept(value) if found is None else found
+
+    return Kind("", f"{one.told}, or {other.told}", accept, as_it_is)
+
+
+def called(example: str) -> Kind:
+    """Return the kind of functions that can be called as an example shows."""
+    count = example.count(",") + 1
+
+    def accept(value: Any) -> Any:
+        if not callable(value) or isinstance(value, type):
+            return None
+        try:
+            signature(value).bind(*range(count))
+        except TypeError:
+            return None
+        except ValueError:  # some functions of C do not say what they take
+            pass
+        return value
+
+    return Kind("", f"a function that is called as {example}", accept, as_it_is)
 
 
 def length(

@@ -14,7 +14,7 @@ from fabweave.core.entries import read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.messages import closest_first
 from fabweave.options.file_kinds import is_roll
-from fabweave.options.kinds import load
+from fabweave.options.kinds import load, number
 from fabweave.options.option import GROUPS, STOCK
 from fabweave.options.table import OPTIONS, option_named, option_of_field
 from fabweave.options.user_files import user_entries
@@ -145,17 +145,34 @@ class Settings:
     def common_cuts(self) -> bool:
         """Whether strips share cuts.
 
-        Straight ones with square ends do, a kerf apart, if nobody says otherwise.
+        Straight ones do that are parted by a kerf at most, and lie a kerf apart then; those with
+        square ends do if nobody says otherwise.
         """
+        joint = self.pieces.joint.partition(",")[0].partition(":")[0]
+        square = joint in ("rivet", "glue", "tuck", "none")
+        near = all(self._near(gap) if gap is not None else square for gap in self._gaps_mm)
+        return self.ribbons.straight and near and self.machine.micro_joints is None
+
+    @property
+    def _gaps_mm(self) -> set[float | None]:
+        """The gaps that are asked for; None where that is left open."""
         from fabweave.stock.per_bunch import by_bunch  # noqa: PLC0415 - not for help
 
-        gaps = {gap for _, gap in by_bunch(self.stock.gap_mm)}
-        near = gaps <= {None, self.machine.kerf_mm} and self.machine.micro_joints is None
-        square = self.pieces.joint.partition(",")[0].partition(":")[0] in ("rivet", "glue", "tuck")
-        return self.ribbons.straight and square and near
+        return {gap for _, gap in by_bunch(self.stock.gap_mm)}
+
+    def _near(self, gap_mm: float) -> bool:
+        """Whether a gap leaves no more than one cut between two strips."""
+        return gap_mm <= self.machine.kerf_mm
+
+    @property
+    def cut_twice(self) -> bool:
+        """Whether straight strips lie edge on edge, and cannot share cuts."""
+        near = any(gap is not None and self._near(gap) for gap in self._gaps_mm)
+        return self.ribbons.straight and near and not self.common_cuts
 
     def narrower(self, factor: float) -> Settings:
         """Return the settings with ribbons that are narrower by a factor everywhere, as typed."""
+        factor = number().argument("factor", factor)
         width = option_of_field("width").kind.parse(str(self.width_rule.times(factor)))
         return self.but(width=width)
 
@@ -169,7 +186,9 @@ def _at_odds(settings: Settings) -> Iterator[str]:
 
     mesh, weave = settings.mesh, settings.weave
     if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
-        yield "rim: a ring needs a round opening; add --leave-out top:80mm"
+        # Four faces of a coarse mesh, and less than half of the object.
+        wide_mm = 80 if mesh.size_mm is None else max(10 * round(0.04 * mesh.size_mm), 10)
+        yield f"rim: a ring needs a round opening; add --leave-out top:{wide_mm}mm"
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists exclude each other; give one of them"
     try:
@@ -186,6 +205,13 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
+    if settings.cut_twice and not settings.stock.rolls:
+        yield (
+            "gap: strips edge on edge share cuts, which leaves no place for bridges; leave out "
+            "--micro-joints, or part the strips with --gap 2mm"
+            if settings.machine.micro_joints is not None
+            else "gap: strips of all bunches share cuts, or of none; name one --gap for all"
+        )
     if settings.stock.rolls:
         yield from _roll_at_odds(settings)
 
@@ -337,10 +363,7 @@ def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> 
 
 def _parsed(option: Option, told: Mapping[str, Any], where: str) -> Any:
     """Return what is told of an option, as settings hold it."""
-    try:
-        return option.kind.parse(told[option.name])
-    except InputError as error:
-        raise InputError(f"{where}{option.name}: {error}") from error
+    return option.kind.argument(f"{where}{option.name}", told[option.name])
 
 
 def _user_library(

@@ -8,7 +8,7 @@ from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 
 #: A picture has no more pixels.
-_MOST_PIXELS = 60_000_000
+MOST_PIXELS = 60_000_000
 #: Share of the picture left free around the object, and around one that stands on a floor.
 _MARGIN, FLOOR_MARGIN = 0.05, 0.10
 # The views tried, from the usual place on: right of the front, left of it; of what is so many times
@@ -126,10 +126,10 @@ def frame_object(
     width, height = size_px
     if view.width_mm is not None and not 0.0 < view.width_mm < np.inf:
         raise InputError(f"a picture cannot show {view.width_mm} mm across; take more than 0")
-    if not (width >= 1 and height >= 1 and width * height <= _MOST_PIXELS):
+    if not (width >= 1 and height >= 1 and width * height <= MOST_PIXELS):
         raise InputError(
             f"a picture of {width} x {height} pixels cannot be made; take at least one pixel and "
-            f"at most {_MOST_PIXELS // 1_000_000} million"
+            f"at most {MOST_PIXELS // 1_000_000} million"
         )
     if len(points) == 0 or not np.all(np.isfinite(points)):
         what = "has no points" if len(points) == 0 else "has points that are not finite"

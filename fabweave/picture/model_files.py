@@ -209,7 +209,12 @@ def ribbon_faces(ribbons: Ribbons, thread: int) -> IntArray:
 
 
 def woven_glb(
-    ribbons: Ribbons, labels: Sequence[str], colours: Colours, findings: Sequence[BrokenRule] = ()
+    ribbons: Ribbons,
+    labels: Sequence[str],
+    colours: Colours,
+    findings: Sequence[BrokenRule] = (),
+    *,
+    parts: int = 1,
 ) -> bytes:
     """Return the woven object as binary glTF: one node for each thread, named by its label.
 
@@ -217,7 +222,7 @@ def woven_glb(
     which rung its panel begins (``entry``) and ends (``exit``). Colours are those of
     passes or of threads, as ``rung_colours`` takes them. A ball in a colour of its own stands at
     the place of every finding; its node is named ``finding-1-bend`` and so on, and its ``extras``
-    hold the ``finding``'s number.
+    hold the ``finding``'s number. Panels lead over so many ``parts``.
     """
     shown = rung_colours(ribbons, colours)
     scene = trimesh.Scene()
@@ -235,7 +240,7 @@ def woven_glb(
             metadata={
                 "closed": bool(ribbons.closed[thread]),
                 "entry": entry.tolist(),
-                "exit": (entry + 1).tolist(),
+                "exit": ((entry + parts) % (end - start)).tolist(),
             },
         )
         mesh.visual = paint_of(np.repeat(shown[start:end], 2, axis=0))

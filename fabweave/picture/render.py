@@ -296,7 +296,8 @@ def floor_light(
             _covered(frame.pixels(_fallen(points, towards)), corners, frame, coarser)
             for towards in middle + aside * around
         ]
-        shadow += shade * _blurred(np.mean(covered, axis=0), blur * small / coarser, frame)
+        blurred = _blurred(np.mean(covered, axis=0), blur * small / coarser, coarser)
+        shadow += shade * blurred[: frame.height_px, : frame.width_px]
     return np.asarray(1.0 - shadow * _faded(frame), dtype=np.float32)
 
 
@@ -335,18 +336,13 @@ def _covered(
 
 
 def _blurred(
-    shares: npt.NDArray[np.float32], radius: float, frame: Frame
+    shares: npt.NDArray[np.float32], radius: float, coarser: int
 ) -> npt.NDArray[np.float32]:
-    """Blur a picture of shares, and bring it to the size of the frame."""
+    """Blur a picture of shares, and bring it from coarser pixels to those of the frame."""
     image = Image.fromarray(np.round(255.0 * shares).astype(np.uint8))
     image = image.filter(ImageFilter.GaussianBlur(radius))
-    coarser = -(-frame.width_px // image.width)
-    if coarser > 1:
-        image = image.resize(
-            (image.width * coarser, image.height * coarser), Image.Resampling.BICUBIC
-        )
-    whole = np.asarray(image, dtype=np.float32) / np.float32(255.0)
-    return whole[: frame.height_px, : frame.width_px]
+    image = image.resize((image.width * coarser, image.height * coarser), Image.Resampling.BICUBIC)
+    return np.asarray(image, dtype=np.float32) / np.float32(255.0)
 
 
 #: A picture has no more samples: each takes about 80 bytes of memory.

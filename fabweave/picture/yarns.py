@@ -515,7 +515,7 @@ def _running(values: FloatArray, offsets: IntArray) -> FloatArray:
 
 
 #: Sides of a tube: fewer than three are none, and more than these are never seen.
-_FEWEST_SIDES, _MOST_SIDES = 3, 128
+FEWEST_SIDES, MOST_SIDES = 3, 128
 #: Yarns without a radius are so thick, relative to the thickest that have room.
 _THICKNESS = 0.95
 #: No yarn is thicker than this share of its room; how much thinner the next one tried is; and how
@@ -635,9 +635,9 @@ def spin_yarns(
     >>> len(yarns.closed), yarns.sides, bool(yarns.most > 1.5)
     (8, 6, True)
     """
-    if not _FEWEST_SIDES <= sides <= _MOST_SIDES:
+    if not FEWEST_SIDES <= sides <= MOST_SIDES:
         raise InputError(
-            f"a yarn has {sides} sides; it needs {_FEWEST_SIDES} at least, and {_MOST_SIDES} do"
+            f"a yarn has {sides} sides; it needs {FEWEST_SIDES} at least, and {MOST_SIDES} do"
         )
     if radius_mm is not None and not (np.isfinite(radius_mm) and radius_mm > 0.0):
         raise InputError(f"the radius of the yarns is {radius_mm} mm; it must be positive")

@@ -2,6 +2,17 @@
 
 Slices stand across the model, side by side or around an axis, and spines hold them. Their edges
 follow the inner side of the weave, and bear the name of each strip where it passes.
+
+What a former is held to, here and in ``verify``, which allows a little more for rounding:
+
+- A name stands on the edge of its plate, and from the middle line of its strip no farther than two
+  layers and some millimetres.
+- A way out is so wide that no rail of a strip in place, and no rim of the mesh, comes into the
+  circle about its middle. It is as deep as it is straight on from there to the other side of the
+  mesh, whose faces and openings are fans about the means of their corners.
+- A plate comes out if it fits, or each part that it breaks into along its rows of slits, in a
+  rectangle as broad as the way is wide, and as long as it is deep, or wide, if that is more. A row
+  is nowhere solid for more than some millimetres.
 """
 
 import itertools
@@ -41,9 +52,12 @@ _TALL_MM = 100.0
 _NEAR_MM = 6.0
 #: A plane that meets a vertex is taken to pass beside it, millimetres.
 _BESIDE_MM = 1e-7
-#: What is to be taken out goes through nine tenths of the way; it breaks along slits of this
-#: length and width, with bridges between them, millimetres.
-_OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM = 0.9, 8.0, 0.6, 1.5
+#: What is to be taken out goes through nine tenths of the way; it breaks along slits of about this
+#: length and width, with bridges between them and along edges, and is nowhere solid for more,
+#: millimetres.
+_OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM, _SOLID_MM = 0.9, 8.0, 0.6, 1.5, 9.5
+#: A strip that lies in a plane is named at such a share of a panel: not where another crosses it.
+_BESIDE_CROSSING = 0.25
 #: Slots begin so far outside their plates, millimetres.
 _OUT_MM = 3.0
 #: Points and notches of plates are twice as wide, and slots are wider, millimetres.
@@ -173,10 +187,14 @@ class WayOut:
 
 @frozen_value
 class Laid:
-    """A former and its way out; None where it stays inside."""
+    """A former and its way out; None where it stays inside.
+
+    ``unnamed`` are the ids of plates where a strip's name has no room, and of that piece.
+    """
 
     former: Former
     way: WayOut | None
+    unnamed: tuple[tuple[str, str], ...] = ()
 
 
 class _Inside:
@@ -348,8 +366,7 @@ def build_former(
     if carried < _LEAST_SHARE * len(runs.thread):
         raise CannotMakeError(
             f"a former of {thickness_mm:g} mm has too little room inside: {carried} of "
-            f"{len(runs.thread)} pieces would lie on it; try a larger --size, a thinner material "
-            "for it, or leave --former out"
+            f"{len(runs.thread)} pieces would lie on it"
         )
     named = [replace(one, id=f"{prefix}{number}") for number, one in enumerate(plates, start=1)]
     return Former(tuple(named), thickness_mm)
@@ -368,6 +385,7 @@ class _Strips:
         near = np.flatnonzero(following >= 0)
         middle = (ribbons.right + ribbons.left) / 2.0
         self.ends = np.stack((middle[near], middle[following[near]]), axis=1)
+        self.panel = np.isin(near, ribbons.entry)
         owner, steps = np.empty(len(threads.crossing), dtype=np.int64), []
         for piece, (thread, first, last) in enumerate(runs.rows):
             passes = threads.offsets[thread] + np.arange(first, last + 1) % threads.lengths[thread]
@@ -388,13 +406,19 @@ class _Strips:
     def marks(
         self, plane: Plane, outline: shapely.Polygon, slotted: shapely.Polygon, reach: float
     ) -> tuple[Mark, ...]:
-        """Return where strips pass the edge of a plate, but for the mouths of its slots."""
+        """Return where strips pass the edge of a plate, but for the mouths of its slots.
+
+        A strip that lies in the plane passes at its crossings.
+        """
         flat = plane.flat(self.ends)
-        start, end = flat[:, 0], flat[:, 1]
-        through = np.flatnonzero((start[:, 2] > 0.0) != (end[:, 2] > 0.0))
-        start, end = start[through], end[through]
-        share = start[:, 2] / (start[:, 2] - end[:, 2])
-        points = (start + share[:, None] * (end - start))[:, :2]
+        above = flat[:, :, 2] > -_BESIDE_MM
+        lies = self.panel & np.all(np.abs(flat[:, :, 2]) < _BESIDE_MM, axis=1)
+        through = np.flatnonzero((above[:, 0] != above[:, 1]) | lies)
+        start, end = flat[through, 0], flat[through, 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.clip(start[:, 2] / (start[:, 2] - end[:, 2]), 0.0, 1.0)
+        share = np.where(lies[through], _BESIDE_CROSSING, share)[:, None]
+        points = (start + share * (end - start))[:, :2]
         places = shapely.points(points)
         whole, feet = (
             shapely.get_coordinates(shapely.shortest_line(area.boundary, places))[::2]
@@ -570,10 +594,11 @@ def _cuttable(area: shapely.Polygon) -> shapely.Polygon:
     return max(shapely.get_parts(area.simplify(0.02)).tolist(), key=lambda one: one.area)
 
 
-def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
+def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate | None:
     """Return a plate with lines of slits along which it breaks into parts that a way lets out.
 
-    A part is at most nine tenths as broad as the way is wide, and as long as the way is deep.
+    A part fits in a rectangle of nine tenths of what the way lets through. Slits keep off edges, so
+    that nothing falls off. None where a line would be solid for too long.
 
     Examples
     --------
@@ -585,26 +610,30 @@ def snapped(plate: Plate, wide_mm: float, deep_mm: float) -> Plate:
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(plate.outline))
     first, second = corners[1] - corners[0], corners[2] - corners[1]
     sides = (first, second) if np.hypot(*first) <= np.hypot(*second) else (second, first)
-    broad = _OF_WAY * wide_mm
+    broad, long = _OF_WAY * wide_mm, _OF_WAY * max(deep_mm, wide_mm)
     lines = []
-    for way, across, most in ((*sides, broad), (*sides[::-1], max(deep_mm, broad))):
+    for way, across, most in ((*sides, broad), (*sides[::-1], long)):
         count = int(np.ceil(np.hypot(*way) / most))
         middle = corners[:4].mean(axis=0)
         lines += [
             middle + (number / count - 0.5) * way + np.outer([-0.51, 0.51], across)
             for number in range(1, count)
         ]
-    slits = []
-    for line in lines:
-        for run in shapely.get_parts(shapely.LineString(line).intersection(plate.outline)).tolist():
-            count = int(run.length // (_SLIT_MM + _BRIDGE_MM))
-            middles = (np.arange(count) + 0.5) / max(count, 1) * run.length
+    rows = shapely.linestrings(np.array(lines).reshape(-1, 2, 2))
+    slits, inner = [], plate.outline.buffer(-_BRIDGE_MM)
+    for run in shapely.get_parts(shapely.intersection(rows, inner)).tolist():
+        count = max(1, round(run.length / (_SLIT_MM + _BRIDGE_MM)))
+        pitch = run.length / count
+        if pitch > 2.0 * _BRIDGE_MM:
             slits += [
-                substring(run, middle - _SLIT_MM / 2.0, middle + _SLIT_MM / 2.0)
-                for middle in middles.tolist()
+                substring(run, at * pitch + _BRIDGE_MM / 2.0, (at + 1) * pitch - _BRIDGE_MM / 2.0)
+                for at in range(count)
             ]
     cuts = shapely.buffer(slits, _SLIT_WIDE_MM / 2.0, cap_style="flat")
     outline = _cuttable(plate.outline.difference(shapely.union_all(cuts)))
+    solid = shapely.length(shapely.get_parts(shapely.intersection(rows, outline)))
+    if solid.max(initial=0.0) > _SOLID_MM:
+        return None
     return replace(plate, outline=outline, snaps=tuple(lines))
 
 

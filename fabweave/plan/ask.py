@@ -30,7 +30,7 @@ REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
 #: in plain weave, which needs no search.
 MOST_CROSSINGS = 2000
 #: What a former is cut from, where strips are of something thinner than this, millimetres.
-_FORMER, _STIFF_MM = "museum-board", 1.2
+FORMER_BOARD, _STIFF_MM = "museum-board", 1.2
 #: What comes of coarse faces: between them ribbons turn sharply.
 _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 
@@ -122,7 +122,7 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
     if parse_rotations(stock.rotations).across:
         supplies = supplies.across()
     if settings.pieces.former is not None:
-        supplies = replace(supplies, former=_former_supply(settings, supplies))
+        supplies = replace(supplies, former=former_supply(settings, supplies))
     if not settings.common_cuts:
         check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
     # What cannot be is refused before the work, though it is needed only later.
@@ -153,12 +153,12 @@ def supplies_of(settings: Settings) -> Supplies:
     )
 
 
-def _former_supply(settings: Settings, supplies: Supplies) -> Supply:
+def former_supply(settings: Settings, supplies: Supplies) -> Supply:
     """Return what a former is cut from; its sheets and gap are the material's own."""
     own, asked = supplies.each[0], settings.pieces.former
     if asked == "auto" and not supplies.rolls and own.material.thickness_mm >= _STIFF_MM:
         return own
-    material = _FORMER if asked in (None, "auto") else str(asked)
+    material = FORMER_BOARD if asked in (None, "auto") else str(asked)
     stock, bed = settings.stock, settings.machine.bed
     none = (("", None),)
     return plan_supplies((("", material),), none, none, (), stock.library, bed).each[0]

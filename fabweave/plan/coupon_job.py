@@ -21,7 +21,7 @@ from fabweave.plan.ask import supplies_of
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, draw_flat
-from fabweave.sheet.labels.lettering import characters, place_text, text_box
+from fabweave.sheet.labels.lettering import lettered, place_text, text_box
 from fabweave.sheet.labels.texts import (
     ARROW,
     HIDDEN_HEIGHTS_MM,
@@ -160,10 +160,10 @@ def draw_coupon(coupon: Coupon) -> SheetDrawing:
         notes=sheet_notes(
             SheetSize(width, height),
             [
-                _letterable(title),
+                lettered(title),
                 f"KERF = (100 - WIDTH OF ALL {BLOCKS} BLOCKS) / {BLOCKS}, SEE COUPON.TXT",
             ],
-        ),
+        ).drawn,
     )
 
 
@@ -364,12 +364,6 @@ def _drawn(part: _Part, corner: FloatArray) -> PieceDrawing:
         [(left + x, low + y, diameter) for x, y, diameter in part.holes],
         Polyline(Layer.CUT_OUTER, outline, closed=True),
     )
-
-
-def _letterable(text: str) -> str:
-    """Return a text without characters that cannot be lettered."""
-    known = set(characters())
-    return "".join(sign for sign in text if sign in known)
 
 
 def coupon_for(

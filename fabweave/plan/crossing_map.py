@@ -26,13 +26,15 @@ class WeaveRecord:
     """The weave: its pattern, whether it is exact, and how many conditions of a twill it breaks.
 
     ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
-    where this is known. Of a fabric, ``warp`` lists the warp threads and ``labels`` the label of
-    each crossing.
+    where this is known. ``broken_at_turns`` counts where threads of a twill turn back at a rim and
+    lose their rhythm, if they do: such places are no conditions. Of a fabric, ``warp`` lists the
+    warp threads and ``labels`` the label of each crossing.
     """
 
     pattern: str
     exact: bool
     broken: Broken
+    broken_at_turns: int | None = optional(default=None)
     voted: Broken | None = optional(default=None)
     at_least_broken: int | None = optional(default=None)
     warp: tuple[int, ...] | None = optional(default=None)
@@ -46,6 +48,7 @@ def weave_record(result: WeaveResult) -> WeaveRecord:
         pattern=weave.pattern,
         exact=weave.exact,
         broken=weave.broken,
+        broken_at_turns=weave.broken_at_turns or None,
         voted=None if twill is None else twill.voted,
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),

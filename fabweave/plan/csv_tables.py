@@ -172,6 +172,8 @@ _CUT_COLUMNS = (
 def cut_list(crossing_map: CrossingMap) -> str | None:
     """Return the cuts of straight strips as CSV, in their order; None if they lie in no rows.
 
+    Rows lie the gap apart, as on stock of an odd outline they may not.
+
     Of each sheet come the cuts along rows (``rip``), at their distance from the edge below, or from
     the left one if rows stand upright. Then come the pieces of each row, from one end to the other,
     and the rest of the row. A roll has one row, and its rest goes to the end of the roll.
@@ -188,7 +190,8 @@ def cut_list(crossing_map: CrossingMap) -> str | None:
         starts = across[np.argsort(across[:, 0], kind="stable")]
         starts = starts[np.diff(starts[:, 0], prepend=-np.inf) > _ROW_MM]
         wide = np.ptp(across, axis=1)
-        if np.ptp(wide) > _ROW_MM or (np.diff(starts[:, 0]) < wide.max() - _ROW_MM).any():
+        apart = np.diff(starts[:, 0]) - wide.max() - crossing_map.layout.gap_mm
+        if np.ptp(wide) > _ROW_MM or (np.abs(apart) > _ROW_MM).any():
             return None
         rows += _cuts(sheet, boxes, along, starts)
     return csv_text(_CUT_COLUMNS, rows)

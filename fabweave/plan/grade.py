@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
-from fabweave.form.settle import Form
+from fabweave.form.settle import BOUND, Form
 from fabweave.mesh.likeness import Likeness
 from fabweave.piece.piece import Piece
 from fabweave.plan.verdict import Verdict
@@ -26,6 +26,9 @@ EASY_MM, _NARROW_SHARE = 6.0, 0.1
 _SMOOTH_DEG, _KINK_DEG, _KINKED_DEG = 5.0, 5.0, 30.0
 #: The woven mesh may be such a share of the size off its model; a point goes for as much again.
 _NEAR = 0.004
+#: Under its own weight and load it may sag by such a share of its size; a point goes for as much
+#: again: by the same share, what settles keeps its form. To the eye, a hundredth is a dent.
+_SAGS = BOUND
 #: So many places are named.
 _PLACES = 5
 
@@ -112,7 +115,7 @@ def grade(
 def verdict_json(verdict: Verdict, grade: Grade, form: Form | None) -> dict[str, Any]:
     """Return what ``verdict.json`` holds: verdict, grade, and form where it is known."""
     said = {"schema": VERDICT, "units": "mm", **to_json(verdict), "grade": to_json(grade)}
-    return said if form is None else {**said, "form": {**to_json(form), "text": form.text}}
+    return said if form is None else {**said, "form": form.record()}
 
 
 def station_widths(piece: Piece) -> FloatArray:
@@ -166,9 +169,13 @@ def _lost(
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
         yield lose("likeness", like.loss / _NEAR - 1, text)
-    if form is not None:
+    if form is not None and form.collapse:
+        yield lose("sag", _MOST_LOST, form.collapse)
+    elif form is not None:
         text = f"it settles by {form.settles_mm:.1f} mm when it is let go"
-        yield lose("form", form.settles_mm / form.bound_mm - 1, text)
+        yield lose("form", form.gives - 1, text)
+        text = f"it sags by {form.sinks:.1%} of its size under what weighs on it"
+        yield lose("sag", form.sinks / _SAGS - 1, text)
     care = len(verdict.reasons)
     yield lose("care", care, agree(care, "{n} [reason asks|reasons ask] for care"))
 

@@ -1,31 +1,123 @@
-"""Let the object of a planned job go, or foretell how far it would."""
+"""Let the object of a planned job go, or foretell how far it would; and look for what holds it."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.form.body import Body, body_of
 from fabweave.form.hold import Foresight
-from fabweave.form.settle import Settled, settle
+from fabweave.form.relaxed import relaxed_ribbons
+from fabweave.form.settle import STANDS, Settled, settle
+from fabweave.form.straight import lay_strips
+from fabweave.options.settings import Settings
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import parse_fastening
 from fabweave.piece.pieces import PieceSet
-from fabweave.plan.ask import brief_of
-from fabweave.plan.planned_job import PlannedJob
+from fabweave.plan.ask import brief_of, complete_settings
+from fabweave.plan.planned_job import PlannedJob, plan_job
 from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.project import Ribbons
+from fabweave.ribbon.rules.remedy import Depth
+
+#: Of larger objects, no cure is looked for: each that is tried takes as long as letting them go.
+_MOST_TRIED = 1500
+#: So many times thicker material is tried.
+_THICKER = (1.5, 3.0)
+_FASTENED = {"fasten": "all"}
 
 
-def let_job_go(planned: PlannedJob) -> Settled | None:
+class LetGo(NamedTuple):
+    """What becomes of a job's object when it is let go.
+
+    Parameters
+    ----------
+    settled : Settled
+    bands : Ribbons
+        Its strips then, see :func:`~fabweave.form.relaxed.relaxed_ribbons`.
+    cure : str
+        If it collapses: what holds it, as was tried; or that nothing was found.
+    """
+
+    settled: Settled
+    bands: Ribbons
+    cure: str
+
+
+def let_job_go(planned: PlannedJob) -> LetGo | None:
     """Let the object of a job go; None where that would take minutes."""
     brief = brief_of(planned.settings, planned.supplies)
-    body = body_of(planned.woven, brief)
+    woven, body = planned.woven, body_of(planned.woven, brief)
+    if body is None:
+        return None
     bound_mm = parse_fastening(brief.fasten).bound_mm
-    return None if body is None else settle(body, _pins(body, planned.piece_set), bound_mm)
+    settled = settle(body, _pins(body, planned.piece_set), bound_mm)
+    state = settled.states["let go"].state
+    bands = relaxed_ribbons(woven.ribbons, planned.weave, body, state)
+    return LetGo(settled, bands, _cure(planned) if settled.form.collapse else "")
 
 
-def foretold_mm(woven: WovenObject, brief: Brief, pieces: PieceSet) -> float | None:
+def _cure(planned: PlannedJob) -> str:
+    """Return what keeps the object of a job from collapsing: fasteners, or thicker material.
+
+    Each is tried, the lesser first: it is planned and let go. What cannot be built is no cure.
+    """
+    if planned.weave.threads.n_crossings > _MOST_TRIED:
+        return "no cure was looked for, as that would take long"
+    fasten = {} if planned.fasten.startswith("all") else _FASTENED
+    thick = [one.thickness_mm for one in planned.supplies.materials]
+    thicker = [{"thickness_mm": round(times * thick[0], 2)} for times in _THICKER]
+    for more in ({}, *thicker) if len(thick) == 1 else ({},):
+        changes = {**fasten, **more}
+        if changes and _holds(planned, planned.settings.but(**changes, force=False)):
+            return f"{_words(changes)} holds it, as was tried"
+    return "no cure was found among more fasteners and thicker material"
+
+
+def _holds(planned: PlannedJob, settings: Settings) -> bool:
+    """Return whether an object with other settings can be built and does not collapse."""
+    try:
+        settings, supplies = complete_settings(settings)
+        woven = lay_strips(planned.woven, settings.ribbons, supplies)
+        other = plan_job(woven, settings, supplies, depth=Depth.ALONG)
+    except (InputError, CannotMakeError):
+        return False
+    body = body_of(other.woven, brief_of(other.settings, other.supplies))
+    if body is None:
+        return False
+    pins = _pins(body, other.piece_set)
+    # What goes too far to first order takes long to be let go, and collapses.
+    if Foresight(body)(pins, body.size_mm).most_mm > STANDS * body.size_mm:
+        return False
+    return settle(body, pins).form.stands
+
+
+def _words(changes: Mapping[str, Any]) -> str:
+    """Return changes of settings as options."""
+    words = {"fasten": "--fasten {}", "thickness_mm": "--thickness {:g}mm"}
+    return " ".join(words[name].format(value) for name, value in changes.items())
+
+
+class Foretold(NamedTuple):
+    """How far an object goes to first order, and whether that is so far that it collapses.
+
+    Then ``far_mm`` is no more than what it takes to collapse.
+    """
+
+    far_mm: float
+    collapses: bool
+
+
+def foretold(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
     """Return how far an object goes, to first order; None where that would take minutes."""
     body = body_of(woven, brief)
-    return None if body is None else Foresight(body)(_pins(body, pieces), body.size_mm).most_mm
+    if body is None:
+        return None
+    far_mm = Foresight(body)(_pins(body, pieces), body.size_mm).most_mm
+    most_mm = STANDS * body.size_mm
+    return Foretold(round(min(far_mm, most_mm), 2), far_mm > most_mm)
 
 
 def _pins(body: Body, pieces: PieceSet) -> FloatArray:

@@ -349,7 +349,7 @@ def nest_pieces(
         parts.append(strips or nest_around(
             pins, own, stock, margin_mm=supplies.margin_mm, gap_mm=supply.gap_mm,
             effort=search.effort, seed=search.seed, ids=names, rotations=rotations,
-            executors=executors, progress=progress,
+            before=sum(len(part.sheets) for part in parts), executors=executors, progress=progress,
         ))  # fmt: skip
     for part, group in zip(parts, groups, strict=True) if pins else ():
         own = [outlines[piece] for piece in group]

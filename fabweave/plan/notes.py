@@ -6,9 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
+from fabweave.piece.former import Laid
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
@@ -24,11 +25,14 @@ from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.former_sheets import former_notes
 from fabweave.sheet.kerf import kerf_notes
+from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.sheet.qr_code import code_notes
 from fabweave.sheet.rim_sheets import rim_notes
+from fabweave.sheet.sheet_notes import left_out_notes
 from fabweave.stock.rotations import parse_rotations
 from fabweave.weave.pattern import Weave
 
@@ -55,6 +59,8 @@ def job_notes(
     drawings: Sequence[SheetDrawing],
     kerfed: Sequence[SheetDrawing],
     seen_mm: float | None = None,
+    beside: Sequence[SheetDrawing] = (),
+    laid: Laid | None = None,
 ) -> tuple[str, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
@@ -70,9 +76,11 @@ def job_notes(
         *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
         *bom_notes(bill),
         *([] if rolls else _label_notes(marks)),
+        *([] if rolls else _title_notes(woven.title)),
         *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
         *rim_notes(pieces.rings),
-        *hanging_notes(pieces, woven.weave, woven.labels),
+        *former_notes(laid),
+        *hanging_notes(pieces, woven.weave, woven.labels, holed=bool(planned.rules)),
         f"pieces: {reason}",
         *_fit_notes(pieces),
         *_spare_notes(planned),
@@ -92,6 +100,7 @@ def job_notes(
         order_note(order, steps, bill.clips),
         *layout.notes,
         *(code_notes(drawings) if settings.machine.qr != "none" and not rolls else ()),
+        *left_out_notes((*drawings, *beside)),
         *kerf_notes(
             kerfed,
             settings.machine.kerf_mm,
@@ -139,8 +148,16 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
     return [note]
 
 
-def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> list[str]:
-    """Name the crossings that carry something, and what goes through them.
+#: Why a crossing that carries something has no hole, and what to do.
+_NO_HOLES = "the job has none: leave out --fasten none and --fastener none"
+_JOINED = "the joint there has no fastener: choose other crossings, or --joint rivet"
+_NARROW = "there is no room: choose other crossings, or a smaller --fastener"
+
+
+def hanging_notes(
+    piece_set: PieceSet, weave: Weave, labels: Sequence[str], *, holed: bool
+) -> list[str]:
+    """Name the crossings that carry something, and what goes through them, or why nothing can.
 
     Parameters
     ----------
@@ -148,26 +165,30 @@ def hanging_notes(piece_set: PieceSet, weave: Weave, labels: Sequence[str]) -> l
     weave : Weave
     labels : sequence of str
         Names of the threads.
+    holed : bool
+        Whether there are to be holes at all.
     """
     if piece_set.hanging is None or not piece_set.hanging.any():
         return []
     threads = weave.threads
-    named, lacking = [], []
+    named: list[str] = []
+    lacking: dict[str, list[int]] = {}
     for crossing in np.flatnonzero(piece_set.hanging).tolist():
         passes = np.flatnonzero(threads.crossing == crossing)
         upper, lower = threads.thread_of_pass[passes[np.argsort(~weave.over[passes])]].tolist()
         named.append(f"{crossing} ({labels[upper]} over {labels[lower]})")
         if not piece_set.fastened[crossing]:
-            lacking.append(str(crossing))
+            joined = bool(np.isinf(piece_set.room_mm[crossing]))
+            why = (_JOINED if joined else _NARROW) if holed else _NO_HOLES
+            lacking.setdefault(why, []).append(crossing)
     holes = sorted(set(piece_set.size_mm[piece_set.hanging & piece_set.fastened].tolist()))
     note = agree(len(named), "hang: crossing[|s] ") + ", ".join(named)
-    note += agree(
-        len(named), " [takes|take] what it hangs from or stands on, through [a hole|holes]"
-    )
-    note += f" of {' or '.join(f'{hole:g}' for hole in holes or [0.0])} mm"
-    if lacking:
-        note += f"; there is no room for one at {', '.join(lacking)}: choose others, or a smaller "
-        note += "--fastener"
+    note += agree(len(named), " [takes|take] what it hangs from or stands on")
+    if holes:
+        note += agree(len(named), ", through [a hole|holes]")
+        note += f" of {' or '.join(f'{hole:g}' for hole in holes)} mm"
+    for why, there in lacking.items():
+        note += f"; there is no hole at {few_of(there)}, as {why}"
     return [note]
 
 
@@ -287,6 +308,14 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
     elif other.any():
         note += ": the thread crosses them askew, or bends sharply beside them"
     return [note]
+
+
+def _title_notes(title: str) -> list[str]:
+    """Say what sheets do not show of a title."""
+    missing = "".join(dict.fromkeys(sign for sign in title if sign.strip() and not lettered(sign)))
+    if not missing:
+        return []
+    return [f"title: sheets are lettered without {missing}; manual and pages show the whole title"]
 
 
 def _label_notes(marks: Sequence[Marks]) -> list[str]:

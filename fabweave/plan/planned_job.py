@@ -110,9 +110,15 @@ class PlannedJob:
         return self._judged((), 0)
 
     def _judged(
-        self, holes: Sequence[BrokenRule], unnamed: int, form: Form | None = None
+        self,
+        holes: Sequence[BrokenRule],
+        unnamed: int,
+        form: Form | None = None,
+        cure: str = "",
+        *,
+        former: bool = False,
     ) -> Verdict:
-        """Return the verdict with what is known of holes, labels and form."""
+        """Return the verdict with what is known of holes, labels, form, and what it lies on."""
         return judge(
             (*self.check.findings, *holes),
             narrowest_mm=float(self.check.measured["width"].value.min(initial=np.inf)),
@@ -120,6 +126,8 @@ class PlannedJob:
             left_out=self.woven.source.left_out,
             unnamed=unnamed,
             form=form,
+            cure=cure,
+            former=former,
             forced=self.settings.pieces.force,
         )
 

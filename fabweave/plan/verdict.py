@@ -93,6 +93,8 @@ def judge(
     left_out: float = 0.0,
     unnamed: int = 0,
     form: Form | None = None,
+    cure: str = "",
+    former: bool = False,
     forced: bool = False,
 ) -> Verdict:
     """Return the verdict on a woven object.
@@ -115,6 +117,10 @@ def judge(
         How many pieces have no room for their id.
     form : Form or None
         What becomes of its form when it is let go; None where that is not known.
+    cure : str
+        What keeps it from collapsing, if it does.
+    former : bool
+        Whether it is laid on a former, which holds it while that stays inside.
     forced : bool
         Whether it is made whatever the verdict is.
 
@@ -160,13 +166,8 @@ def judge(
             "write the id on as you peel the piece, from the picture of its sheet; a "
             "larger --size, wider ribbons (--width) or --fastener none make room for it",
         )
-    if form is not None and not form.stands:
-        care(
-            "form",
-            form.fails,
-            "fasten all crossings (--fasten all), lay it on a former, or take "
-            "stiffer material, wider ribbons or triangles, which brace themselves",
-        )
+    if form is not None:
+        reasons = [*_form_reasons(form, cure, former=former), *reasons]
     reasons.sort(key=lambda reason: reason.level != "not makeable")
     level: Level = reasons[0].level if reasons else "makeable"
     return Verdict(level=level, reasons=tuple(reasons), forced=forced and level == "not makeable")
@@ -195,6 +196,24 @@ def _excess(finding: BrokenRule) -> float:
     # Where no place may be far from what is needed, the first one is as bad as two too many.
     near = finding.far / most if most else float(finding.far + 1) * (finding.far > 0)
     return float(max(few, near))
+
+
+def _form_reasons(form: Form, cure: str, *, former: bool) -> list[Finding]:
+    """Return what its form asks of whoever builds an object: a collapse first."""
+    reasons = []
+    if form.collapse:
+        level: Level = "with care" if former else "not makeable"
+        cure = "leave its former inside, which holds it" if former else cure
+        reasons.append(Finding(rule="collapse", level=level, text=form.collapse, cure=cure))
+    elif not form.settled:
+        text = "it does not come to rest when it is let go"
+        cure = "fasten all crossings (--fasten all), or lay it on a former (--former auto)"
+        reasons.append(Finding(rule="form", level="with care", text=text, cure=cure))
+    if form.hanging:
+        text = f"{', '.join(form.hanging)}: no thread joins it to what stands"
+        cure = "hang it up, put a support under it, or keep one body only (--bodies largest)"
+        reasons.append(Finding(rule="air", level="with care", text=text, cure=cure))
+    return reasons
 
 
 def _reason(finding: BrokenRule) -> Finding:

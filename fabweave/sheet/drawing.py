@@ -117,7 +117,7 @@ class SheetDrawing:
     """One sheet: its size, its pieces in cutting order, and notes that are not cut.
 
     ``open_outlines`` says that outlines are open on purpose: for micro-joints, or where another
-    piece is cut along the same line.
+    piece is cut along the same line. ``left_out`` names the notes that it has no room for.
     """
 
     name: str
@@ -126,6 +126,7 @@ class SheetDrawing:
     pieces: tuple[PieceDrawing, ...]
     notes: tuple[Entity, ...]
     open_outlines: bool = False
+    left_out: tuple[str, ...] = ()
 
     @property
     def edge(self) -> FloatArray:

@@ -21,8 +21,8 @@ from fabweave.sheet.drawing import Layer
 DEFAULT_PRESET = "lightburn"
 #: How wide lines are in the SVG: drivers take thin lines for cuts and thick ones for pictures.
 HAIRLINE_MM = 0.025
-#: Lines that are wider than this are no lines to any machine, millimetres.
-WIDEST_MM = 1.0
+#: Lines that are wider are no lines to any machine, and files cannot say finer ones, millimetres.
+WIDEST_MM, FINEST_MM = 1.0, 0.001
 
 _CUT = (Layer.CUT_INNER, Layer.CUT_OUTER)
 _KEYS = ("name", "description", "hairline_mm", "layers")
@@ -110,10 +110,10 @@ class Preset:
 
 def check_hairline(width_mm: float) -> None:
     """Raise InputError unless lines may be so wide."""
-    if not (math.isfinite(width_mm) and 0.0 < width_mm <= WIDEST_MM):
+    if not (math.isfinite(width_mm) and FINEST_MM <= width_mm <= WIDEST_MM):
         raise InputError(
-            f"lines cannot be {width_mm:g} mm wide: machines cut lines of up to {WIDEST_MM:g} mm, "
-            "such as 0.025mm"
+            f"lines cannot be {width_mm:g} mm wide: machines cut lines of {FINEST_MM:g} to "
+            f"{WIDEST_MM:g} mm, such as 0.025mm"
         )
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
-from fabweave.core.errors import InputError
+from fabweave.core.messages import agree, few_of
 from fabweave.nest.offcut import Offcut, thinned
-from fabweave.sheet.drawing import Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.drawing import Entity, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.sheet.labels.lettering import place_text, text_box
-from fabweave.stock.sheet_size import SheetSize
+from fabweave.stock.sheet_size import Ring, SheetSize
 
 _HATCH_MM = 4.0  # between the lines in a defect
 _DASH_MM, _PERIOD_MM = 6.0, 10.0
@@ -43,9 +43,11 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
     >>> notes = stock_notes(SheetSize(100.0, 60.0, defects=(knot,)))
     >>> notes[0].closed, {note.closed for note in notes[1:]}
     (True, {False})
+    >>> stock_notes(SheetSize(20.0, 60.0, defects=(knot,)))[0].points.max(axis=0).tolist()
+    [20.0, 30.0]
     """
     notes: list[Entity] = []
-    for ring in sheet.defects:
+    for ring in (part for defect in sheet.defects for part in _on_sheet(defect, sheet)):
         if np.ptp(np.array(ring), axis=0).min() >= 2.0 * _SHORT_MM:
             notes.append(outline_note(ring))
             notes.extend(Polyline(Layer.NOTES, line) for line in hatch(ring))
@@ -56,6 +58,17 @@ def stock_notes(sheet: SheetSize, offcut: Offcut | None = None) -> tuple[Entity,
         strokes = place_text(offcut.name.upper().replace("_", " "), height, (x, y), 0.0)
         notes.extend(Polyline(Layer.NOTES, stroke) for stroke in strokes)
     return tuple(notes)
+
+
+def _on_sheet(ring: Ring, sheet: SheetSize) -> list[Sequence[tuple[float, float]] | FloatArray]:
+    """Return the parts of a polygon that lie on a sheet; its edge may run through it."""
+    whole, defect = (shapely.make_valid(shapely.Polygon(one)) for one in (sheet.ring, ring))
+    if whole.covers(defect):
+        return [ring]
+    parts = shapely.get_parts(shapely.intersection(whole, defect))
+    return [
+        shapely.get_coordinates(part.exterior)[:-1] for part in parts if part.geom_type == "Polygon"
+    ]
 
 
 def draw_offcut(offcut: Offcut, sheet: SheetSize) -> SheetDrawing:
@@ -146,21 +159,22 @@ class Row(NamedTuple):
 
 def rows_within(
     outline: Sequence[tuple[float, float]] | FloatArray,
-    defects: Sequence[Sequence[tuple[float, float]]],
+    taken: Sequence[Sequence[tuple[float, float]] | FloatArray],
     *,
     inset_mm: float,
     letter_mm: float,
 ) -> list[Row]:
-    """Return rows on the material of a sheet of any outline, the best first.
+    """Return rows on the free material of a sheet of any outline, the best first.
 
-    They run along its straight edges, half the inset from them, off defects; level ones are
-    preferred to others, and long ones to short ones. A sheet without a straight edge has one level
-    row, where it is widest.
+    They run along its straight edges, half the inset from them, off defects and pieces; level ones
+    are preferred to others, and long ones to short ones. A sheet with no room at a straight edge
+    has one level row, where there is most.
 
     Parameters
     ----------
     outline : (K, 2) points
-    defects : sequence of rings
+    taken : sequence of rings
+        Defects, and the outlines of pieces.
     inset_mm : float
         Twice the distance of a row from its edge.
     letter_mm : float
@@ -174,8 +188,8 @@ def rows_within(
     """
     band = _BAND * letter_mm
     whole = shapely.Polygon(outline)
-    spoilt = [shapely.make_valid(shapely.Polygon(ring)) for ring in defects]
-    room = shapely.buffer(shapely.difference(whole, shapely.union_all(spoilt)), -band)
+    full = [shapely.make_valid(shapely.Polygon(ring)) for ring in taken]
+    room = shapely.buffer(shapely.difference(whole, shapely.union_all(full)), -band)
     straight = shapely.simplify(whole, _STRAIGHT_MM).exterior
     ring = shapely.get_coordinates(straight if straight.is_ccw else shapely.reverse(straight))
     start, side = ring[:-1], np.diff(ring, axis=0)
@@ -198,7 +212,7 @@ def _rows(lines: FloatArray, room: _Polygon, band: float) -> list[Row]:
     rows = []
     for line in lines:
         parts = shapely.get_parts(shapely.intersection(shapely.LineString(line), room))
-        parts = [part for part in parts if part.geom_type == "LineString"]
+        parts = [part for part in parts if part.geom_type == "LineString" and part.length]
         if not parts:
             continue
         ends = shapely.get_coordinates(max(parts, key=lambda part: round(part.length, 6)))[[0, -1]]
@@ -223,17 +237,31 @@ _TEXT_MM, _SMALLEST_TEXT_MM = 2.5, 1.0
 #: The arrow of the grain is so long at most, and goes so many letters from the middle of its row.
 _ARROW_MM, _ARROW_RISE = 20.0, 0.8
 _ELLIPSIS = ".."
+#: Letters are farther off pieces than chords from their arcs, millimetres.
+_FLAT_MM = 0.02
+
+
+class SheetNotes(NamedTuple):
+    """The notes of a sheet, its frame first, and what was left out because it has no room."""
+
+    drawn: tuple[Entity, ...]
+    left_out: tuple[str, ...]
 
 
 def sheet_notes(
-    sheet: SheetSize, text_lines: Sequence[str], *, margin_mm: float = 5.0
-) -> tuple[Entity, ...]:
+    sheet: SheetSize,
+    text_lines: Sequence[str],
+    *,
+    margin_mm: float = 5.0,
+    pieces: Sequence[PieceDrawing] = (),
+) -> SheetNotes:
     """Return the notes of a sheet: its frame, a reference bar of 100 mm, and texts.
 
     Whoever opens the file measures the bar before cutting: programs are known to mistake units.
     The bar and the first text stand in the lower margin, further texts in the upper one. On a sheet
-    that is no rectangle, or has defects, they stand along its edges, on good material. A text that
-    is too long is lettered smaller, then cut off with two dots.
+    that is no rectangle, or has defects, or no margin to letter on, they stand along its edges, on
+    good material that no piece takes. A text that is too long is lettered smaller, then cut off
+    with two dots, then left out.
 
     Parameters
     ----------
@@ -244,53 +272,74 @@ def sheet_notes(
     margin_mm : float
         Width of the margin in which no piece stands; letters are 2.5 mm high, or less where it is
         narrow, but at least 1 mm.
+    pieces : sequence of PieceDrawing
+        What is cut from it.
 
     Returns
     -------
-    tuple of Entity
+    SheetNotes
         Polylines on the layer NOTES, within the sheet; none on a roll. The frame comes first, then
         the bar. On a sheet too narrow for 100 mm the bar is 50, 20 or 10 mm long, and lettered so.
 
     Raises
     ------
     InputError
-        If the sheet is smaller than 10 mm, or a text has a character that the font lacks.
+        If a text has a character that the font lacks.
 
     Examples
     --------
-    >>> frame, bar, *letters = sheet_notes(SheetSize(600.0, 400.0), ["vase sheet 1/2"])
+    >>> frame, bar, *letters = sheet_notes(SheetSize(600.0, 400.0), ["vase sheet 1/2"]).drawn
     >>> frame.points.tolist(), frame.closed
     ([[0.0, 0.0], [600.0, 0.0], [600.0, 400.0], [0.0, 400.0]], True)
     >>> float(np.ptp(bar.points[:, 0]))
     100.0
+    >>> sheet_notes(SheetSize(600.0, 8.0), ["vase"], margin_mm=0.0).left_out
+    ()
+    >>> sheet_notes(SheetSize(600.0, 1.0), ["vase"], margin_mm=0.0).left_out
+    ('the reference bar', 'the title')
     """
     if sheet.is_roll:
         # Its strips leave no margin to letter on, and its edges are theirs.
-        return ()
-    width_mm, height_mm = sheet.width_mm, sheet.height_mm
-    if not (width_mm >= 10.0 and height_mm >= 10.0):
-        raise InputError(
-            f"a sheet of {width_mm} x {height_mm} mm has no room for notes; both sides must "
-            "be at least 10 mm"
-        )
+        return SheetNotes((), ())
     letter = max(min(_TEXT_MM, 0.5 * margin_mm), _SMALLEST_TEXT_MM)
     inset = max(margin_mm, 2.0 * letter)
     entities: list[Entity] = [outline_note(sheet.ring)]
-    if sheet.outline or sheet.defects:
-        rows = rows_within(sheet.ring, sheet.defects, inset_mm=inset, letter_mm=letter)
+    if sheet.outline or sheet.defects or inset > margin_mm:
+        cut = [ring for piece in pieces for ring in piece.outlines(_FLAT_MM)]
+        rows = rows_within(sheet.ring, (*sheet.defects, *cut), inset_mm=inset, letter_mm=letter)
     else:
-        rows = _margins(width_mm, height_mm, inset, letter)
-    if not rows:
-        return tuple(entities)
-    first = rows[0]
-    length = next((bar for bar in _BAR_LENGTHS_MM if bar <= first.length), min(_BAR_LENGTHS_MM))
-    entities.append(Polyline(Layer.NOTES, first.place(_bar(length, letter))))
-    end = _letter(entities, f"{length:g} MM", letter, length + 2.0 * letter, first) + 4.0 * letter
-    if text_lines:
-        _letter(entities, text_lines[0], letter, end, first)
-    if len(rows) > 1:
-        _second_row(entities, text_lines[1:], letter, rows[1], sheet.grain_deg)
-    return tuple(entities)
+        rows = _margins(sheet.width_mm, sheet.height_mm, inset, letter)
+    first, second = (*rows, None, None)[:2]
+    begin, left_out = 0.0, ["the reference bar"] * (first is None)
+    if first is not None:
+        length = next((bar for bar in _BAR_LENGTHS_MM if bar <= first.length), _BAR_LENGTHS_MM[-1])
+        entities.append(Polyline(Layer.NOTES, first.place(_bar(length, letter))))
+        begin = length + 2.0 * letter
+        end = _letter(entities, f"{length:g} MM", letter, begin, first)
+        left_out += ["the length of the reference bar"] * (end is None)
+        begin = (end or begin) + 4.0 * letter
+    if text_lines and _letter(entities, text_lines[0], letter, begin, first) is None:
+        left_out.append("the title")
+    left_out += _second_row(entities, text_lines[1:], letter, second, sheet.grain_deg)
+    return SheetNotes(tuple(entities), tuple(left_out))
+
+
+def left_out_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
+    """Return a note on what sheets have no room for, beside what is cut.
+
+    Examples
+    --------
+    >>> left_out_notes([SheetDrawing("sheet_01", 20.0, 10.0, (), (), left_out=("the title",))])
+    ('notes: 1 sheet has no room for the title (sheet_01); a larger --sheet or --margin may help',)
+    """
+    bare = [drawing.name for drawing in drawings if drawing.left_out]
+    if not bare:
+        return ()
+    what = dict.fromkeys(text for drawing in drawings for text in drawing.left_out)
+    return (
+        agree(len(bare), "notes: {n} sheet[ has|s have] no room for ")
+        + f"{', '.join(what)} ({few_of(bare)}); a larger --sheet or --margin may help",
+    )
 
 
 def _margins(width_mm: float, height_mm: float, inset: float, letter: float) -> list[Row]:
@@ -299,6 +348,8 @@ def _margins(width_mm: float, height_mm: float, inset: float, letter: float) -> 
     middle, room = inset / 2.0, width_mm - 2.0 * inset
     # A bar of the least length stands in the middle of a sheet that is hardly wider.
     least = min(_BAR_LENGTHS_MM)
+    if width_mm < least or height_mm < inset:
+        return []
     left = inset if least <= room else (width_mm - least) / 2.0
     length = width_mm - inset - left
     rows = [Row(left, y, 0.0, length) for y in (middle, height_mm - middle)]
@@ -307,18 +358,31 @@ def _margins(width_mm: float, height_mm: float, inset: float, letter: float) -> 
 
 
 def _second_row(
-    entities: list[Entity], texts: Sequence[str], letter: float, row: Row, grain_deg: float | None
-) -> None:
-    """Letter further texts, and show the grain at the end of their row."""
+    entities: list[Entity],
+    texts: Sequence[str],
+    letter: float,
+    row: Row | None,
+    grain_deg: float | None,
+) -> list[str]:
+    """Letter further texts, and show the grain at the end of their row; return what has no room."""
+    left_out = []
     if grain_deg is not None:
-        row = _grain(entities, grain_deg, letter, row)
-    end = 0.0
+        before = None if row is None else _grain(entities, grain_deg, letter, row)
+        row = before or row
+        left_out += ["the arrow of the grain"] * (before is None)
+    begin = 0.0
     for text in texts:
-        end = _letter(entities, text, letter, end, row) + 4.0 * letter
+        end = _letter(entities, text, letter, begin, row)
+        left_out += [f"'{text}'"] * (end is None)
+        begin = begin if end is None else end + 4.0 * letter
+    return left_out
 
 
-def _grain(entities: list[Entity], grain_deg: float, letter: float, row: Row) -> Row:
-    """Draw an arrow with two heads along the grain; return the row before it and its text."""
+def _grain(entities: list[Entity], grain_deg: float, letter: float, row: Row) -> Row | None:
+    """Draw an arrow with two heads along the grain; return the row before it and its text.
+
+    None where there is no room for it.
+    """
     angle = np.deg2rad(grain_deg - row.angle_deg)
     way = np.array([np.cos(angle), np.sin(angle)])
     # As long as the row allows, which is little for a grain across it.
@@ -335,7 +399,7 @@ def _grain(entities: list[Entity], grain_deg: float, letter: float, row: Row) ->
     arrow *= min(1.0, rise / np.abs(arrow[:, :, 1]).max())
     wide = float(np.abs(arrow[:, :, 0]).max())
     if row.length < 2.0 * wide + letter:
-        return row
+        return None
     arrow[:, :, 0] += row.length - wide - letter
     for run in (arrow[2, :2], arrow[0], arrow[1]):
         entities.append(Polyline(Layer.NOTES, row.place(run)))
@@ -352,16 +416,21 @@ def _bar(length: float, letter: float) -> FloatArray:
     return np.array([[0.0, tick], [0.0, -tick], [length, -tick], [length, tick]])
 
 
-def _letter(entities: list[Entity], text: str, letter: float, begin: float, row: Row) -> float:
-    """Letter a text in a row from ``begin``, not beyond its end; return where it ends."""
-    room = row.length - begin
+def _letter(
+    entities: list[Entity], text: str, letter: float, begin: float, row: Row | None
+) -> float | None:
+    """Letter a text in a row from ``begin``, not beyond its end; return where it ends.
+
+    None where there is no room for it.
+    """
     wide = text_box(text, letter).width  # objects to a missing character before any is cut off
-    if not text or room <= 0.0:
+    room = row.length - begin if row is not None else 0.0
+    if not text:
         return begin
     height = max(_SMALLEST_TEXT_MM, letter * min(1.0, room / wide)) if wide else letter
     shown = _shortened(text, height, room)
-    if not shown:
-        return begin
+    if row is None or not shown:
+        return None
     box = text_box(shown, height)
     ((x, y),) = row.place(np.array([[begin + box.width / 2.0, box.bottom / 2.0]])).tolist()
     strokes = place_text(shown, height, (x, y), row.angle_deg)

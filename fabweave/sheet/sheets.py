@@ -10,7 +10,7 @@ from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
 from fabweave.piece.piece import Piece
 from fabweave.sheet.drawing import Circle, Entity, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.sheet.labels.lettering import characters
+from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import OVER_SIGN, UNDER_SIGN
 from fabweave.sheet.sheet_notes import sheet_notes, stock_notes
@@ -231,24 +231,19 @@ def draw_sheets(
         lying = sheet.mirrored() if mirrored else sheet
         if lying.grain_deg is None and layout.rotations.step_deg == HALF_TURN_DEG:
             lying = replace(lying, grain_deg=0.0)
-        texts = [f"{lettered(title)} SHEET {at + 1}/{count}{suffix}", *warnings, *legend]
-        notes = sheet_notes(lying, texts, margin_mm=layout.margin_mm)
+        texts = [f"{lettered(title)} SHEET {at + 1}/{count}{suffix}".strip(), *warnings, *legend]
+        notes = sheet_notes(lying, texts, margin_mm=layout.margin_mm, pieces=drawn)
         drawings.append(
             SheetDrawing(
                 name=sheet_name(at + 1),
                 width_mm=sheet.width_mm,
                 height_mm=sheet.height_mm,
                 pieces=tuple(drawn),
-                notes=(*notes, *stock_notes(lying, left.get(at))),
+                notes=(*notes.drawn, *stock_notes(lying, left.get(at))),
+                left_out=notes.left_out,
             )
         )
     return tuple(drawings)
-
-
-def lettered(title: str) -> str:
-    """Return a job's title with ? in place of characters that cannot be lettered."""
-    known = set(characters())
-    return "".join(sign if sign in known else "?" for sign in title.upper())
 
 
 def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:

@@ -8,9 +8,9 @@ from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.nesting import nest
 from fabweave.sheet.drawing import PieceDrawing, SheetDrawing
 from fabweave.sheet.kerf import kerfed_sheets
+from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.sheet_notes import sheet_notes
-from fabweave.sheet.sheets import lettered
 from fabweave.stock.material import Material
 from fabweave.stock.rotations import AUTO, parse_rotations
 from fabweave.stock.supplies import Supply
@@ -86,23 +86,27 @@ def side_sheets(
     drawn: list[list[PieceDrawing]] = [[] for _ in layout.sheets]
     for placement in layout.placements:
         drawn[placement.sheet].append(draw(placement))
-    drawings = tuple(
-        SheetDrawing(
-            name=sheet_name(folder, number),
-            width_mm=sheet.width_mm,
-            height_mm=sheet.height_mm,
-            pieces=tuple(own),
+    drawings = []
+    for number, (sheet, own) in enumerate(zip(layout.sheets, drawn, strict=True)):
+        notes = sheet_notes(
             # Whichever way the grain goes.
-            notes=sheet_notes(
-                replace(sheet, grain_deg=None),
-                [f"{lettered(title)} {folder.upper()} {number + 1}/{len(layout.sheets)}"],
-                margin_mm=margin_mm,
-            ),
+            replace(sheet, grain_deg=None),
+            [f"{lettered(title)} {folder.upper()} {number + 1}/{len(layout.sheets)}".strip()],
+            margin_mm=margin_mm,
+            pieces=own,
         )
-        for number, (sheet, own) in enumerate(zip(layout.sheets, drawn, strict=True))
-    )
+        drawings.append(
+            SheetDrawing(
+                name=sheet_name(folder, number),
+                width_mm=sheet.width_mm,
+                height_mm=sheet.height_mm,
+                pieces=tuple(own),
+                notes=notes.drawn,
+                left_out=notes.left_out,
+            )
+        )
     kerfed = kerfed_sheets(drawings, machine.kerf_mm, machine.micro_joints)
-    return SideSheets(folder, supply.material, layout, tuple(areas_mm2), drawings, kerfed)
+    return SideSheets(folder, supply.material, layout, tuple(areas_mm2), tuple(drawings), kerfed)
 
 
 def sheet_name(folder: str, number: int) -> str:

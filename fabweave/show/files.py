@@ -19,7 +19,7 @@ from fabweave.estimate.offcuts import (
 )
 from fabweave.estimate.texts import costs_text
 from fabweave.estimate.waste import WasteReport, piece_table, waste_report
-from fabweave.form.relaxed import form_record
+from fabweave.form.relaxed import PARTS, form_record, off_crossings_mm
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
@@ -188,7 +188,8 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
         directory.mkdir()
         for offcut in job.offcuts:
             drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
-            dxf = dxf_bytes(drawing, version=job.settings.machine.dxf)
+            machine = job.settings.machine
+            dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
             (directory / f"{offcut.name}.dxf").write_bytes(dxf)
         _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
 
@@ -227,9 +228,13 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     (directory / "model.glb").write_bytes(
         woven_glb(woven.ribbons, woven.labels, job.colours, findings)
     )
-    if job.settled is not None and (relaxed := job.relaxed) is not None:
-        (directory / "model_relaxed.glb").write_bytes(woven_glb(relaxed, woven.labels, job.colours))
-        _write(directory / "form.json", json_text(to_json(form_record(job.settled))))
+    if job.let_go is not None:
+        bands = job.let_go.bands
+        (directory / "model_relaxed.glb").write_bytes(
+            woven_glb(bands, woven.labels, job.colours, parts=PARTS)
+        )
+        form = form_record(job.let_go.settled, off_crossings_mm(bands, job.weave))
+        _write(directory / "form.json", json_text(to_json(form)))
     _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
     _write(directory / "crossing_map.csv", crossing_table(crossing_map))
     _write(directory / "stations.csv", station_table(crossing_map))

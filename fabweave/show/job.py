@@ -1,16 +1,18 @@
 """Hold a job with all that is written, and draw its sheets."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.relaxed import relaxed_ribbons
-from fabweave.form.settle import Form, Settled
+from fabweave.form.relaxed import shown_relaxed
+from fabweave.form.settle import Form
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -20,11 +22,11 @@ from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import complete_settings
+from fabweave.plan.ask import FORMER_BOARD, complete_settings, former_supply
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
-from fabweave.plan.letting_go import let_job_go
+from fabweave.plan.letting_go import LetGo, let_job_go
 from fabweave.plan.notes import job_notes
 from fabweave.plan.order import Order, plan_order
 from fabweave.plan.planned_job import PlannedJob
@@ -35,7 +37,7 @@ from fabweave.plan.way_out import let_out
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_sheets, former_steps
+from fabweave.sheet.former_sheets import former_sheets, former_steps, with_room
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
@@ -43,6 +45,7 @@ from fabweave.sheet.qr_code import with_code
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
+from fabweave.stock.supplies import Supply
 
 
 class SideWork(NamedTuple):
@@ -54,7 +57,7 @@ class SideWork(NamedTuple):
     marks: Callable[[], tuple[Marks, ...]]
     order: Callable[[], Order]
     likeness: Callable[[], bytes | None]
-    form: Callable[[], Settled | None]
+    form: Callable[[], LetGo | None]
     former: Callable[[], Former | None]
 
 
@@ -107,7 +110,7 @@ class Job(PlannedJob):
         The former, and how it comes out.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
-    settled : Settled or None
+    let_go : LetGo or None
         What becomes of it when it is let go; None where that would take minutes.
     """
 
@@ -133,7 +136,7 @@ class Job(PlannedJob):
     former: SideSheets | None = None
     laid: Laid | None = None
     given_mesh: PolyMesh | None = None
-    settled: Settled | None = None
+    let_go: LetGo | None = None
 
     @property
     def beside(self) -> tuple[SideSheets, ...]:
@@ -150,7 +153,7 @@ class Job(PlannedJob):
     @property
     def form(self) -> Form | None:
         """What becomes of its form when it is let go; None where that is not known."""
-        return None if self.settled is None else self.settled.form
+        return None if self.let_go is None else self.let_go.settled.form
 
     @property
     def form_text(self) -> str:
@@ -163,8 +166,8 @@ class Job(PlannedJob):
 
     @property
     def relaxed(self) -> Ribbons | None:
-        """Its ribbons when it was let go; None where that is not known."""
-        return relaxed_of(self, self.settled)
+        """Its ribbons as pictures show them when it was let go; None where that is not known."""
+        return _shown(self, self.let_go)
 
     @property
     def verdict(self) -> Verdict:
@@ -172,7 +175,8 @@ class Job(PlannedJob):
         unnamed = sum(
             any(missing.kind == "id" for missing in marks.dropped) for marks in self.marks
         )
-        return self._judged(self.holes, unnamed, self.form)
+        cure = "" if self.let_go is None else self.let_go.cure
+        return self._judged(self.holes, unnamed, self.form, cure, former=self.laid is not None)
 
     @property
     def grade(self) -> Grade:
@@ -219,24 +223,68 @@ def former_of(planned: PlannedJob) -> Former | None:
     CannotMakeError
         If it has no room.
     """
-    supply, woven = planned.supplies.former, planned.woven
+    supply = planned.supplies.former
     if supply is None:
         return None
+    try:
+        return _built_of(planned, supply)
+    except CannotMakeError as error:
+        raise CannotMakeError(f"{error}; {_former_cure(planned)}") from None
+
+
+def _built_of(planned: PlannedJob, supply: Supply) -> Former:
+    """Build the former of a job from a supply."""
     return build_former(
-        woven,
+        planned.woven,
         planned.split_plan.runs,
         layer_mm=max(material.thickness_mm for material in planned.supplies.materials),
         thickness_mm=supply.material.thickness_mm,
-        prefix=free_prefix("F", woven.labels),
+        prefix=free_prefix("F", planned.woven.labels),
     )
 
 
-def relaxed_of(planned: PlannedJob, settled: Settled | None) -> Ribbons | None:
-    """Return the ribbons of a job as they are when it was let go, if it was."""
-    if settled is None:
+def _sheets_of(planned: PlannedJob, laid: Laid, supply: Supply) -> SideSheets:
+    """Nest a former on the sheets of a supply, and draw these."""
+    settings, pieces = planned.settings, planned.piece_set.pieces
+    margin = settings.stock.margin_mm
+    return former_sheets(laid, pieces, supply, settings.machine, planned.woven.title, margin)
+
+
+def _former_on_sheets(planned: PlannedJob, laid: Laid | None) -> SideSheets | None:
+    """Return the sheets of a job's former, if it has one.
+
+    Raises
+    ------
+    CannotMakeError
+        If a plate fits no sheet, or sheets run out.
+    """
+    supply = planned.supplies.former
+    if laid is None or supply is None:
         return None
+    try:
+        return _sheets_of(planned, laid, supply)
+    except CannotMakeError as error:
+        # What that proposes would not change a former.
+        told = str(error).partition(". ")[0]
+        raise CannotMakeError(f"of the former, {told}; {_former_cure(planned)}") from None
+
+
+def _former_cure(planned: PlannedJob) -> str:
+    """Say what to do about a former that cannot be made: another board, if that was seen to do."""
+    board = former_supply(planned.settings.but(former=FORMER_BOARD), planned.supplies)
+    with suppress(CannotMakeError):
+        _sheets_of(planned, Laid(_built_of(planned, board), None), board)
+        return f"--former {FORMER_BOARD} has room, and fits its sheets"
+    return "leave --former out"
+
+
+def _shown(planned: PlannedJob, let_go: LetGo | None) -> Ribbons | None:
+    """Return the ribbons of a job as pictures show them when it was let go, if it was."""
+    if let_go is None:
+        return None
+    settled = let_go.settled
     state = settled.states["let go"].state
-    return relaxed_ribbons(planned.woven.ribbons, planned.weave, settled.body.wished, state)
+    return shown_relaxed(planned.woven.ribbons, planned.weave, settled.body, state)
 
 
 def draw_job(
@@ -305,15 +353,19 @@ def draw_job(
     woven = planned.woven
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
-    former, supply = side.former(), planned.supplies.former
-    laid = None if former is None else let_out(former, woven, pieces.pieces, order)
+    former = side.former()
+    laid = None
+    if former is not None:
+        laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
+    rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
+    plates = _former_on_sheets(planned, laid)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
-    settled = side.form()
+    let_go = side.form()
     thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
-    far = settled is not None and settled.form.settles_mm > thinnest_mm
-    shown = relaxed_of(planned, settled if far else None) or woven.ribbons
+    far = let_go is not None and let_go.settled.form.settles_mm > thinnest_mm
+    shown = _shown(planned, let_go if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -328,7 +380,7 @@ def draw_job(
         bill=bill,
         portrait=start(portrait_png, shown, planned.colours),
         likeness=side.likeness,
-        settled=settled,
+        let_go=let_go,
         drawings=drawings,
         code=code,
         kerfed=kerfed,
@@ -339,16 +391,25 @@ def draw_job(
             allotment.sheet_materials,
             steps,
             bill,
+            beside=[sheets for sheets in (rim, plates) if sheets is not None],
             calibration=settings.machine.calibrate,
         ),
-        notes=job_notes(planned, layout, marks, order, steps, bill, drawings, kerfed, seen),
-        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
-        rim=ring_sheets(pieces.rings, planned.supplies, settings.machine, woven.title),
-        former=None
-        if laid is None or supply is None
-        else former_sheets(
-            laid, pieces.pieces, supply, settings.machine, woven.title, layout.margin_mm
+        notes=job_notes(
+            planned,
+            layout,
+            marks,
+            order,
+            steps,
+            bill,
+            drawings,
+            kerfed,
+            seen,
+            [drawing for sheets in (rim, plates) if sheets for drawing in sheets.drawings],
+            laid,
         ),
+        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
+        rim=rim,
+        former=plates,
         laid=laid,
         given_mesh=given_mesh,
     )

@@ -12,10 +12,11 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fabweave.core.messages import agree
+from fabweave.estimate.costs import SideSheet
 from fabweave.estimate.machine_time import MachineTime
 from fabweave.estimate.money import price_text
 from fabweave.estimate.texts import difficulty_text, hours_text, time_text
-from fabweave.estimate.waste import SideSheet, WasteReport
+from fabweave.estimate.waste import WasteReport
 from fabweave.nest.offcut import KEPT_SHARE, KEPT_SIDE_MM, KEPT_WIDTH_MM
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
@@ -25,6 +26,7 @@ from fabweave.plan.verdict import QUESTION, VERDICTS
 from fabweave.show.files import offcut_entries
 from fabweave.show.job import Job
 from fabweave.stock.machine import CURRENCY, Span
+from fabweave.weave.pattern import exact_text
 
 #: Where the page that opens a job stands in its folder.
 INDEX_FILE = "index.html"
@@ -105,7 +107,8 @@ def index_page(
         there={*files, *_LATER},
         shown=_SHOWN,
         weaves=_WEAVES,
-        broken=broken.edge + broken.face + broken.vertex,
+        broken=broken.total,
+        exact=exact_text(crossing_map.weave.broken_at_turns or 0),
         kinds=len({piece.kind for piece in crossing_map.pieces}),
         charts=charts(report),
         shopping=SHOPPING,
@@ -174,8 +177,14 @@ def waste_page(job: Job, report: WasteReport) -> str:
         likeness=LIKENESS if job.woven.source.likeness is not None else None,
         materials=_material_rows(report, allotment),
         machine=[
-            (name, *_times(sheet.machine), price_text(sheet.price))
-            for name, sheet in zip(names, costs.sheets, strict=True)
+            *(
+                (name, *_times(sheet.machine), price_text(sheet.price))
+                for name, sheet in zip(names, costs.sheets, strict=True)
+            ),
+            *(
+                (sheet.sheet, *_times(sheet.machine), price_text(sheet.price))
+                for sheet in (*(report.rim or ()), *(report.former or ()))
+            ),
         ],
         hands=[
             (

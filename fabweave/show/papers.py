@@ -235,7 +235,7 @@ def job_viewer(
             job.piece_set.pieces,
             layer_mm=layer,
             relaxed=job.relaxed,
-            mode=None if job.settled is None else job.settled.mode,
+            mode=None if job.let_go is None else job.let_go.settled.mode,
         ),
         title=job.woven.title,
         colours=rung_colours(ribbons, job.colours)[rungs],

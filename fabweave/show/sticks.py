@@ -176,7 +176,7 @@ def sticks_pdf(crossing_map: CrossingMap, title: str, paper: str) -> bytes:
     tapes = [tape for stick in sticks for tape in _tapes(stick, wide - border)]
     high = sum(tape.high(_rows(tape, joints)) for tape in tapes) if paper == "roll" else 0.0
     size = max(wide, PAPERS["a4"][0]), min(ceil(high + _ELSE), _ROLL_HIGH)
-    book = Book(size if paper == "roll" else PAPERS[paper], title)
+    book = Book(size if paper == "roll" else PAPERS[paper], title, full_size=True)
     book.foot += _FOOT
     _page(book)
     book.y = book.block(book.left, book.y, _HOW, min(book.right - book.left, 760.0)) - _BETWEEN

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.shapes.catalogue import SHAPES, described, is_shape
 from fabweave.mesh.upright import AXES
 from fabweave.options.settings import Settings
@@ -153,13 +154,15 @@ def _density(settings: Settings, woven: WovenObject) -> list[Control]:
     else:
         kind = "" if asked is None else str(asked).partition(":")[0]
         faces = float(woven.mesh.n_faces)
-        kinds = [(f"{name}:300", name) for name in ("quads", "tubes", "triangles")]
+        known = ("quads", "tubes", "triangles")
+        kinds = [(f"{name}:300", name) for name in known if not lacking(name)]
         words = (("", "the model's own"), *kinds)
+        lacks = filter(None, map(lacking, known))
         now = "" if not kind else f"{kind}:300"
         found.append(
             Control("Mesh", "New mesh", "remesh", "choice", now,
                     choices=words if now in dict(words) else (*words, (now, kind)),
-                    help=option_named("remesh").text)
+                    help=" ".join((option_named("remesh").text, *lacks)))
         )  # fmt: skip
         if kind and kind not in ("none", "coarse"):
             found.append(

@@ -121,12 +121,7 @@ def state_of_command(text: str) -> State:
 
 def _code_in(path: Path) -> str:
     """Return what the code in a photograph says."""
-    try:
-        import zxingcpp  # noqa: PLC0415 - it need not be there
-    except ImportError:
-        raise InputError(
-            "reading codes needs the package zxing-cpp: pip install 'fabweave[studio]'"
-        ) from None
+    import zxingcpp  # noqa: PLC0415 - for photographs only
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - for photographs only
 
     try:

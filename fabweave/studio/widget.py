@@ -10,9 +10,8 @@ from fabweave.stations import Stations
 from fabweave.studio.work import strips
 from fabweave.studio.worker import framed
 
-#: Notebooks may have loaders of their own, which scripts are not to find.
 _SCRIPT = """
-(function (define, module, exports) { %s }).call(globalThis);
+%s
 %s
 export default {
   render({ model, el }) {
@@ -24,7 +23,7 @@ export default {
     el.append(canvas);
     const scene = makeScene(canvas, { tapped() {} });
     if (!scene) {
-      canvas.replaceWith("This browser shows no WebGL.");
+      canvas.replaceWith("This browser shows no WebGL 2.");
       return;
     }
     const show = () => {

@@ -232,10 +232,23 @@ class Sheet(msgspec.Struct, frozen=True):
             _require_shape(ring, 2, "an outline or a defect")
 
 
+class LayerColour(msgspec.Struct, frozen=True):
+    """The colour that the map says a layer has, exactly, and as an AutoCAD index."""
+
+    layer: str
+    colour: str
+    aci: int
+
+
 class Cut(msgspec.Struct, frozen=True):
     """What the map says of the drawings."""
 
     profile: str
+    preset: str
+    dxf: str
+    svg_units: str
+    hairline_mm: float
+    layers: tuple[LayerColour, ...]
     #: What was to be engraved; empty in maps that do not say.
     labels: str = ""
 
@@ -270,6 +283,8 @@ class Weave(msgspec.Struct, frozen=True):
     pattern: str
     exact: bool
     broken: dict[Literal["edge", "face", "vertex"], int]
+    #: Of a twill: where threads turn back at the boundary and lose their rhythm.
+    broken_at_turns: int = 0
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
@@ -414,6 +429,7 @@ class FormRecord(TypedDict):
     held: list[int]
     held_n_mm: float
     load_n: list[tuple[int, float]]
+    strips_mm: float
     states: list[StateRecord]
 
 

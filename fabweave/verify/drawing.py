@@ -9,8 +9,15 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-#: No file of a job is larger.
+#: No file of a job has more bytes: in general, and by the end of its name.
 _LARGEST = 1 << 30
+_LARGEST_OF = {".toml": 1 << 24, ".txt": 1 << 24, ".csv": 1 << 27, ".png": 1 << 28, ".pdf": 1 << 28}
+
+
+def too_large(name: str, size: int) -> str:
+    """Say that no file of this name has so many bytes in a job; empty if one may."""
+    most = _LARGEST_OF.get(Path(name).suffix, _LARGEST)
+    return f"it has {size} bytes; such a file of a job has at most {most}" if size > most else ""
 
 
 def read_content(path: Path) -> bytes:
@@ -28,8 +35,8 @@ def read_content(path: Path) -> bytes:
         raise IsADirectoryError(f"{path.name} is a folder")
     if not stat.S_ISREG(status.st_mode):
         raise ReadError("it is no regular file")
-    if status.st_size > _LARGEST:
-        raise ReadError(f"it has {status.st_size} bytes, more than any file of a job")
+    if large := too_large(path.name, status.st_size):
+        raise ReadError(large)
     return path.read_bytes()
 
 
@@ -132,6 +139,8 @@ HOLES = "CUT_INNER"
 OUTLINES = "CUT_OUTER"
 NOTES = "NOTES"
 LAYERS = (*ENGRAVE_LAYERS, HOLES, OUTLINES, NOTES)
+#: Everything is on this layer of a DXF file for a service.
+PLAIN_LAYER = "0"
 
 
 class ReadError(ValueError):
@@ -171,12 +180,32 @@ class Shape:
 
 
 @dataclass(frozen=True, eq=False)
+class Look:
+    """How a file says that a layer of DXF is drawn, or ``count`` elements of SVG from ``name`` on.
+
+    ``wide`` are elements that are called so, which may be wider than a hairline.
+    """
+
+    layer: str
+    stated: dict[str, str]
+    name: str = ""
+    count: int = 1
+    width_mm: float = np.nan
+    wide: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class Drawing:
-    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares."""
+    """One sheet as read: shapes in file order, y up, millimetres; and what the file declares.
+
+    ``form`` is the version of a DXF file, and what a coordinate of an SVG file counts.
+    """
 
     shapes: tuple[Shape, ...]
     problems: tuple[str, ...]
     layers: tuple[str, ...] = ()
+    looks: tuple[Look, ...] = ()
+    form: str = ""
     width_mm: float | None = None
     height_mm: float | None = None
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.core.messages import agree
 from fabweave.weave.threads import Threads
 from fabweave.weave.twill.conditions import Broken
 
@@ -23,6 +24,9 @@ class Weave:
         Whether each pass lies on top.
     broken : Broken
         The conditions of the pattern that are broken.
+    broken_at_turns : int
+        Of a twill: the places besides where a thread turns back at a rim and loses its rhythm; see
+        `fabweave.weave.twill.conditions.broken_at_turns`.
     """
 
     threads: Threads
@@ -30,11 +34,28 @@ class Weave:
     twist: BoolArray
     over: BoolArray
     broken: Broken = Broken(0, 0, 0)
+    broken_at_turns: int = 0
 
     @property
     def exact(self) -> bool:
         """Whether the pattern holds everywhere."""
         return self.broken.total == 0
+
+
+def at_turns_text(count: int) -> str:
+    """Say where threads that turn back break the rhythm of a twill."""
+    return agree(count, "{n} place[|s] where threads turn back at a rim")
+
+
+def exact_text(broken_at_turns: int) -> str:
+    """Say that a pattern is exact, and where all the same it is not.
+
+    Examples
+    --------
+    >>> exact_text(0), exact_text(2)
+    ('exact', 'exact, but for 2 places where threads turn back at a rim')
+    """
+    return "exact" + (f", but for {at_turns_text(broken_at_turns)}" if broken_at_turns else "")
 
 
 def over_of_passes(threads: Threads, twist: BoolArray) -> BoolArray:

@@ -12,10 +12,10 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.subdivide import mid_edge_twist
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
-from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.weave.pattern import Weave, at_turns_text, exact_text, plain_weave
 from fabweave.weave.threads import Threads
-from fabweave.weave.twill.conditions import count_broken, twill_conditions
-from fabweave.weave.twill.weaving import USUAL, Twill, TwillSearch, weave_twill
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.weaving import USUAL, Twill, TwillSearch, twisted, weave_twill
 
 #: The first line of a list of twists.
 HEAD = "v0,v1,half_twists"
@@ -103,8 +103,7 @@ def twisted_weave(
     halfedges: Halfedges, threads: Threads, twist: BoolArray, pattern: str = "twists"
 ) -> Weave:
     """Weave a mesh as its edges are twisted; the conditions of a 2/2 twill that it breaks count."""
-    broken = count_broken(twill_conditions(halfedges, threads), twist)
-    return Weave(threads, pattern, twist, over_of_passes(threads, twist), broken)
+    return twisted(threads, twill_conditions(halfedges, threads), twist, pattern)
 
 
 _TRIANGLE = 3
@@ -259,9 +258,8 @@ def weave_pattern(
         twist = mid_edge_twist(halfedges, n_old_vertices)
         twist = twist[halfedges.edge[threads.crossing_halfedge]]
         weave = twisted_weave(halfedges, threads, twist, pattern)
-        return WeaveResult(
-            weave, ("triaxial: exact, no condition is broken",) if weave.exact else ()
-        )
+        exact = f"triaxial: {exact_text(weave.broken_at_turns)}"
+        return WeaveResult(weave, (exact,) if weave.exact else ())
     fabric = parse_fabric(pattern)
     result = weave_fabric(halfedges, threads, fabric, labels=labels)
     if result.weave is None:
@@ -285,8 +283,8 @@ def weave_pattern(
 def twill_notes(twill: Twill) -> list[str]:
     """Say how good a twill is, and why it is not exact."""
     if twill.obstruction is None or twill.voted is None or twill.bound is None:
-        return ["twill: exact, no condition is broken"]
-    broken = twill.weave.broken
+        return [f"twill: {exact_text(twill.weave.broken_at_turns)}"]
+    broken, turns = twill.weave.broken, twill.weave.broken_at_turns
     if twill.bound.least == broken.total:
         best = "which is proved to be the least"
     else:
@@ -295,7 +293,7 @@ def twill_notes(twill: Twill) -> list[str]:
         f"twill: {broken.total} of {twill.n_conditions} conditions "
         f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
         f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
-        f"{twill.voted.total}",
+        f"{twill.voted.total}" + (f"; besides, {at_turns_text(turns)}" if turns else ""),
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
         "mesh",
     ]

@@ -184,7 +184,7 @@ def row(name, dense, strips, size):
     form, rested = job.form, None
     if form is not None:
         surface = Surface(*plain_triangles(job.woven.mesh))
-        rested = surface.feet(job.settled.rested).distances
+        rested = surface.feet(job.let_go.settled.rested).distances
     sheets = job.kerfed or job.drawings
     length = sum(
         float(np.hypot(*np.diff(run, axis=0).T).sum())

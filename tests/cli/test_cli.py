@@ -10,10 +10,14 @@ import trimesh
 from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
+from fabweave.cli.options import _set
+from fabweave.core.errors import InputError
 from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.options.option import SECTIONS
 from fabweave.options.settings import Settings
+from fabweave.options.table import OPTIONS
 from fabweave.stock.sheet_size import SheetSize
 
 slow = pytest.mark.slow
@@ -156,6 +160,14 @@ def test_verify_tells_what_it_proved_and_ends_with_a_code_of_its_own(finished, t
     assert {"over-under", "seal"} <= set(failed)
     assert told.splitlines()[-1].endswith(", ".join(failed))
     assert run("verify", tmp_path / "nothing") == 2
+
+
+def test_an_option_of_another_section_is_found():
+    for option in OPTIONS[1:]:
+        for section in {one.lower() for one in SECTIONS} - {option.group}:
+            with pytest.raises(InputError) as raised:
+                _set([f"{section}.{option.name}=1"])
+            assert option.path in str(raised.value)
 
 
 @pytest.mark.parametrize(

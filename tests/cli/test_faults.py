@@ -147,6 +147,17 @@ def test_single_files_on_a_read_only_volume_are_named(command, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.skipif(os.name != "posix", reason="closes a POSIX pipe")
+@pytest.mark.parametrize(("said", "code"), [(("materials",), 0), (("inspect", "none.obj"), 2)])
+def test_a_reader_that_is_gone_changes_no_exit_code(said, code):
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "fabweave", *said]
+    ended = subprocess.run(command, stdout=write, stderr=write, timeout=60, check=False)
+    os.close(write)
+    assert ended.returncode == code
+
+
 @pytest.mark.slow
 def test_two_runs_at_once_into_one_folder(tmp_path):
     folder = tmp_path / "out"

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import processes
 from fabweave.core.records import from_json
+from fabweave.design import candidate as candidates
 from fabweave.design import search
-from fabweave.design.candidate import Candidate
+from fabweave.design.candidate import Candidate, try_design
 from fabweave.design.making import make_or_advise, meet_wishes
 from fabweave.design.page import (
     check_folder,
@@ -31,6 +32,7 @@ from fabweave.job import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
+from fabweave.plan.letting_go import Foretold
 from fabweave.plan.verdict import NotMakeableError, refused
 
 BALL = Settings.of("shape:icosahedron", size_mm=200.0, effort="quick")
@@ -157,6 +159,25 @@ def test_the_nearest_to_a_wish_is_chosen():
     assert distance(cheap, Wishes(sheets=3)) == distance(cheap, Wishes(sheets=9))
     assert distance(dear, Wishes(sheets=3)) == pytest.approx(4.0 * math.log(5 / 3))
     assert choose([dear, cheap], Wishes(sheets=3, pieces=12))[0] is cheap
+
+
+def test_where_a_wish_cannot_be_met_the_nearest_of_the_good_is_chosen():
+    bad = candidate("bad", price=(1.0, 3.0), grade=0.0)
+    good = candidate("good", price=(4.0, 8.0), grade=9.2)
+    best = candidate("best", price=(9.0, 20.0), grade=10.0)
+    for budget, chosen in ((1.0, good), (3.5, bad), (9.0, good)):
+        assert choose([bad, good, best], Wishes(budget=budget))[0] is chosen
+    assert choose([bad, best], Wishes(budget=99.0))[0] is best
+    assert choose([bad], Wishes(budget=1.0))[0] is bad
+
+
+@pytest.mark.parametrize(("far_mm", "holds"), [(19.0, True), (20.0, False)])
+def test_what_collapses_when_it_is_let_go_is_not_proposed(far_mm, holds, monkeypatch):
+    monkeypatch.setattr(candidates, "foretold", lambda *_: Foretold(far_mm, collapses=not holds))
+    tried, _ = try_design(Settings.of("shape:cube", size_mm=200.0, effort="quick"), "key", "cube")
+    assert tried.candidate.makeable == holds
+    assert {stop.rule for stop in tried.candidate.verdict.stops} == (set() if holds else {"form"})
+    assert tried.candidate.figures.form_mm == far_mm
 
 
 def test_what_cannot_be_built_is_never_chosen():

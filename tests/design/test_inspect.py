@@ -28,6 +28,18 @@ from fabweave.ribbon.width import WidthRule
 slow = pytest.mark.slow
 
 
+@pytest.mark.parametrize(
+    ("m", "thickness_mm", "size_mm", "told"), [(12, 0.4, 50, 60), (24, 0.12, 36, None)]
+)
+def test_no_size_is_named_at_which_strips_are_too_narrow_for_hands(m, thickness_mm, size_mm, told):
+    # Bends hold at 60 mm, with strips of 4 mm; at 37 mm strips are wide enough to cut, at 1.4 mm.
+    asked = Settings.of(
+        f"shape:torus?m={m}&n={m // 2}", size_mm=float(size_mm), thickness_mm=thickness_mm
+    )
+    (way,) = inspect_mesh(asked, answer=True).facts["advice"]
+    assert way["command"] is None if told is None else f"--size {told}mm" in way["command"]
+
+
 def facts_of(mesh: object, **options) -> dict:
     return inspect_mesh(Settings.of(str(mesh), size_mm=300.0, **options)).facts
 

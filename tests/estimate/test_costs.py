@@ -16,9 +16,9 @@ from fabweave.estimate.assembly_time import (
     planned_hands,
     step_seconds,
 )
-from fabweave.estimate.costs import job_costs, planned_costs
+from fabweave.estimate.costs import job_costs, planned_costs, side_costs
 from fabweave.estimate.machine_time import MachineTime, add_times
-from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price
+from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price, sum_prices
 from fabweave.estimate.texts import costs_text
 from fabweave.job import make_job
 from fabweave.options.file_kinds import parse_calibration
@@ -276,6 +276,22 @@ def test_other_currencies_than_that_of_hardware_make_no_sum():
     assert costs.sheet_price.currency == "USD"
     assert costs.hardware_price == hardware_price(bill_of_materials(job.piece_set))
     assert costs.price is None
+
+
+@pytest.mark.slow
+def test_sums_count_the_sheets_of_rings_and_of_a_former():
+    job = job_of("shape:sphere?n=3", leave_out="top:120mm", rim="ring", former="auto")
+    costs, more = job.costs, [side_costs(each, NOT_MEASURED) for each in job.beside]
+    rows = [*costs.sheets, *(one for each in more for one in each)]
+    assert len(more) == 2
+    assert len(rows) == len(costs.sheets) + costs.beside
+    summed = add_times(row.machine for row in rows)
+    for span, wanted in ((costs.machine.cut_s, summed.cut_s), (costs.machine_s, summed.total_s)):
+        assert span == pytest.approx(wanted)
+    assert costs.sheet_price == sum_prices(row.price for row in rows)
+    assert costs.price == sum_prices([costs.sheet_price, costs.hardware_price])
+    # Before they are drawn, they are not known, and nothing says otherwise.
+    assert set(planned_costs(job).without) == {"rings", "former"}
 
 
 def test_costs_are_json_with_plain_keys():

@@ -23,18 +23,25 @@ from fabweave.form.body import (
 from fabweave.form.net import State
 from fabweave.form.screw import exponential
 from fabweave.form.settle import Form, settle
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.plan.ask import brief_of
 from fabweave.plan.verdict import judge
+from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.stock.material import material_library, material_named
 
 GOOD = Form(settles_mm=1.0, mean_mm=0.5, where="top", bound_mm=3.0, size_mm=300.0, sags_mm=0.1,
             loose=0, pushed_mm=2.0, gives_mm_n=1.0, soft="top", apart=0, apart_n=0.0, strain=0.2,
-            settled=True)  # fmt: skip
+            settled=True, air_mm=None, bodies=None)  # fmt: skip
 
 
 def body(shape, size_mm, **options):
     woven, settings, supplies = laid(shape, size_mm=size_mm, **options)
     return body_of(woven, brief_of(settings, supplies))
+
+
+#: A rule that is broken in few places.
+BROKEN = BrokenRule("bend", "warn", 30.0, 46.0, "mm", "A", 3, 17, None, (0, 0, 0), 5, 120)
 
 
 def let_go(shape, size_mm, pin, **options):
@@ -184,8 +191,66 @@ def test_what_is_stretched_goes_with_thickness():
 def test_a_form_is_kept_within_its_bound_and_stands_within_a_tenth(change, keeps, stands):
     form = replace(GOOD, **change)
     assert (form.keeps, form.stands) == (keeps, stands)
-    level = judge([], narrowest_mm=9.0, form=form).level
-    assert level == ("makeable" if stands else "with care")
+    verdict = judge([BROKEN], narrowest_mm=9.0, form=form)
+    if stands:
+        assert verdict.level == "with care"
+    elif not form.settled:
+        assert [one.rule for one in verdict.reasons] == ["form", "bend"]
+    else:
+        # What collapses is said first and without a number of its own, unless a former holds it.
+        assert verdict.level == "not makeable"
+        assert [one.rule for one in verdict.reasons] == ["collapse", "bend"]
+        assert judge([], narrowest_mm=9.0, form=form, former=True).level == "with care"
+        assert "30.1" not in form.text
+        assert [form.record()[key] for key in change] == [None]
+        assert form.record()["collapses"]
+
+
+def test_what_is_heavy_collapses_on_a_slender_stem(monkeypatch):
+    """A tall tube of card stands by itself, and no longer when all weighs a hundred times more."""
+    assert let_go("shape:tube?m=8&n=4", 300.0, RIVETED).collapse == ""
+    monkeypatch.setattr("fabweave.form.woven_net.GRAVITY", 9.81 * 3000)
+    form = let_go("shape:tube?m=8&n=4", 300.0, BARE)
+    assert form.sags_mm > 30.0
+    assert form.collapse
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Two octahedra, one beside the other and 90 mm higher; and one alone."""
+    solid = parse_shape("shape:octahedron")
+    points, faces = 50.0 * solid.vertices / np.abs(solid.vertices).max(), solid.faces()
+    one = PolyMesh.from_faces(points, faces)
+    high = points + np.array([150.0, 0.0, 90.0])
+    more = [[len(points) + at for at in face] for face in faces]
+    two = PolyMesh.from_faces(np.concatenate([points, high]), [*faces, *more])
+
+    def made(mesh):
+        woven, settings, supplies = laid("pair.obj", mesh, up="z")
+        some = body_of(woven, brief_of(settings, supplies))
+        return settle(some, np.full(len(some.places), PINNED))
+
+    return made(one), made(two)
+
+
+def test_each_of_two_bodies_stands_as_it_does_alone(pair):
+    alone, both = (one.form for one in pair)
+    assert both.settled
+    assert len(both.bodies) == 2
+    for own in both.bodies:
+        for name in ("settles_mm", "mean_mm", "sags_mm", "pushed_mm", "size_mm", "loose"):
+            assert getattr(own, name) == pytest.approx(getattr(alone, name), abs=0.011), name
+    assert both.settles_mm == max(one.settles_mm for one in both.bodies)
+    state = pair[1].states["standing"].state
+    assert np.linalg.norm(state.bodies.origin - pair[1].wished, axis=1).max() < 10.0
+
+
+def test_a_body_in_the_air_is_said_to_hang_there(pair):
+    form = pair[1].form
+    assert [one.air_mm for one in form.bodies] == [None, pytest.approx(90.0)]
+    assert pair[0].form.hanging == ()
+    verdict = judge([], narrowest_mm=9.0, bodies=2, form=form)
+    assert [one.rule for one in verdict.reasons] == ["air", "bodies"]
 
 
 def test_a_form_is_what_becomes_of_crossings():

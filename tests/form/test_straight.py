@@ -10,7 +10,7 @@ from jobs import laid, run
 from sealing import told
 from spoiling import edit_json
 
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.form.straight import _astray, _exact_conditions
 from fabweave.job import run_job
 from fabweave.mesh.nearest import Surface
@@ -22,6 +22,7 @@ from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import crossing_heights
 from fabweave.ribbon.rules.rules import measure_clearance
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
+from fabweave.sheet.kerf import MicroJoints
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
 from fabweave.stock.ribbon_limits import thread_limits
@@ -207,7 +208,8 @@ def test_strips_that_turn_back_are_refused():
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    job, proof, *_ = run_job(asked(kerf_mm=0.2), folder)
+    # Ends that are butted are square, too; what is to lie edge on edge lies a kerf apart.
+    job, proof, *_ = run_job(asked(kerf_mm=0.2, gap_mm=0.0, joint="none"), folder)
     assert {"cut", "form", "unfolding"} <= {check.name for check in proof.checks if check.ok}
     return job, folder
 
@@ -285,6 +287,23 @@ def test_other_cuts_are_found(spoilt, spoil):
     (folder / "cut" / f"{drawing.name}.dxf").write_bytes(dxf_bytes(drawing))
     (folder / "cut" / f"{drawing.name}.svg").write_bytes(svg_text(drawing).encode())
     assert set(told(folder)) & {"cut", "lines"}
+
+
+@pytest.mark.parametrize(
+    "wish", [{"micro_joints": MicroJoints(3)}, {"gap_mm": (("warp", 0.0), ("weft", 2.0))}]
+)
+def test_strips_edge_on_edge_that_cannot_share_cuts_are_refused(wish):
+    with pytest.raises(InputError, match="--gap"):
+        asked(**{"gap_mm": 0.0, **wish})
+    assert not asked(gap_mm=2.0, micro_joints=MicroJoints(3)).common_cuts
+
+
+@pytest.mark.parametrize("joint", ["rivet:2", "tuck", "none", "dovetail"])
+def test_straight_strips_share_cuts_where_nothing_parts_them(joint):
+    assert asked(joint=joint, gap_mm=0.0).common_cuts
+    # What is no rectangle does not lie edge on edge unless it is asked to.
+    assert asked(joint=joint).common_cuts == (joint != "dovetail")
+    assert not asked(joint=joint, gap_mm=1.0).common_cuts
 
 
 def test_a_gap_that_is_asked_for_parts_the_cuts(tmp_path):

@@ -246,7 +246,7 @@ def test_pictures_have_the_size_the_view_and_the_scale_that_are_asked_for():
         assert shown_wide(picture) == pytest.approx(float(size.removesuffix("mm")) + 10, abs=2)
     filling = mesh.picture(size_px=(300, 300), view=(-90, 0))
     assert shown_wide(filling) == pytest.approx(0.9 * 300 + 10, abs=2)
-    with pytest.raises(fw.InputError, match="more than 0"):
+    with pytest.raises(fw.InputError, match="across"):
         mesh.picture(view=(-90, 0), across=-1)
     with pytest.raises(fw.InputError, match="elevation"):
         mesh.picture(view=(-90, 95))

@@ -113,7 +113,7 @@ def squeezed(mesh):
 
 @pytest.mark.slow
 def test_even_quads_are_kept_and_uneven_ones_made_anew():
-    pytest.importorskip("pyQuadriFlow", reason="the extra quad is not installed")
+    pytest.importorskip("pyQuadriFlow", reason="pyQuadriFlow is not installed")
     ball = grids.sphere(6, 50.0)
     assert remesh_quads(ball, 200).method == "unchanged"
     uneven = squeezed(ball)

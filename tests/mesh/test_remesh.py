@@ -39,11 +39,9 @@ from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
 QUADRIFLOW, INSTANT = ENGINES
-needs_quadriflow = pytest.mark.skipif(
-    not QUADRIFLOW.installed, reason="pyQuadriFlow is not installed (extra [quad])"
-)
+needs_quadriflow = pytest.mark.skipif(QUADRIFLOW.lack != "", reason="pyQuadriFlow is not installed")
 needs_instant = pytest.mark.skipif(
-    not INSTANT.installed, reason="pynanoinstantmeshes is not installed (extra [quad])"
+    INSTANT.lack != "", reason="pynanoinstantmeshes is not installed"
 )
 
 needs_proc = pytest.mark.skipif(

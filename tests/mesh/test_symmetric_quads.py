@@ -18,7 +18,7 @@ from fabweave.mesh.remesh.remeshed import cut_surface, ready_source
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.symmetry import find_mirror
 
-quadriflow = pytest.mark.skipif(not ENGINES[0].installed, reason="QuadriFlow is not installed")
+quadriflow = pytest.mark.skipif(ENGINES[0].lack != "", reason="QuadriFlow is not installed")
 
 
 @quadriflow

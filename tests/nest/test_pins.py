@@ -13,13 +13,13 @@ from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 BAR = np.array([[0.0, 0.0], [120.0, 0.0], [120.0, 15.0], [0.0, 15.0]])
-IDS = [f"A{number}" for number in range(1, 9)]
+IDS = [f"A{number}" for number in range(1, 17)]
 HOW = {"margin_mm": 5.0, "gap_mm": 2.0, "effort": "quick"}
 SHEETS = (SheetSize(200.0, 150.0),)
 
 
 @given(
-    st.floats(30.0, 60.0), st.floats(40.0, 100.0), st.floats(-30.0, 30.0), st.integers(0, 2),
+    st.floats(30.0, 60.0), st.floats(40.0, 100.0), st.floats(-30.0, 30.0), st.integers(0, 1),
     st.sampled_from(IDS),
 )  # fmt: skip
 def test_the_rest_is_nested_around_what_is_pinned(x, y, turn, sheet, name):
@@ -28,7 +28,7 @@ def test_the_rest_is_nested_around_what_is_pinned(x, y, turn, sheet, name):
     layout = nest_around([pin], outlines, SHEETS, ids=IDS, **HOW)
     place = layout.placements[IDS.index(name)]
     assert (place.x_mm, place.y_mm, place.rotation_deg) == (x, y, turn)
-    assert place.sheet == min(sheet, len(layout.sheets) - 1)
+    assert place.sheet == sheet
     assert [one.piece for one in layout.placements] == list(range(len(IDS)))
     assert {sheet.name for sheet in layout.sheets} == {""}
     assert not any(sheet.defects or sheet.offcut for sheet in layout.sheets)
@@ -53,10 +53,21 @@ def test_all_can_be_pinned():
     )
 
 
+def test_sheets_are_counted_through_and_those_that_are_not_there_are_refused():
+    outlines, pin = [BAR] * len(IDS), Pin("A1", 2, 40.0, 50.0, 0.0)
+    assert len(nest(outlines, SHEETS, ids=IDS, **HOW).sheets) == 2
+    for before, sheet in ((1, 1), (2, 0)):
+        layout = nest_around([pin], outlines, SHEETS, ids=IDS, before=before, **HOW)
+        assert layout.placements[0].sheet == sheet
+    for before in (0, 3):
+        with pytest.raises(InputError, match="A1"):
+            nest_around([pin], outlines, SHEETS, ids=IDS, before=before, **HOW)
+
+
 def test_stock_that_runs_out_is_told():
     pins = [Pin("A1", 0, 20.0, 20.0, 0.0), Pin("A2", 1, 20.0, 20.0, 0.0)]
     with pytest.raises(InputError, match="1"):
-        nest_around(pins, [BAR] * 8, (SheetSize(200.0, 150.0, 1),), ids=IDS, **HOW)
+        nest_around(pins, [BAR] * 8, (SheetSize(200.0, 150.0, 1),), ids=IDS[:8], **HOW)
 
 
 @pytest.mark.parametrize(

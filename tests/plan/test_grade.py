@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fabweave.core.arc_path import straight_path
 from fabweave.core.finding import Finding
+from fabweave.form.settle import Form
 from fabweave.piece.piece import Piece
 from fabweave.plan.grade import BEST, grade, station_turns, station_widths
 from fabweave.plan.verdict import Verdict
@@ -64,3 +65,17 @@ def test_each_rule_takes_points_and_names_the_place():
     assert grade([piece()], Verdict(level="with care", reasons=(care,))).score == BEST - 1
     stop = replace(care, level="not makeable")
     assert grade([piece()], Verdict(level="not makeable", reasons=(stop,))).score == 0.0
+
+
+@given(st.lists(st.floats(0.0, 30.0), min_size=2, max_size=6))
+def test_what_sags_farther_has_no_better_grade(sags):
+    form = Form(settles_mm=1.0, mean_mm=0.5, where="top", bound_mm=3.0, size_mm=300.0, sags_mm=0.1,
+                loose=0, pushed_mm=2.0, gives_mm_n=1.0, soft="top", apart=0, apart_n=0.0,
+                strain=0.2, settled=True, air_mm=None, bodies=None)  # fmt: skip
+    scores = [
+        grade([piece()], GOOD, None, replace(form, sags_mm=sag)).score for sag in sorted(sags)
+    ]
+    assert scores == sorted(scores, reverse=True)
+    assert (scores[0] == BEST) == (min(sags) <= 3.14)
+    loaded = grade([piece()], GOOD, None, replace(form, loaded_mm=max(sags))).score
+    assert loaded == scores[-1]

@@ -53,7 +53,7 @@ def wavy_piece(
 def make_sheet(pieces, *, width=220.0, height=160.0, lines=("VASE SHEET 1/2",)):
     """Return a sheet with notes."""
     return SheetDrawing(
-        "sheet_01", width, height, tuple(pieces), sheet_notes(SheetSize(width, height), lines)
+        "sheet_01", width, height, tuple(pieces), sheet_notes(SheetSize(width, height), lines).drawn
     )
 
 

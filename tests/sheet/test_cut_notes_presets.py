@@ -7,10 +7,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.sheet.drawing import Layer, SheetDrawing, check_drawing
+from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, check_drawing
 from fabweave.sheet.labels.lettering import place_text
 from fabweave.sheet.presets import LayerColour, preset_named, preset_names
-from fabweave.sheet.sheet_notes import sheet_notes
+from fabweave.sheet.sheet_notes import left_out_notes, sheet_notes
 from fabweave.stock.sheet_size import SheetSize
 
 sides = st.floats(12.0, 2000.0)
@@ -22,7 +22,7 @@ lines = st.lists(st.text(alphabet="ABC 069-/.", max_size=60), max_size=4)
 def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(
     width, height, texts, margin, grain
 ):
-    notes = sheet_notes(SheetSize(width, height, grain_deg=grain), texts, margin_mm=margin)
+    notes, _ = sheet_notes(SheetSize(width, height, grain_deg=grain), texts, margin_mm=margin)
     assert {note.layer for note in notes} == {Layer.NOTES}
     points = np.concatenate([note.points for note in notes])
     assert points.min() >= -1e-9
@@ -34,7 +34,7 @@ def test_notes_stay_on_the_sheet_on_their_layer_and_can_be_written(
     ("width", "length"), [(600.0, 100.0), (110.0, 100.0), (109.0, 50.0), (50.0, 20.0), (12.0, 10.0)]
 )
 def test_the_bar_is_as_long_as_it_says(width, length):
-    _, bar, *letters = sheet_notes(SheetSize(width, 100.0), [])
+    _, bar, *letters = sheet_notes(SheetSize(width, 100.0), []).drawn
     assert np.ptp(bar.points[:, 0]) == pytest.approx(length, abs=1e-9)
     # Its ends are marked by strokes that stand on it.
     np.testing.assert_allclose(bar.points[[0, 3], 0], bar.points[[1, 2], 0])
@@ -51,7 +51,7 @@ def test_the_bar_is_as_long_as_it_says(width, length):
 def test_notes_keep_to_the_margin(margin):
     _, *others = sheet_notes(
         SheetSize(600.0, 400.0), ["job 69 sheet 1/4", "card 0.4 mm"], margin_mm=margin
-    )
+    ).drawn
     inside = shapely.box(margin, margin, 600.0 - margin, 400.0 - margin)
     for note in others:
         assert not shapely.LineString(note.points).intersects(inside)
@@ -75,7 +75,7 @@ def test_notes_on_odd_stock_are_on_good_material(ring, texts, margin, grain):
     width, height = ring.max(axis=0).tolist()
     outline = tuple(map(tuple, ring.tolist()))
     stock = SheetSize(width, height, grain_deg=grain, outline=outline, defects=(knot,))
-    notes = sheet_notes(stock, texts, margin_mm=margin)
+    notes, _ = sheet_notes(stock, texts, margin_mm=margin)
     check_drawing(SheetDrawing("s", width, height, (), notes))
     frame, bar, *_ = notes
     assert shapely.Polygon(frame.points).symmetric_difference(material).area < 1.0
@@ -90,7 +90,8 @@ def test_notes_on_odd_stock_are_on_good_material(ring, texts, margin, grain):
 def test_notes_on_odd_stock_stand_where_no_piece_does():
     wedge = ((0.0, 0.0), (300.0, 0.0), (0.0, 200.0))
     texts = ["JOB SHEET 1/4", "THE ENGRAVED FACE"]
-    _, bar, *letters = sheet_notes(SheetSize(300.0, 200.0, outline=wedge), texts, margin_mm=6.0)
+    stock = SheetSize(300.0, 200.0, outline=wedge)
+    _, bar, *letters = sheet_notes(stock, texts, margin_mm=6.0).drawn
     assert len(letters) > 25
     pieces = shapely.Polygon(wedge).buffer(-6.0, join_style="mitre")
     for note in (bar, *letters):
@@ -98,9 +99,9 @@ def test_notes_on_odd_stock_stand_where_no_piece_does():
 
 
 def test_a_long_text_is_made_smaller_and_then_cut_off():
-    short = sheet_notes(SheetSize(300.0, 200.0), ["ABC"])
-    long = sheet_notes(SheetSize(300.0, 200.0), ["ABC" * 40])
-    dots = sheet_notes(SheetSize(300.0, 200.0), ["ABC" * 4000])
+    short = sheet_notes(SheetSize(300.0, 200.0), ["ABC"]).drawn
+    long = sheet_notes(SheetSize(300.0, 200.0), ["ABC" * 40]).drawn
+    dots = sheet_notes(SheetSize(300.0, 200.0), ["ABC" * 4000]).drawn
     assert len(short) < len(long) < len(dots) + 200
     assert np.ptp(long[-1].points[:, 1]) < np.ptp(short[-1].points[:, 1])
     for dot in dots[-2:]:
@@ -109,12 +110,38 @@ def test_a_long_text_is_made_smaller_and_then_cut_off():
 
 
 def test_notes_refuse_what_they_cannot_draw():
-    with pytest.raises(InputError, match="no room"):
-        sheet_notes(SheetSize(5.0, 100.0), [])
-    with pytest.raises(InputError, match="no room"):
-        sheet_notes(SheetSize(100.0, float("nan")), [])
     with pytest.raises(InputError, match="漢"):
         sheet_notes(SheetSize(600.0, 400.0), ["ok", "漢"])
+
+
+@given(
+    st.tuples(st.floats(1.0, 300.0), st.floats(1.0, 300.0)),
+    st.floats(0.0, 3.0),
+    st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.01, 1.0)), max_size=9),
+    st.none() | st.floats(0.0, 180.0),
+)
+@example((300.0, 200.0), 0.0, [(0.0, 0.0, 1.0)], None)
+def test_notes_that_find_no_room_beside_pieces_are_left_out_and_said(size, margin, places, grain):
+    # Pieces lie anywhere inside the margin.
+    room = np.maximum(np.array(size) - 2.0 * margin, 0.0)
+    pieces = []
+    for x, y, part in places if room.min() > 0.0 else ():
+        low = margin + room * (x, y) * (1.0 - part)
+        (a, b), (c, d) = low, low + part * room
+        corners = np.array([[a, b], [c, b], [c, d], [a, d]])
+        pieces.append(PieceDrawing("A1", (Polyline(Layer.CUT_OUTER, corners, closed=True),)))
+    texts = ["JOB SHEET 1/4", "ONE", "TWO"]
+    stock = SheetSize(*size, grain_deg=grain)
+    notes = sheet_notes(stock, texts, margin_mm=margin, pieces=pieces)
+    frame, *others = (shapely.LineString(note.points) for note in notes.drawn)
+    sheet = shapely.box(0.0, 0.0, *size).buffer(1e-6)
+    assert sheet.covers(shapely.union_all([frame, *others]))
+    cut = [shapely.Polygon(piece.entities[0].points) for piece in pieces]
+    assert not shapely.union_all(cut).buffer(-1e-6).intersects(shapely.union_all(others))
+    parts = {"the reference bar", "the title", "'ONE'", "'TWO'"}
+    assert bool(others) == bool(parts - set(notes.left_out))
+    told = left_out_notes([SheetDrawing("sheet_07", *size, (), (), left_out=notes.left_out)])
+    assert all(part in told[0] for part in (*notes.left_out, "sheet_07") if notes.left_out)
 
 
 # ---- presets --------------------------------------------------------------------------------

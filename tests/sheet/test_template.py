@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from pypdf import PdfReader
+from pypdf.generic import ContentStream
 from read_template import read_template
 
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
@@ -31,6 +32,32 @@ def test_one_page_is_the_sheet(drawing, tmp_path):
     read = read_template(tmp_path / "a.pdf")
     for corner in [*drawing.pieces[0].entities[1].points, (124.0, 50.0), (600.0, 400.0)]:
         assert np.hypot(*(read.points - corner).T).min() < 1e-3
+
+
+def test_printers_are_told_not_to_scale(drawing, tmp_path):
+    for paper in ("sheet", "a4"):
+        (tmp_path / "a.pdf").write_bytes(template_pdf(drawing, paper))
+        told = PdfReader(tmp_path / "a.pdf").trailer["/Root"]["/ViewerPreferences"]
+        assert told["/PrintScaling"] == "/None"
+
+
+def test_a_sheet_of_more_than_five_metres_has_pages_of_a_larger_unit(tmp_path):
+    roll = sheet(strip("A1", 10.0, 10.0, 11900.0, 80.0), size=(12000.0, 300.0))
+    (tmp_path / "a.pdf").write_bytes(template_pdf(roll))
+    reader = PdfReader(tmp_path / "a.pdf")
+    (page,) = reader.pages
+    assert reader.pdf_header == "%PDF-1.6"
+    assert page.user_unit == 3
+    assert max(page.mediabox.upper_right) <= 14400
+    size = [float(side) * page.user_unit / MM for side in page.mediabox.upper_right]
+    assert size == pytest.approx([12000.0, 300.0], abs=1e-2)
+    ((values, _),) = [
+        step for step in ContentStream(page["/Contents"], reader).operations
+        if step[1] == b"cm" and float(step[0][0]) != 1.0
+    ]  # fmt: skip
+    assert [float(each) * page.user_unit for each in values] == pytest.approx(
+        [1, 0, 0, 1, 0, 0], abs=1e-8
+    )
 
 
 def strip(name, x, y, wide, high):

@@ -218,11 +218,21 @@ def test_pictures_are_kept_as_they_are():
     assert np.array_equal(np.asarray(packed(pixels).image), pixels)
 
 
-def test_characters_that_no_font_has_become_question_marks():
-    book = manual_book.Book("a4", "Knödel 編み (a\\b)")
+def test_titles_of_east_asia_are_written_and_characters_that_no_font_has_are_not():
+    book = manual_book.Book("a4", "Knödel 編み兔子 토끼 \N{RABBIT} (a\\b)")
     book.page("One")
-    text = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0].extract_text()
-    assert "Knödel ?? (a\\b)" in text
+    reader = pypdf.PdfReader(io.BytesIO(book.finish()))
+    text = reader.pages[0].extract_text().replace("\n", "")
+    assert "Knödel 編み兔子 토끼 ? (a\\b)" in text
+    assert "編み兔子 토끼" in reader.metadata.title
+
+
+def test_east_asia_is_measured_as_it_is_written_and_breaks_anywhere():
+    title = "竹编兔子" * 9
+    assert manual_book.text_width(title, 10.0) == pytest.approx(360.0)
+    lines = manual_book.wrapped(title, 10.0, 100.0)
+    assert "".join(lines) == title
+    assert [len(line) for line in lines] == [10, 10, 10, 6]
 
 
 def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_many_there_are():

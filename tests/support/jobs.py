@@ -27,6 +27,15 @@ STRAIGHT = (
     "--size", "250mm", "--joint", "rivet:2,slots", "--spares", "1", "--effort", "quick",
     "--template", "none",
 )  # fmt: skip
+#: A job with a ring around an opening, and one with a former, both with kerf.
+RINGED = (
+    "shape:sphere?n=3", "--size", "200mm", "--leave-out", "top:80mm", "--rim", "ring",
+    "--effort", "quick", "--kerf", "0.15", "--hang", "bottom:3",
+)  # fmt: skip
+FORMED = (
+    "shape:sphere?n=3", "--size", "250mm", "--former", "auto", "--effort", "quick",
+    "--kerf", "0.15",
+)  # fmt: skip
 #: Longer than any job takes, on whatever machine; it only ends waiting for what never comes.
 _PATIENCE_S = 900.0
 

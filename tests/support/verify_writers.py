@@ -97,7 +97,7 @@ def dxf_text(shapes, sheet, *, r12=False):
     for layer in LAYERS:
         colour, aci = COLOURS[layer]
         put((0, "LAYER"), (2, layer), (70, 0), (62, aci), (6, "Continuous"))
-        put(*[] if r12 else [(420, int(colour[1:], 16))])
+        put(*[] if r12 else [(420, int(colour[1:], 16)), (370, 0)])
     put((0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
     for handle, (piece, layer, kind, data, closed) in enumerate(shapes, start=0x100):
         tag = [(1001, "FABWEAVE"), (1000, piece)] if piece else []
@@ -214,6 +214,14 @@ def write_ribbons(folder):
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
 
 
+def write_as_r12(specimen, folder):
+    """Write the drawings as R12, and that this was asked for."""
+    specimen.plan["cut"]["dxf"] = "R12"
+    write_plan(specimen, folder)
+    (folder / "job.toml").write_text(settings_text(specimen, dxf="R12"))
+    write_sheets(specimen, folder, r12=True)
+
+
 def write_sheets(specimen, folder, *, r12=False, edit=None):
     """Write the drawings; ``edit`` changes the list of shapes of each sheet."""
     (folder / "sheets").mkdir(exist_ok=True)
@@ -236,14 +244,86 @@ def write_mesh(specimen, folder):
     (folder / "woven_mesh.obj").write_text("\n".join(lines) + "\n")
 
 
+def settings_text(specimen, **asked):
+    """Return the settings: a preset of one's own, and what else is asked for."""
+    asked |= {} if specimen.boundary is None else {"boundary": specimen.boundary}
+    # A table [job] may follow it, where there is none yet.
+    lines = ["[job]"] if asked else []
+    lines += [f'{key} = "{value}"' for key, value in asked.items()]
+    lines += ["[job.preset]", 'name = "own"', f"hairline_mm = {HAIRLINE}", "[job.preset.layers]"]
+    lines += [f'{layer} = {{colour = "{c}", aci = {aci}}}' for layer, (c, aci) in COLOURS.items()]
+    head = 'mesh = "specimen"\n[outcome]\nfasten = "all"\n'
+    return head + "\n".join(lines) + "\n"
+
+
+def write_tables(specimen, folder):
+    """Write the tables that people work by, of all pieces, their stations, and crossings."""
+    plan = completed(specimen.plan)
+    pieces = {piece["id"]: piece for piece in plan["pieces"]}
+    lap_of = {lap["id"]: lap for lap in plan["joints"]}
+    crossings = {crossing["id"]: crossing for crossing in plan["crossings"]}
+    step_of = {key: step["step"] for step in plan["steps"] for key in step["crossings"]}
+    rows = {"pieces": ["id,thread,sheet,length_mm,width_mm,area_mm2,holes,kind,material,"
+                       "thickness_mm"],
+            "stations": ["piece,station,crossing,distance_mm,lies,partner,partner_station,joint,"
+                         "mate,hole_mm,step"],
+            "crossing_map": ["crossing,over_piece,over_station,under_piece,under_station,joint,"
+                             "hole_mm,x,y,z"]}  # fmt: skip
+    for name, piece in pieces.items():
+        xs, ys = zip(*piece["outline"], strict=True)
+        label = plan["threads"][piece["thread"]]["label"]
+        holes = sum(math.pi * hole["diameter_mm"] ** 2 / 4 for hole in piece["cutouts"])
+        area = path_area(piece["path"]) - holes
+        rows["pieces"].append(
+            f"{name},{label},{piece['sheet']},{max(xs) - min(xs):.3f},{max(ys) - min(ys):.3f},"
+            f"{area:.3f},{len(piece['cutouts'])},{piece['kind']},,"
+        )
+        along, last = 0.0, None
+        for at, s in enumerate(piece["stations"]):
+            along += math.dist(last or (s["x"], s["y"]), (s["x"], s["y"]))
+            last = s["x"], s["y"]
+            partner = crossings[s["crossing"]]["under" if s["over"] else "over"]
+            pair = lap_of[s["joint"]]["pieces"] if s["joint"] is not None else ["", ""]
+            mate = pair[1] if pair[0] == name else pair[0]
+            joint = "" if s["joint"] is None else s["joint"]
+            rows["stations"].append(
+                f"{name},{at},{s['crossing']},{along:.1f},{'over' if s['over'] else 'under'},"
+                f"{partner['piece']},{partner['station']},{joint},{mate},{s['hole_mm'] or ''},"
+                f"{step_of[s['crossing']]}"
+            )
+    for key, one in crossings.items():
+        (up, top), (low, bottom) = (
+            (end, pieces[end["piece"]]["stations"][end["station"]])
+            for end in (one["over"], one["under"])
+        )
+        joint = top["joint"] if bottom["joint"] is None else bottom["joint"]
+        rows["crossing_map"].append(
+            f"{key},{up['piece']},{up['station']},{low['piece']},{low['station']},"
+            f"{'' if joint is None else joint},{bottom['hole_mm'] or ''},"
+            + ",".join(map(str, one["position"]))
+        )
+    for name, lines in rows.items():
+        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n")
+
+
+def path_area(path):
+    """Return the area within a path: triangles from its first corner, and segments of circles."""
+    area = 0.0
+    for (x, y, bulge), (u, v, _) in zip(path, [*path[1:], path[0]], strict=True):
+        area += (x * v - u * y) / 2
+        if bulge:
+            turn, chord = 4 * math.atan(bulge), math.dist((x, y), (u, v))
+            area += (chord / 2 / math.sin(turn / 2)) ** 2 * (turn - math.sin(turn)) / 2
+    return area
+
+
 def write_job(specimen, folder):
     """Write every file that is proved of a job, and seal them."""
     folder.mkdir(parents=True, exist_ok=True)
-    settings = 'mesh = "specimen"\n[outcome]\nfasten = "all"\n'
-    asked = {} if specimen.boundary is None else {"boundary": specimen.boundary}
-    if asked:
-        settings += "[job]\n" + "".join(f'{key} = "{value}"\n' for key, value in asked.items())
-    (folder / "job.toml").write_text(settings)
+    (folder / "job.toml").write_text(settings_text(specimen))
+    write_tables(specimen, folder)
+    for name in ("waste", "preflight", "verdict"):
+        (folder / f"{name}.json").write_text("{}")
     write_mesh(specimen, folder)
     write_plan(specimen, folder)
     (folder / "model.glb").write_bytes(glb_bytes(specimen.strips))

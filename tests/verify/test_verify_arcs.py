@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sealing import told
 from spoiling import edit_json, put
-from verify_writers import dxf_text, sheet_shapes, svg_text, write_job, write_sheets
+from verify_writers import dxf_text, sheet_shapes, svg_text, write_as_r12, write_job, write_sheets
 
 from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area, traced
 from fabweave.verify.read.dxf import read_dxf
@@ -103,7 +103,7 @@ def test_start_and_direction_do_not_matter(specimen, job):
 
 def test_r12_has_arcs_too(specimen, job):
     folder = job("bent")
-    write_sheets(specimen("bent"), folder, r12=True)
+    write_as_r12(specimen("bent"), folder)
     assert told(folder) == {}
     assert "VERTEX" in (folder / "sheets" / "sheet_01.dxf").read_text()
 

@@ -10,10 +10,12 @@ from sealing import told
 from spoiling import edit_json
 
 from fabweave.verify.check.form import (
+    CUT_MM,
     PIECES,
     Attitude,
     Spans,
     Stand,
+    _panels_flat,
     _pieces,
     middles_of,
     moves,
@@ -23,6 +25,7 @@ from fabweave.verify.check.form import (
     twists,
     weights,
 )
+from fabweave.verify.read.glb import Strip
 
 FLAT = np.zeros(3)
 CARD = (np.array([3000.0]), np.array([0.3]), np.array([0.4]))
@@ -135,7 +138,7 @@ def test_what_is_made_is_in_balance(loaded):
     assert told(loaded) == {}
     check = next(one for one in json.loads((loaded / "verify.json").read_text("utf-8"))["checks"]
                  if one["name"] == "form")  # fmt: skip
-    assert {"energy", "balance_mm", "borne", "apart_mm"} <= set(check["measured"])
+    assert {"energy", "balance_mm", "borne", "cut_mm"} <= set(check["measured"])
     assert check["measured"]["energy"]["value"] < 0.005
     assert check["measured"]["balance_mm"]["value"] < 0.02
 
@@ -198,9 +201,42 @@ def test_another_distance_is_found(loaded, key):
 
 
 @pytest.mark.slow
+def test_a_collapse_that_is_not_told_is_found_and_one_that_is_not(loaded):
+    """No number is told of what collapses, and only of that; and it cannot be built."""
+    edit_json(loaded / "verdict.json", lambda d: d["form"].update(sags_mm=None))
+    assert "sags_mm is not told" in str(told(loaded)["form"])
+    edit_json(loaded / "verdict.json", lambda d: d["form"].update(collapses=True))
+    assert "the first reason" in str(told(loaded)["form"])
+
+
+def test_strips_that_are_wider_or_bent_in_their_plane_are_found():
+    """A strip of the model against one that is a little wider, and one that turns aside."""
+    along = np.linspace(0.0, 90.0, 10)
+    rails = np.stack(
+        [np.stack([along, side + 0 * along, 0 * along], axis=1) for side in (-5, 5)], 1
+    )
+    turned = rails + 0.001 * along[:, None, None] ** 2 * [0.0, 1.0, 0.0]
+
+    def strip(rungs):
+        panels = np.array([0, 4, 8])
+        right = np.ones(len(rungs) - 1, dtype=bool)
+        return Strip("A", False, panels, panels + 1, rungs, right, 0.0)
+
+    cut = _panels_flat(strip(rails))
+    # Rolled up, it is the same strip.
+    around = np.stack([30 * np.sin(along / 30), 30 * np.cos(along / 30)], axis=1)
+    rolled = np.stack([around[:, None, 0] + [0, 0], rails[:, :, 1], around[:, None, 1] + [0, 0]], 2)
+    chord = 60 * np.sin(10 / 60)
+    flat = strip(rails * [chord / 10.0, 1.0, 1.0])
+    assert np.abs(_panels_flat(strip(rolled)) - _panels_flat(flat)).max() < 1e-9
+    for other in (rails * [1.0, 1.02, 1.0], turned, rails * [1.01, 1.0, 1.0]):
+        assert np.abs(_panels_flat(strip(other)) - cut).max() > 2 * CUT_MM
+
+
+@pytest.mark.slow
 def test_another_model_is_found_and_a_form_that_is_missing(loaded):
     shutil.copy(loaded / "model.glb", loaded / "model_relaxed.glb")
-    assert "from its crossing" in str(told(loaded)["form"])
+    assert "strips_mm" in str(told(loaded)["form"])
     (loaded / "model_relaxed.glb").unlink()
     assert "missing" in str(told(loaded)["form"])
     (loaded / "form.json").unlink()

@@ -5,13 +5,10 @@ import shutil
 
 import numpy as np
 import pytest
+from jobs import FORMED
 from sealing import told
 from spoiling import drop, edit_json, edit_text, more, put
 
-FORMED = (
-    "shape:sphere?n=3", "--size", "250mm", "--former", "auto", "--effort", "quick",
-    "--kerf", "0.15",
-)  # fmt: skip
 OPEN = ("shape:hemisphere", "--size", "200mm", "--former", "museum-board", "--effort", "quick")
 
 
@@ -54,6 +51,16 @@ def test_slots_of_two_plates_end_in_one_place_and_planes_are_square(formed):
             assert np.allclose(in_space(plate, slot["end"]), in_space(other, end), atol=1e-5)
 
 
+def far_ones(strips):
+    """Exchange the names of two places that are far from one another."""
+    first, other = (
+        strips[0],
+        max(strips, key=lambda one: np.hypot(*np.subtract(one["at"], strips[0]["at"]))),
+    )
+    first["piece"], other["piece"] = other["piece"], first["piece"]
+    return strips
+
+
 SPOILT = [
     (("plates", 0, "origin", 0), more(3.0), "a strip is"),
     (("plates", 0, "axes", 0, 0), more(0.1), "not of length 1"),
@@ -62,8 +69,10 @@ SPOILT = [
     (("plates", 0, "strips", 0, "piece"), lambda _: "Z99", "no such piece"),
     (("plates", 0, "slots", 0, "end", 0), more(5.0), "their slots end"),
     (("thickness_mm",), lambda _: 3.0, "into one another"),
-    (("way_out", "wide_mm"), more(40.0), "wide"),
-    (("way_out", "deep_mm"), more(400.0), "deep"),
+    (("way_out", "wide_mm"), more(0.1), "wide"),
+    (("way_out", "deep_mm"), more(0.1), "deep"),
+    (("plates", 0, "strips"), lambda strips: strips[:-1], "ticks"),
+    (("plates", 0, "strips"), far_ones, "the strip passes"),
     (("way_out", "inward", 0), more(1.0), "inward"),
     (("way_out", "before"), lambda _: 10_000, "before no piece"),
 ]  # fmt: skip

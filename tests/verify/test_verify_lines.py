@@ -57,9 +57,10 @@ def test_spoilt_lines_are_found(job, lines, words) -> None:
     assert words in told if words else told == ""
 
 
-def test_notes_may_lie_along_an_edge(job) -> None:
-    run = "  0\nLINE\n  8\n{}\n 10\n1\n 20\n1\n 11\n{}\n 21\n1\n"
-    assert add_shapes(job(), run.format("NOTES", 9) + run.format("NOTES", 5)) == ""
+def test_notes_are_as_fine_as_they_are(job) -> None:
+    # Nobody cuts them: they may lie along an edge, be there twice, and have sides of no length.
+    run = "  0\nLINE\n  8\nNOTES\n 10\n1\n 20\n1\n 11\n{}\n 21\n1\n"
+    assert add_shapes(job(), "".join(run.format(end) for end in (9, 5, 5, 1.01, 1))) == ""
 
 
 @pytest.mark.parametrize(("sign", "words"), [(-1.0, ""), (1.0, "drawn more than once")])

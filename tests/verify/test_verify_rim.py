@@ -4,15 +4,11 @@ import json
 import shutil
 
 import pytest
+from jobs import RINGED
 from sealing import told
 from spoiling import edit_json, edit_text
 
 from fabweave.cli.main import main
-
-RINGED = (
-    "shape:sphere?n=3", "--size", "200mm", "--leave-out", "top:80mm", "--rim", "ring",
-    "--effort", "quick", "--kerf", "0.15", "--hang", "bottom:3",
-)  # fmt: skip
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 """Any change of any file of a finished job is found, by its name."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -7,7 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from jobs import OCTAHEDRON
+from spoiling import drop, edit_json, put
 
+from fabweave.core.job_folder import foreign_files
 from fabweave.job import run_job
 from fabweave.options.settings import Settings
 from fabweave.show import papers
@@ -92,6 +95,27 @@ def test_pictures_that_were_exchanged_and_files_that_were_added_are_found(folder
     (folder / "sheets" / "sheet_09.png").unlink()
     for name in ("render.png", "sheets/sheet_01.png", "sheets/sheet_09.png"):
         assert name in found
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_no_byte_is_read_of_a_file_of_another_size(folder, tmp_path, older):
+    """Whatever says that it is larger than any disk is found at once, also by an older seal."""
+    copy = shutil.copytree(folder, tmp_path / "job")
+    if older:
+        edit_json(copy / "contents.json", drop("bytes"))
+        assert broken(copy) == ""
+    names = ("render.png", "index.html", "job.toml", "sheets/sheet_01.dxf", "pieces.csv")
+    for name in names:
+        os.truncate(copy / name, 1 << 41)
+    found = broken(copy)
+    assert all(name in found for name in names)
+    assert {name.partition(" ")[0] for name in foreign_files(copy)} == set(names)
+
+
+def test_a_size_that_the_seal_has_wrong_is_found(folder, tmp_path):
+    copy = shutil.copytree(folder, tmp_path / "job")
+    edit_json(copy / "contents.json", put("bytes", "render.png", 7))
+    assert "render.png" in broken(copy)
 
 
 @pytest.mark.slow

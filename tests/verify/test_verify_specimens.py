@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sealing import verify_job
 from verify_specimen import exact_twill, make_specimen, octahedron, saddle, torus
-from verify_writers import dxf_text, sheet_shapes, write_job
+from verify_writers import write_as_r12, write_job
 
 from fabweave.verify.report import MEANINGS
 
@@ -63,14 +63,9 @@ def test_the_worst_values_are_those_of_32_bit_rounding(tmp_path):
 
 def test_r12_is_read_too(tmp_path):
     specimen = make_specimen(octahedron(), joints=2)
-    specimen.plan["cut"]["dxf"] = "R12"
-    write_job(specimen, tmp_path)
-    for sheet in specimen.plan["sheets"]:
-        text = dxf_text(sheet_shapes(specimen, specimen.plan, sheet), sheet, r12=True)
-        assert "LWPOLYLINE" not in text
-        (tmp_path / "sheets" / f"{sheet['name']}.dxf").write_text(text)
-    report = verify_job(tmp_path)
-    assert report.failed == ()
+    write_as_r12(specimen, write_job(specimen, tmp_path))
+    assert "LWPOLYLINE" not in (tmp_path / "sheets" / "sheet_01.dxf").read_text()
+    assert verify_job(tmp_path).failed == ()
 
 
 def test_a_thread_may_start_anywhere(tmp_path):

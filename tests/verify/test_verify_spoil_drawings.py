@@ -259,7 +259,7 @@ def exchange_layers(text):
 
 
 def scale_to_pixels(text):
-    """Write 96 units an inch: as good, if all coordinates follow."""
+    """Write 96 units an inch: as good for who reads sizes, but nobody asked for it."""
     scale = 96 / 25.4
     text = text.replace('viewBox="0 0 600 400"', f'viewBox="0 0 {600 * scale} {400 * scale}"')
     text = re.sub(
@@ -275,10 +275,10 @@ SVG_EDITS = [
     (exchange_layers, "order"),
     # A group that is no layer.
     (swap('inkscape:groupmode="layer" inkscape:label="CUT_INNER"', ""), "outlines-svg"),
-    (scale_to_pixels, ""),
-    (swap('viewBox="0 0 600 400"', 'viewBox="0 0 300 200"'), "outlines-svg"),
+    (scale_to_pixels, "colours"),
+    (swap('viewBox="0 0 600 400"', 'viewBox="0 0 300 200"'), "outlines-svg colours"),
     (swap('viewBox="0 0 600 400"', 'viewBox="0 0 600 300"'), "outlines-svg"),
-    (swap('width="600mm"', 'width="610mm"'), "outlines-svg"),
+    (swap('width="600mm"', 'width="610mm"'), "outlines-svg colours"),
     (swap('width="600mm"', 'width="600"'), "files outlines-svg order"),
     (swap('viewBox="0 0 600 400"', ""), "files outlines-svg order"),
     (swap("<path id", '<path transform="scale(1)" id'), "outlines-svg"),

@@ -15,7 +15,7 @@ from fabweave.verify.report import MEANINGS
 #: left alone then.
 MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("seal", "source"))
 MISSING = {
-    "job.toml": "files fastened",
+    "job.toml": "files fastened colours",
     "woven_mesh.obj": "files source mesh-walks pattern space rim former",
     "model.glb": "files space clearance bends grain joints unfolding",
     "crossing_map.json": MAP_CHECKS,
@@ -58,8 +58,8 @@ def test_garbage_is_a_finding(job, name, content):
     (folder / name).write_bytes(content)
     found = told(folder)
     if (name, content) == ("job.toml", b""):
-        # No settings are settings, but they do not say what is fastened.
-        assert set(found) == {"fastened"}
+        # No settings are settings, but they name neither what is fastened nor the preset.
+        assert set(found) == {"fastened", "colours"}
     else:
         assert "files" in found
         assert set(found) <= set(MISSING[name].split())

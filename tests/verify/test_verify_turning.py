@@ -7,12 +7,16 @@ import pytest
 from sealing import verify_job
 from verify_specimen import make_specimen, octahedron, saddle
 from verify_writers import write_job, write_mesh
+from weaving_meshes import walked
 
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.verify.check.space import Turn, check_turns, turns_after
 from fabweave.verify.measure.walks import Pass, trace_walks
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.mesh import read_obj
 from fabweave.verify.report import Tally
+from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.decide import decide_twill
 
 
 def failed(specimen, folder):
@@ -24,6 +28,24 @@ def test_a_plan_that_claims_to_turn_but_ends_is_found(tmp_path):
     assert failed(ending, tmp_path / "true") == set()
     ending.boundary = "turn"
     assert failed(ending, tmp_path / "false") == {"mesh-walks", "pattern", "space"}
+
+
+def test_where_a_twill_breaks_at_turns_is_counted(tmp_path):
+    points, faces = saddle()
+    halfedges, threads = walked(PolyMesh.from_faces(points, faces), turn=True)
+    twist = decide_twill(twill_conditions(halfedges, threads)).twist
+    first = threads.crossing_halfedge
+    ends = np.sort(np.column_stack([halfedges.tail[first], halfedges.head[first]]), axis=1)
+    sense = dict(zip(map(tuple, ends.tolist()), twist.tolist(), strict=True))
+    specimen = make_specimen((points, faces), pattern="twill", sense=sense, turning=True)
+    claim = specimen.plan["weave"]
+    threads = [thread["over"] for thread in specimen.plan["threads"]]
+    # Its conditions hold, so what breaks along its rings breaks at turns.
+    true = sum(over[at] == over[at - 2] for over in threads for at in range(len(over)))
+    assert true > 0
+    for told in (None, true, true - 1, true + 1):
+        claim["broken_at_turns"] = told or 0
+        assert failed(specimen, tmp_path / str(told)) == (set() if told == true else {"pattern"})
 
 
 @pytest.mark.parametrize("claim", ["end", None])

@@ -14,9 +14,16 @@ from weaving_meshes import meshes, walked
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.pattern import over_of_passes
 from fabweave.weave.threads import Threads, thread_labels, trace_threads
-from fabweave.weave.twill.conditions import Broken, TwillConditions, count_broken, twill_conditions
+from fabweave.weave.twill.conditions import (
+    Broken,
+    TwillConditions,
+    broken_at_turns,
+    count_broken,
+    twill_conditions,
+)
 from fabweave.weave.twill.decide import Decision, decide_twill, explain
 
 
@@ -45,9 +52,9 @@ def test_closed_meshes_have_a_condition_for_each_pass_and_corner(mesh: PolyMesh)
     assert len(conditions.vertex) == valence[valence >= 4].sum()
 
 
-@given(meshes(), st.integers(0, 2**32 - 1))
-def test_edge_conditions_are_the_two_over_two_under_of_the_threads(mesh: PolyMesh, seed) -> None:
-    halfedges, threads = walked(mesh)
+@given(meshes(), st.integers(0, 2**32 - 1), st.booleans())
+def test_edge_conditions_are_the_two_over_two_under_of_the_threads(mesh, seed, turn) -> None:
+    halfedges, threads = walked(mesh, turn=turn)
     conditions = twill_conditions(halfedges, threads)
     twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
     over = over_of_passes(threads, twist)
@@ -58,7 +65,24 @@ def test_edge_conditions_are_the_two_over_two_under_of_the_threads(mesh: PolyMes
         steps = range(count if threads.closed[number] else count - 2)
         # Two passes apart a strand changes sides in a 2/2 twill: o o u u o o u u.
         broken += sum(own[k] == own[(k + 2) % count] for k in steps)
-    assert count_broken(conditions, twist).edge == broken
+    at_turns = broken_at_turns(threads, twist)
+    assert count_broken(conditions, twist).edge + at_turns == broken
+    assert at_turns == 0 or len(threads.turn_pass)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "breaks"),
+    [
+        (parse_shape("shape:tube"), 32),
+        (parse_shape("shape:hypar"), 36),
+        (grids.tube(16, 6, 1.0, 1.0), 32),
+    ],
+)
+def test_an_exact_twill_whose_threads_turn_back_breaks_at_known_places(mesh, breaks) -> None:
+    # What a walk along each thread and round its turns finds; no choice of twists has fewer.
+    halfedges, threads = walked(mesh, turn=True)
+    twist = decide_twill(twill_conditions(halfedges, threads)).twist
+    assert broken_at_turns(threads, twist) == breaks
 
 
 @given(meshes(), st.integers(0, 2**32 - 1))

@@ -7,7 +7,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
 from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
@@ -30,6 +37,7 @@ from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
@@ -51,9 +59,9 @@ from fabweave.plan.ask import (
     settle_grain,
     try_refinement,
 )
-from fabweave.plan.letting_go import foretold_mm
+from fabweave.plan.letting_go import foretold
 from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
-from fabweave.plan.verdict import judge, refused
+from fabweave.plan.verdict import NARROW_MM, judge, refused
 from fabweave.ribbon.lay import (
     WovenObject,
     keep_clear,
@@ -75,7 +83,7 @@ from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
 from fabweave.weave.threads import Threads, trace_threads
 from fabweave.weave.twill.anneal import couple
 from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
-from fabweave.weave.twill.conditions import twill_conditions
+from fabweave.weave.twill.conditions import broken_at_turns, twill_conditions
 from fabweave.weave.twill.decide import decide_twill, explain
 from fabweave.weave.twill.voting import best_vote
 
@@ -102,13 +110,15 @@ def twill_facts(
     progress("twill", 0, 1)
     halfedges, threads, twill = woven.halfedges, woven.weave.threads, woven.result.twill
     conditions = twill_conditions(halfedges, threads)
-    facts: dict[str, Any] = {"exact": True, "conditions": conditions.count}
+    facts: dict[str, Any] = {"conditions": conditions.count}
     if twill is not None:
         # The weave was to be a twill, so all this is known already.
         reason, voted, bound = twill.obstruction, twill.voted, twill.bound
+        facts |= _exactness(threads, None if reason else twill.weave.twist)
     else:
         decision = decide_twill(conditions)
         reason, voted, bound = None, None, None
+        facts |= _exactness(threads, decision.twist)
         if not decision.twillable:
             reason = explain(halfedges, threads, conditions, decision, woven.labels)
             if threads.n_crossings <= (_MOST_VOTED if thorough else _MOST_QUICK):
@@ -128,7 +138,7 @@ def twill_facts(
                 left_out.append("how many conditions a twill breaks")
     if reason is None:
         return facts
-    facts |= {"exact": False, "because": reason.text}
+    facts["because"] = reason.text
     if voted is not None and bound is not None:
         facts["voting_breaks"] = voted.total
         # What is not twillable breaks one condition at least.
@@ -142,6 +152,12 @@ def twill_facts(
     elif n_edges <= _MOST_REFINED:
         left_out.append("after which refinements an exact twill exists")
     return facts
+
+
+def _exactness(threads: Threads, twist: BoolArray | None) -> dict[str, Any]:
+    """Tell whether twists make an exact 2/2 twill, and where it breaks all the same: at turns."""
+    turns = 0 if twist is None else broken_at_turns(threads, twist)
+    return {"exact": twist is not None} | ({"broken_at_turns": turns} if turns else {})
 
 
 def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list[dict[str, Any]]:
@@ -197,9 +213,9 @@ def advice(
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
-    A size is told only where it is at most ``NEAR_SIZE`` times the present one. Where rules would
-    want more, the mesh is too fine for its size, and a coarser one is named if the mesh is a model
-    that can be remeshed.
+    A size is told only where it is at most ``NEAR_SIZE`` times the present one, and strips are wide
+    enough for hands there. Where rules would want more, the mesh is too fine for its size, and a
+    coarser one is named if the mesh is a model that can be remeshed.
 
     Parameters
     ----------
@@ -233,14 +249,17 @@ def advice(
     known = [size for size in (check.smallest_mm, *sizes) if size is not None]
     most = max(known, default=0)
     larger = most > woven.size_mm
-    if larger and most <= NEAR_SIZE * woven.size_mm:
+    # At a size at which rules hold, strips may still be threads that no hand weaves.
+    widths = check.measured["width"].value
+    wide_mm = float(np.median(widths)) * max(most / woven.size_mm, 1.0) if len(widths) else np.inf
+    too_fine = most > NEAR_SIZE * woven.size_mm or (larger and wide_mm < NARROW_MM)
+    if larger and not too_fine:
         rules = [finding.rule for finding in findings if finding.size_mm is not None]
         what = "every rule of size" if check.smallest_mm is not None else " and ".join(rules)
         add(f"at this size {what} would hold", size_mm=float(most))
     finer = {finding.refine: finding.rule for finding in findings if finding.refine is not None}
     for refinement, rule in finer.items():
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)
-    too_fine = most > NEAR_SIZE * woven.size_mm
     if too_fine or None in sizes:  # or no size helps, or none was looked for
         coarser = _coarser(woven) if tries_designs(asked.mesh) else None
         fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
@@ -251,8 +270,10 @@ def advice(
             text = "a coarser mesh may do: see the designs below"
         elif coarser is not None:
             text = "a coarser mesh may do"
-            command = long_command(asked.but(remesh=f"quads:{coarser}"))
-        ways.append({"text": f"{text}; {fine}" if fine else text, "command": command})
+            kind = "triangles" if lacking("quads") else "quads"
+            command = long_command(asked.but(remesh=f"{kind}:{coarser}"))
+        told = filter(None, (text, fine, lacking("quads") if coarser is not None else ""))
+        ways.append({"text": "; ".join(told), "command": command})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))
@@ -506,7 +527,7 @@ def inspect_mesh(
         most = 0
         depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
     woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    costs, piece_set, form_mm = None, None, None
+    costs, piece_set, form = None, None, None
     if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
         progress("costs", 0, 1)
         brief = brief_of(settings, supplies)
@@ -515,7 +536,7 @@ def inspect_mesh(
         )
         pieces |= {"kinds": piece_set.kinds.count}
         costs = _costs(piece_set, woven, settings, supplies)
-        form_mm = foretold_mm(joined.woven, brief, piece_set)
+        form = foretold(joined.woven, brief, piece_set)
     left_out = [] if joined is None or costs is not None else ["times and costs"]
     if "left_out" in pieces:
         left_out.append("the pieces")
@@ -561,7 +582,8 @@ def inspect_mesh(
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
         "costs": costs,
-        "form_mm": None if form_mm is None else round(form_mm, 2),
+        "form_mm": None if form is None else form.far_mm,
+        "collapses": form is not None and form.collapses,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [
@@ -619,7 +641,7 @@ def _weave_answer(woven: WovenObject) -> dict[str, Any]:
     decision = decide_twill(twill_conditions(woven.halfedges, threads))
     return {
         "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
-        "twill": {"exact": decision.twillable},
+        "twill": _exactness(threads, decision.twist),
     }
 
 

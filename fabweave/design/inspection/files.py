@@ -14,6 +14,7 @@ from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave
 from fabweave.plan.ask import complete_settings
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.verdict import VERDICTS
+from fabweave.weave.pattern import exact_text
 from fabweave.weave.strand_colours import strand_colours
 
 #: What designs from coarse to fine are called.
@@ -79,6 +80,10 @@ def _asked_picture(inspection: Inspection, settings: Settings | None) -> Image.I
         ),
         f"{woven.weave.pattern}\n{agree(threads.n_threads, '{n} thread[|s]')}, "
         f"{agree(threads.n_crossings, '{n} crossing[|s]')}, "
-        + ("exact" if woven.weave.exact else agree(broken, "{n} broken condition[|s]")),
+        + (
+            exact_text(woven.weave.broken_at_turns)
+            if woven.weave.exact
+            else agree(broken, "{n} broken condition[|s]")
+        ),
     ]
     return contact_sheet(tiles, captions, columns=2)

@@ -8,8 +8,10 @@ from msgspec import convert
 from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.design.candidate import Figures, words
+from fabweave.mesh.remesh.engines import lacking
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
+from fabweave.weave.pattern import exact_text
 
 #: Topics of the job's own notes that the facts say better.
 _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
@@ -18,8 +20,6 @@ _OF_NO_USE = ("checks: ", "bend: ", "twist: ")
 
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
-#: A twill can be woven.
-_EXACT = "exact (--pattern twill)"
 #: A mirror stands straight if its normal is this much along an axis.
 _STRAIGHT = 0.99
 
@@ -63,7 +63,12 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         *_advice_rows(facts["advice"]),
         ("threads", told),
-        ("twill", _EXACT if facts["twill"]["exact"] else "no exact 2/2 twill (-v says why)"),
+        (
+            "twill",
+            _exact(facts["twill"])
+            if facts["twill"]["exact"]
+            else "no exact 2/2 twill (-v says why)",
+        ),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
         # How times come about is told by -v.
@@ -71,7 +76,7 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
             (name, text.partition(";")[0] if name == "time" else text)
             for name, text in (_cost_rows(facts["costs"])[:-1] if built else [])
         ),
-        *_form_rows(facts["form_mm"]),
+        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
         ("more", "-v prints all that is known; --designs tries designs from coarse to fine"),
     ]
 
@@ -94,15 +99,18 @@ def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         # What cannot be built need not be priced; the facts hold it.
         *(_choices(facts["pieces"]) if built else []),
         *(_cost_rows(facts["costs"]) if built else []),
-        *_form_rows(facts["form_mm"]),
+        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
         *_left_out_rows(facts["left_out"]),
     ]
 
 
-def _form_rows(form_mm: float | None) -> list[tuple[str, str]]:
+def _form_rows(form_mm: float | None, *, collapses: bool) -> list[tuple[str, str]]:
     """Say about how far the object goes from its form; nothing where that is not known."""
     if form_mm is None:
         return []
+    if collapses:
+        text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
+        return [("form", f"{text}; make says exactly")]
     return [("form", f"let go, it goes about {form_mm:.1f} mm from its form; make says exactly")]
 
 
@@ -199,9 +207,14 @@ def _thread_rows(threads: Mapping[str, Any], bunches: Mapping[str, Any]) -> list
     ]
 
 
+def _exact(twill: Mapping[str, Any]) -> str:
+    """Say that a twill is exact, and where it is not all the same."""
+    return f"{exact_text(twill.get('broken_at_turns', 0))} (--pattern twill)"
+
+
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     if twill["exact"]:
-        return [("twill", _EXACT)]
+        return [("twill", _exact(twill))]
     rows = [("twill", f"no exact 2/2 twill: {twill['because']}")]
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
@@ -213,7 +226,8 @@ def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple
     # A mesh that pairs up is among those above if that helps.
     paired = any(remedy["option"].startswith("remesh") for remedy in twill["exact_after"])
     if 2 * int(mesh["face_sizes"].get("3", 0)) > mesh["faces"] and not paired:
-        rows.append(("", "--remesh quads turns triangles into quads, fit for a biaxial twill"))
+        text = "--remesh quads turns triangles into quads, fit for a biaxial twill"
+        rows.append(("", lacking("quads") or text))
     return rows
 
 
@@ -281,6 +295,19 @@ def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[st
         rows.append(("", level + Finding(**reason).told))
     left = len(verdict["reasons"]) - (len(rows) - 1)
     return rows + [("", agree(left, "{n} more reason[|s] (-v tells all)"))] * bool(left)
+
+
+def command_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what makes the designs that can be built, where it is told already what they are."""
+    built = [one for one in facts["designs"] if one["verdict"]["level"] != "not makeable"]
+    head = [
+        ("designs", agree(len(built), "[this makes the one|these make those] that can be built"))
+    ]
+    return [
+        *(head if built else []),
+        *(("", one["command"]) for one in built),
+        *([("", facts["designs_why"])] if facts["designs_why"] else []),
+    ]
 
 
 def design_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -1,6 +1,7 @@
 """Start remeshers in child processes, with a limit, and take their results."""
 
 import contextlib
+import ctypes
 import importlib.util
 import os
 import signal
@@ -13,8 +14,8 @@ import zipfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,8 @@ class Engine:
         What people call it.
     package : str
         The package that must be importable; empty if none.
+    library : str
+        A library of the system that the package needs on Linux; empty if none.
     quads_per_count : int
         How many quads it gives for each face that it is asked for.
     seeded : bool
@@ -72,6 +75,7 @@ class Engine:
     name: str
     title: str
     package: str
+    library: str = ""
     quads_per_count: int = 1
     seeded: bool = True
     most_runs: int = 4
@@ -79,9 +83,22 @@ class Engine:
     limit_s: float | None = None
 
     @property
-    def installed(self) -> bool:
-        """Whether its package is there."""
-        return not self.package or importlib.util.find_spec(self.package) is not None
+    def lack(self) -> str:
+        """What keeps this platform from running it; empty if nothing does."""
+        if self.package and importlib.util.find_spec(self.package) is None:
+            return f"no wheel of {self.package}"
+        if self.library and sys.platform == "linux" and not _loads(self.library):
+            return f"no {self.library} for {self.package}"
+        return ""
+
+
+@cache
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
 
 
 #: The remeshers in the order of preference.
@@ -92,10 +109,34 @@ ENGINES = (
     ),
 )
 #: What finds the skeleton of a surface, and what makes tubes of quads around one.
-SKELETON = Engine("skeleton", "PyGEL", "pygel3d", seeded=False, most_runs=1)
-EXTRUSION = Engine("extrusion", "PyGEL", "pygel3d", seeded=False, most_runs=1)
+SKELETON = Engine("skeleton", "PyGEL", "pygel3d", "libGL.so.1", seeded=False, most_runs=1)
+EXTRUSION = replace(SKELETON, name="extrusion")
 #: What takes triangles away: libigl, which is always there.
 QSLIM = Engine("qslim", "Decimation by quadric error", "igl", seeded=False, most_runs=1)
+#: The engines of each kind of remeshing, any of which will do; triangles need none of them.
+_ENGINES_OF: dict[str, tuple[Engine, ...]] = {
+    "quads": ENGINES, "tubes": (SKELETON,), "triangles": (),
+}  # fmt: skip
+
+
+def lacking(kind: str) -> str:
+    """Say in one line why a kind of remeshing is not there, and what is; empty if it is there.
+
+    Examples
+    --------
+    >>> lacking("triangles")
+    ''
+    """
+    lacks = {
+        name: " and ".join(engine.lack for engine in engines)
+        for name, engines in _ENGINES_OF.items()
+        if engines and all(engine.lack for engine in engines)
+    }
+    if kind not in lacks:
+        return ""
+    others = [name for name in _ENGINES_OF if name not in lacks]
+    there = f"{' and '.join(others)} {'is' if len(others) == 1 else 'are'}"
+    return f"{lacks[kind]} on this platform: --remesh {kind} is not there; --remesh {there}"
 
 
 @dataclass(frozen=True)

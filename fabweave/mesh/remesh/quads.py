@@ -26,6 +26,7 @@ from fabweave.mesh.remesh.engines import (
     Run,
     Task,
     best_run,
+    lacking,
     results_of,
     run_engine,
     runs_of,
@@ -293,11 +294,8 @@ def remesh_quads(
     failures: list[str] = []
     surface = _reduced(surface, wanted)
     for engine in engines:
-        if not engine.installed:
-            failures.append(
-                f"{engine.title}: it is not installed "
-                '(pip install "fabweave[quad]", where there is a wheel for your machine)'
-            )
+        if engine.lack:
+            failures.append(f"{engine.title}: {engine.lack} on this platform")
             continue
         best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
         failures += failed
@@ -409,6 +407,8 @@ def _last_resort(
     else:
         text = f"it gives {paired.n_faces} quads (--remesh quads keeps them)"
     failures = [*failures, f"pairing triangles: {text}"]
+    if lack := lacking("quads"):
+        raise CannotMakeError(f"{lack} (pairing triangles: {text})")
     raise CannotMakeError(
         "the mesh could not be turned into quads:\n"
         + "\n".join(f"  - {failure}" for failure in failures)

@@ -44,6 +44,7 @@ from fabweave.mesh.remesh.engines import (
     SKELETON,
     AttemptFailedError,
     Run,
+    lacking,
     run_engine,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
@@ -583,7 +584,7 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     InputError
         If the mesh is not an oriented manifold surface and cannot be made one.
     CannotMakeError
-        If PyGEL is not installed, or nothing sound came of it; the message says why.
+        If PyGEL cannot run here, or nothing sound came of it; the message says why.
 
     References
     ----------
@@ -591,11 +592,8 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     Bærentzen, Singh, "Face extrusion quad meshes", SIGGRAPH 2022.
     """
     checked_count("tubes", n_quads)
-    if not SKELETON.installed:
-        raise CannotMakeError(
-            "--remesh tubes needs PyGEL, which is not installed; install it with: pip install "
-            "'fabweave[tubes]', or write --remesh quads"
-        )
+    if lack := lacking("tubes"):
+        raise CannotMakeError(lack)
     source, notes = ready_source(mesh)
     model, side = model_of(source, n_quads), float(np.sqrt(surface_area(source) / n_quads))
     try:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
+from unicodedata import normalize
 
 import numpy as np
 
@@ -173,6 +174,18 @@ _FONT = _font()
 def characters() -> str:
     """Return every character that the font has, in the order of their code points."""
     return "".join(sorted(_FONT))
+
+
+def lettered(text: str) -> str:
+    """Return what can be lettered of a text: letters lose their accents, other signs are left out.
+
+    Examples
+    --------
+    >>> lettered("Löwe, weiß"), lettered("兔子 2")
+    ('LOWE, WEISS', '2')
+    """
+    signs = normalize("NFKD", text.upper())
+    return " ".join("".join(sign for sign in signs if sign in _FONT).split())
 
 
 def _glyphs(text: str) -> list[_Glyph]:

@@ -8,9 +8,10 @@ arcs; nothing that an importer could read in two ways.
 
 import io
 import logging
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import count, pairwise
+from itertools import pairwise
 
 import ezdxf
 import numpy as np
@@ -37,7 +38,8 @@ APPID = "FABWEAVE"
 
 _MILLIMETRES = 4
 _NAMES = {layer: layer.value for layer in Layer}
-_EMPTY_ENTITIES = "  0\nSECTION\n  2\nENTITIES\n  0\nENDSEC\n"
+#: What entities stand after in every DXF file, however its numbers are spaced.
+_ENTITIES = re.compile(r"^ *0\nSECTION\n *2\nENTITIES\n", re.MULTILINE)
 
 
 def dxf_bytes(
@@ -87,20 +89,12 @@ def dxf_bytes(
     preset = preset_named() if colours is None else colours
     with _fixed_metadata():
         document = _skeleton(drawing, version, None if plain else preset)
-        first = int(str(document.entitydb.handles), 16)
-        owner = document.modelspace().layout_key
         names = dict.fromkeys(Layer, "0") if plain else _NAMES
-        writer = _R12Writer(first, names) if version == "R12" else _Writer(first, names, owner)
+        writer = (_R12Writer if version == "R12" else _Writer)(document, names)
         body = _entities(drawing, writer, marked=not plain)
-        # The header must announce a handle that no entity has.
-        document.entitydb.handles.reset(f"{next(writer.handles):X}")
         stream = io.StringIO()
         document.write(stream)
-    text = stream.getvalue()
-    if text.count(_EMPTY_ENTITIES) != 1:
-        raise RuntimeError("ezdxf wrote no empty ENTITIES section; fabweave needs another version")
-    head, tail = text.split(_EMPTY_ENTITIES)
-    whole = f"{head}  0\nSECTION\n  2\nENTITIES\n{body}  0\nENDSEC\n{tail}"
+    whole = _ENTITIES.sub(lambda found: found[0] + body, stream.getvalue())
     return whole.encode(document.output_encoding)
 
 
@@ -206,10 +200,10 @@ def _bent(bulge: float) -> str:
 class _Writer:
     """Write entities as R2000 and later want them; ``mark`` is extended data to append."""
 
-    def __init__(self, first_handle: int, names: Mapping[Layer, str], owner: str = "") -> None:
-        self.handles = count(first_handle)
+    def __init__(self, document: Drawing, names: Mapping[Layer, str]) -> None:
+        self.next_handle = document.entitydb.next_handle
         self._names = names
-        self._owner = owner
+        self._owner = document.block_records.get("*Model_Space").dxf.handle
 
     def entity(self, entity: Entity, numbers: list[float], mark: str) -> str:
         """Return the group codes of one entity, given its coordinates: x, y, x, y and so on."""
@@ -224,7 +218,7 @@ class _Writer:
     def head(self, kind: str, layer: str, subclass: str) -> str:
         """Return what every entity begins with."""
         return (
-            f"  0\n{kind}\n  5\n{next(self.handles):X}\n330\n{self._owner}\n"
+            f"  0\n{kind}\n  5\n{self.next_handle()}\n330\n{self._owner}\n"
             f"100\nAcDbEntity\n  8\n{layer}\n100\n{subclass}\n"
         )
 
@@ -259,7 +253,7 @@ class _R12Writer(_Writer):
 
     def head(self, kind: str, layer: str, subclass: str) -> str:  # noqa: ARG002 - R12 has none
         """Return what every entity begins with."""
-        return f"  0\n{kind}\n  5\n{next(self.handles):X}\n  8\n{layer}\n"
+        return f"  0\n{kind}\n  5\n{self.next_handle()}\n  8\n{layer}\n"
 
     def polyline(
         self, layer: str, numbers: list[float], bulges: list[float] | None, closed: bool, mark: str

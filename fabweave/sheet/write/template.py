@@ -12,6 +12,7 @@ from reportlab.pdfgen.pathobject import PDFPathObject
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.write.full_size import FullSizeCanvas
 
 #: Paper to tile on: width and height in millimetres, upright.
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
@@ -306,7 +307,7 @@ def template_pdf(drawing: SheetDrawing, paper: str = "sheet") -> bytes:
     """
     file = io.BytesIO()
     whole = (drawing.width_mm, drawing.height_mm)
-    canvas = Canvas(file, pagesize=tuple(_POINTS * side for side in whole), invariant=1)
+    canvas = FullSizeCanvas(file, pagesize=tuple(_POINTS * side for side in whole), invariant=1)
     canvas.setTitle(f"{drawing.name}, full size")
     canvas.setCreator("fabweave")
     canvas.beginForm(_FORM, 0, 0, drawing.width_mm * _POINTS, drawing.height_mm * _POINTS)

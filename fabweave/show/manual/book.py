@@ -1,17 +1,22 @@
 """Lay text, lines and pictures on the pages of a PDF: all that the manual needs of reportlab."""
 
 import io
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
+from itertools import groupby
+from unicodedata import normalize
 
 import numpy as np
-from reportlab.lib.utils import simpleSplit
+from reportlab.pdfbase.cidfonts import UnicodeCIDFont
 from reportlab.pdfbase.pdfdoc import PDFImageXObject, PDFZCompress
-from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.pdfbase.pdfmetrics import registerFont, stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
 from fabweave.core.arrays import FloatArray
+from fabweave.sheet.write.full_size import FullSizeCanvas
 from fabweave.show.manual.painting import Painted
 
 #: Width and height of the papers, in points.
@@ -19,6 +24,8 @@ PAPERS = {"a4": (595.28, 841.89), "letter": (612.0, 792.0)}
 #: Free border, and height of the heading, in points.
 MARGIN, _HEADING = 36.0, 26.0
 _PLAIN, _BOLD = "Helvetica", "Helvetica-Bold"
+#: Fonts, and what of Unicode each has. Those of East Asia are not in the PDF: readers bring them.
+_FONTS = {_PLAIN: "cp1252", "STSong-Light": "gbk", "HYSMyeongJo-Medium": "cp949"}
 #: Text that is read at arm's length, and the distance of its lines as a multiple of its size.
 TEXT, SMALL = 10.0, 9.5
 LEADING = 1.25
@@ -39,6 +46,8 @@ class Book:
         Or width and height in points.
     title : str
         It stands at the head of each page, with the number of the page.
+    full_size : bool
+        Whether pages are to be printed as large as they are, such as what is laid on.
 
     Examples
     --------
@@ -48,7 +57,9 @@ class Book:
     b'%PDF-'
     """
 
-    def __init__(self, paper: str | tuple[float, float], title: str) -> None:
+    def __init__(
+        self, paper: str | tuple[float, float], title: str, *, full_size: bool = False
+    ) -> None:
         self.width, self.height = PAPERS[paper] if isinstance(paper, str) else paper
         self.left, self.right = MARGIN, self.width - MARGIN
         self.foot, self.top = MARGIN, self.height - MARGIN - _HEADING
@@ -60,11 +71,11 @@ class Book:
             self.right - text_width("000", SMALL),
         )
         self._n_images = self._n_entries = 0
-        self._title = printable(title)
+        self._title = title
         self._file = io.BytesIO()
         # Invariant: neither a date nor a random id is written. Pages are packed by what the
         # document does to all its streams: by itself a canvas writes packed pages in letters.
-        self._canvas = Canvas(
+        self._canvas = (FullSizeCanvas if full_size else Canvas)(
             self._file, pagesize=(self.width, self.height), pageCompression=0, invariant=1
         )
         self._canvas._doc.defaultStreamFilters = [PDFZCompress]
@@ -94,7 +105,7 @@ class Book:
         self._n_entries += 1
         key = f"entry{self._n_entries}"
         self._canvas.bookmarkPage(key)
-        self._canvas.addOutlineEntry(printable(name), key, level, closed=level == 0)
+        self._canvas.addOutlineEntry(name, key, level, closed=level == 0)
 
     def room(self, height: float, section: str) -> None:
         """Begin a new page unless so much is left of this one."""
@@ -118,19 +129,27 @@ class Book:
 
         y is the foot of the letters, or their middle; a line is turned about its place.
         """
-        shown, canvas = printable(text), self._canvas
-        shift = -align * text_width(shown, size, bold=bold) if align else 0.0
-        canvas.setFont(_BOLD if bold else _PLAIN, size)
+        canvas, runs = self._canvas, _runs(text, bold=bold)
+        shift = -align * text_width(text, size, bold=bold) if align else 0.0
+        canvas.setFont(runs[0][0], size)
         canvas.setFillGray(grey)
         drop = -0.36 * size if middle else 0.0
         if angle_deg:
             canvas.saveState()
             canvas.translate(x, y)
             canvas.rotate(angle_deg)
-            canvas.drawString(shift, drop, shown)
+            self._write(shift, drop, runs, size)
             canvas.restoreState()
         else:
-            canvas.drawString(x + shift, y + drop, shown)
+            self._write(x + shift, y + drop, runs, size)
+
+    def _write(self, x: float, y: float, runs: Sequence[tuple[str, str]], size: float) -> None:
+        """Write a line whose first font is set."""
+        for at, (font, run) in enumerate(runs):
+            if at:
+                self._canvas.setFont(font, size)
+            self._canvas.drawString(x, y, run)
+            x += stringWidth(run, font, size)
 
     def block(
         self, x: float, y: float, text: str, width: float, *, size: float = TEXT, bold: bool = False
@@ -271,18 +290,51 @@ def _round(x: float, y: float, radius: float, corners: int) -> FloatArray:
 
 
 def printable(text: str) -> str:
-    """Return a text in the characters of a PDF's own fonts; others become question marks."""
-    return text.encode("cp1252", "replace").decode("cp1252")
+    """Return a text in the characters of a PDF's own fonts, or of those that readers have.
+
+    Letters without their accents stand for others, or else question marks.
+
+    Examples
+    --------
+    >>> printable("Löwe, Łódź, 兔, 토끼, 🐇")
+    'Löwe, Łódz, 兔, 토끼, ?'
+    """
+    return "".join(
+        sign if _font(sign) else next(filter(_font, normalize("NFKD", sign)), "?") for sign in text
+    )
+
+
+@cache
+def _font(sign: str) -> str:
+    """Return which font has a character: Helvetica, one for East Asia, or none."""
+    for font, encoding in _FONTS.items():
+        try:
+            sign.encode(encoding)
+        except UnicodeEncodeError:
+            continue
+        if font != _PLAIN:
+            registerFont(UnicodeCIDFont(font))
+        return font
+    return ""
+
+
+def _runs(text: str, *, bold: bool) -> list[tuple[str, str]]:
+    """Return the parts of a text, each with its font."""
+    usual = _BOLD if bold else _PLAIN
+    if text.isascii():
+        return [(usual, text)]
+    runs = groupby(printable(text), _font)
+    return [(usual if font == _PLAIN else font, "".join(signs)) for font, signs in runs]
 
 
 def text_width(text: str, size: float, *, bold: bool = False) -> float:
     """Return the width of a text in points."""
-    return float(stringWidth(text, _BOLD if bold else _PLAIN, size))
+    return float(sum(stringWidth(run, font, size) for font, run in _runs(text, bold=bold)))
 
 
 def tag_size(text: str) -> tuple[float, float]:
     """Return width and height of a tag."""
-    return text_width(printable(text), SMALL, bold=True) + 5.0, SMALL + 3.0
+    return text_width(text, SMALL, bold=True) + 5.0, SMALL + 3.0
 
 
 def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list[str]:
@@ -292,8 +344,21 @@ def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list
     --------
     >>> wrapped("lay A1 over B2", 10.0, 40.0)
     ['lay A1', 'over B2']
+    >>> wrapped("兔" * 5, 10.0, 30.0)
+    ['兔兔兔', '兔兔']
     """
-    return list(simpleSplit(printable(text), _BOLD if bold else _PLAIN, size, width))
+    # What is written in East Asia may break anywhere.
+    lines = []
+    for paragraph in printable(text).split("\n"):
+        line = ""
+        for gap, word in re.findall(r"(\s*)([\u2e80-\uffff]|[^\s\u2e80-\uffff]+)", paragraph):
+            longer = f"{line}{' ' if gap and line else ''}{word}"
+            if line and text_width(longer, size, bold=bold) > width:
+                lines.append(line)
+                longer = word
+            line = longer
+        lines.append(line)
+    return lines
 
 
 class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types

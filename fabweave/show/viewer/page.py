@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 import shapely
-import trimesh
-from trimesh.viewer import scene_to_html
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours
@@ -155,13 +153,6 @@ SCHEMA = "fabweave.viewer/1"
 #: Numbers of the map are rounded to a thousandth in the page, which is for looking.
 _DECIMALS = 3
 
-#: three.js as trimesh carries it, from its licence to the end of its one expression.
-_THREE = re.compile(
-    r"/\*\*\s*\* @license\s*\* Copyright [\d-]+ Three\.js Authors.*?"
-    r"Object\.defineProperty\(\w+,\"__esModule\",\{value:!0\}\)\}\)\);",
-    re.DOTALL,
-)
-
 
 def viewer_page(
     crossing_map: CrossingMap,
@@ -263,21 +254,8 @@ def _colour_runs(colours: Colours, space: SpaceRecord) -> list[list[list[str | i
 
 
 def three_script() -> str:
-    """Return three.js (MIT licence) out of the viewer that trimesh brings along.
-
-    Returns
-    -------
-    str
-        The script, or nothing if this trimesh has another viewer: the page then shows no space,
-        says so, and works as a plan of sheets and pieces.
-
-    Examples
-    --------
-    >>> three_script().count("Three.js Authors")
-    1
-    """
-    script = _THREE.search(scene_to_html(trimesh.Scene(trimesh.creation.box())))
-    return script[0] if script else ""
+    """Return what our pages use of three.js, with its licence (``tests/tools/make_three.py``)."""
+    return resources.files("fabweave.show.viewer").joinpath("three.js").read_text("utf-8")
 
 
 def _scripts() -> str:

@@ -193,7 +193,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       ["Sheets", `${figures.sheets}, ${(100 * figures.use).toFixed(0)} % used`], ["Assembly", hours || "not known"],
       ["Cutting", figures.cutting_h ? `${span(figures.cutting_h.map((h) => 60 * h), 0)} min` : "not known"],
       ["Price", figures.price ? `${span(figures.price, 0)} EUR` : "not known"],
-      ["Form", figures.form_mm == null ? "not known" : `settles ${figures.form_mm.toFixed(1)} mm`],
+      ["Form", figures.collapses ? "collapses" : figures.form_mm == null ? "not known" : `settles ${figures.form_mm.toFixed(1)} mm`],
       ...(figures.likeness_mm == null ? [] : [["Off the model", `${figures.likeness_mm.toFixed(1)} mm at most`]]),
       ...(figures.broken ? [["Broken twill", `${figures.broken} conditions`]] : []),
       ["Longest piece", `${figures.longest_mm.toFixed(0)} mm`],
@@ -409,7 +409,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
   }
   by("keep").addEventListener("click", () => {
     const { figures, hours, verdict } = plan, stale = by("outcome").classList.contains("stale");
-    const words = figures && !stale ? `${verdict.level}; ${figures.pieces} pieces of ${figures.kinds} kinds, ${figures.sheets} sheets, ${hours || "hours not known"}, ${figures.median_mm.toFixed(1)} mm wide${figures.form_mm == null ? "" : `, settles ${figures.form_mm.toFixed(1)} mm`}` : "not planned yet";
+    const words = figures && !stale ? `${verdict.level}; ${figures.pieces} pieces of ${figures.kinds} kinds, ${figures.sheets} sheets, ${hours || "hours not known"}, ${figures.median_mm.toFixed(1)} mm wide${figures.collapses ? ", collapses" : figures.form_mm == null ? "" : `, settles ${figures.form_mm.toFixed(1)} mm`}` : "not planned yet";
     keep({ name: seen ? seen.title : state.mesh, state, words, picture: scene ? scene.picture(360) : "" });
     openTab("shelf");
   });

@@ -22,7 +22,15 @@ from fabweave.verify.drawing import (
     traced,
 )
 from fabweave.verify.measure.geometry import distances
-from fabweave.verify.read.job_files import READY, Job, required, sheet_drawings
+from fabweave.verify.read.job_files import (
+    FORMER,
+    READY,
+    RIM,
+    Drawings,
+    Job,
+    required,
+    sheet_drawings,
+)
 from fabweave.verify.report import Place, Tally
 
 #: Letters keep this far from edges, holes and marks.
@@ -80,7 +88,7 @@ _COMMON_MM = 0.05
 def check_lines(job: Job, tally: Tally) -> None:
     """Check the segments of every sheet as its DXF has them; the SVG draws the same.
 
-    Of sheets that are written once more to be cut, those are checked, too.
+    Of sheets that are written once more to be cut, those are checked, too. Nobody burns notes.
     """
     for sheet, drawing, place in sheet_drawings(job, "dxf", tally):
         # Strips that share cuts lie edge on edge here, and are drawn anew to be cut.
@@ -93,8 +101,8 @@ def check_lines(job: Job, tally: Tally) -> None:
 
 
 def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
-    """Check that every segment is long enough, and that none lies on another, all or in part."""
-    shapes = [shape for shape in drawn if shape.radius is None]
+    """Check that no segment but of notes is short, or lies on another, all or in part."""
+    shapes = [shape for shape in drawn if shape.radius is None and shape.layer != NOTES]
     runs = [shape.run for shape in shapes]
     begin, goal = (
         np.concatenate([np.zeros((0, 3)), *(run[part] for run in runs)])
@@ -117,9 +125,7 @@ def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
     for at in first[counts > 1].tolist():
         name = shapes[of[at]].where
         place.fail(f"a side of {name} is drawn more than once")
-    # Nobody burns notes: what is dashed there may lie along an edge.
-    burnt = np.array([shape.layer != NOTES for shape in shapes], dtype=bool)
-    straight = np.flatnonzero(burnt[of] & (bulges == 0.0))
+    straight = np.flatnonzero(bulges == 0.0)
     for at in straight[_on_others(start[straight], end[straight])].tolist():
         place.fail(
             f"a side of {shapes[of[at]].where} lies on another line for a part of its length"
@@ -187,9 +193,9 @@ def _check_cuts(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place)
     pieces = {piece.id: piece for piece in plan.on_sheet(sheet.number)}
     for (layer, name), shapes in drawing.groups.items():
         place.expect(
-            layer == NOTES or name in pieces,
+            name is None if layer == NOTES else name in pieces,
             f"{len(shapes)} shapes on {layer} belong to "
-            + (f"{name}, which is not on this sheet" if name else "no piece"),
+            + (f"{name}, which has nothing there" if name else "no piece"),
         )
     for piece in pieces.values():
         outlines, cutouts = drawing.of(OUTLINES, piece.id), drawing.of(HOLES, piece.id)
@@ -325,10 +331,30 @@ def check_order(job: Job, tally: Tally) -> None:
         _check_sequence(drawing, place)
         _check_inside(drawing, place)
     for _, drawing, place in sheet_drawings(job, "svg", tally, needed=True):
-        layers = [layer for layer in drawing.layers if layer in LAYERS]
-        wanted = [layer for layer in LAYERS if layer in layers]
-        place.equal("the order of its layers", layers, wanted)
+        _check_layers(drawing, place)
         _check_inside(drawing, place)
+    for folder, beside in ((RIM, job.rim), (FORMER, job.former)):
+        if beside is not None:
+            _check_orders(beside, {name: f"{folder}/{name}" for name in beside.dxf}, tally)
+    if (ready := job.ready) is not None:
+        # What pieces share is cut when all of them are engraved.
+        names = ready.dxf.keys() - ready.shared
+        _check_orders(ready, {name: f"{READY}/{ready.name_of(name)}" for name in names}, tally)
+
+
+def _check_orders(drawings: Drawings, stems: dict[str, str], tally: Tally) -> None:
+    """Check the order of drawings that are called by their names, in both formats."""
+    for name, stem in sorted(stems.items()):
+        _check_sequence(drawings.dxf[name], tally.at(f"{stem}.dxf"))
+        if (svg := drawings.svg.get(name)) is not None:
+            _check_layers(svg, tally.at(f"{stem}.svg"))
+
+
+def _check_layers(drawing: Drawing, place: Place) -> None:
+    """Check the order of the layers of an SVG file."""
+    layers = [layer for layer in drawing.layers if layer in LAYERS]
+    wanted = [layer for layer in LAYERS if layer in layers]
+    place.equal("the order of its layers", layers, wanted)
 
 
 def _check_sequence(drawing: Drawing, place: Place) -> None:

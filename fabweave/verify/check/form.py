@@ -16,6 +16,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from fabweave.verify.check.fastening import hanging
@@ -25,6 +27,7 @@ from fabweave.verify.measure.geometry import lay_steps, panel_bounds, unfold
 from fabweave.verify.measure.nearness import distances_to
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Place, Tally, stated_number
 
 Complex: TypeAlias = npt.NDArray[np.complexfloating]
@@ -352,8 +355,11 @@ BORNE, LIGHT = 0.05, 5e-8
 TOLD_MM = 0.011
 #: And turns to a few hundredths of a degree: strips rest in between as they are found to.
 TOLD_DEG = 0.05
-#: Panels of the relaxed model are where crossings are.
-MODEL_MM = 0.01
+#: Strips of the relaxed model unfold to those that are cut, from panel to panel, to this.
+CUT_MM = 0.05
+#: What goes farther than this share of a body's size collapses, and is told without a number; and
+#: a body whose lowest place is higher than that share above all stands on nothing.
+FALLS, FOOT = 0.1, 0.02
 _LOAD = re.compile(r"([\d.]+)(kg|g|oz|lb)(?:@(.+))?")
 _MASSES = {"g": 1e-3, "kg": 1.0, "oz": 0.028349523125, "lb": 0.45359237}
 _NAMES = ("let go", "standing", "loaded")
@@ -367,11 +373,12 @@ def check_form(job: Job, tally: Tally) -> None:
     if job.form is None or told is None:
         return
     weave = _Weave.of(plan, required(job.model))
-    if _check_given(job, job.form, place):
+    if _check_given(job, job.form, weave, place):
         proof = _Proof(job, job.form, weave)
         for state in job.form["states"]:
             proof.check(state, dict(told), tally.at("form.json", state["name"]))
-    _check_relaxed(job, job.form, weave, tally)
+        proof.check_verdict(job.verdict or {}, tally.at("verdict.json"))
+    _check_relaxed(job, job.form, tally)
 
 
 @dataclass(frozen=True, eq=False)
@@ -391,6 +398,16 @@ class _Weave:
     wished: Floats
     angles: Floats
 
+    @property
+    def owns(self) -> list[Ints]:
+        """The crossings of each body that strips join; all where that is one."""
+        count = len(self.wished)
+        label = _joined(self.spans.crossing, count)
+        numbers = np.unique(label[self.spans.crossing[:, 0]])
+        if len(numbers) < 2:
+            return [np.arange(count)]
+        return [np.flatnonzero(label == number) for number in numbers]
+
     @classmethod
     def of(cls, plan: CrossingMap, model: dict[str, Strip]) -> "_Weave":
         """Read it from map and model."""
@@ -404,7 +421,7 @@ class _Weave:
         return cls(spans, wished, angles)
 
 
-def _check_given(job: Job, form: FormRecord, place: Place) -> bool:
+def _check_given(job: Job, form: FormRecord, weave: _Weave, place: Place) -> bool:
     """Check what states were found with; say whether they can be read."""
     plan = required(job.map)
     names = [*_NAMES[:2], *(_NAMES[2:] if "load" in job.options else [])]
@@ -421,9 +438,11 @@ def _check_given(job: Job, form: FormRecord, place: Place) -> bool:
     loads = np.zeros(len(plan.crossings))
     loads[bears[:, 0].astype(np.int64)] = bears[:, 1]
     place.expect(np.allclose(loads, due, rtol=1e-6), "the load is not what was asked for")
-    asked = str(job.options.get("hang", ""))
-    if asked:
-        place.same("what it hangs from", form["held"], hanging(asked, plan))
+    held, hung = set(form["held"]), hanging(str(job.options.get("hang", "")), plan)
+    for own in (set(own.tolist()) for own in weave.owns):
+        if hung & own:
+            place.same("what it hangs from", held & own, hung & own)
+        place.expect(bool(held & own), f"nothing holds the body of crossing {min(own)}")
     return place.expect(
         all(
             len(one["bodies"]) == len(one["angles"]) == len(plan.crossings)
@@ -448,7 +467,10 @@ class _Proof:
         self.weight = weights(weave.spans, density, thickness, self.count)
         self.load = _load(job, required(job.map))
         self.held = np.isin(np.arange(self.count), form["held"]) * float(form["held_n_mm"])
-        self.hung = "hang" in job.options
+        plan = required(job.map)
+        self.bodies = _bodies_of(required(job.mesh), plan, weave.owns)
+        self.hung = hanging(str(job.options.get("hang", "")), plan)
+        self.falls, self.former = False, "former" in job.options
         self.straight, self.mesh = job.options.get("strips") == "straight", required(job.mesh)
         self.size = float(np.ptp(required(job.mesh).vertices, axis=0).max())
         #: What strips want of crossings where they were let go, and where these are then.
@@ -519,16 +541,80 @@ class _Proof:
         self, name: str, places: Floats, told: dict[str, Any], place: Place
     ) -> None:
         """Check how far crossings are said to go."""
-        if name == "let go":
-            away = np.linalg.norm(nearest(places, self.weave.wished) - self.weave.wished, axis=1)
-            root = float(np.sqrt((away**2).mean()))
-            place.number("mean_mm", told.get("mean_mm"), root, within=TOLD_MM)
-            key = "settles_mm"
-        else:
-            there = nearest(places, self.first) if self.hung else places
-            away = np.linalg.norm(there - self.first, axis=1)
-            key = "sags_mm" if name == "standing" else "loaded_mm"
-        place.number(key, told.get(key), float(away.max()), within=TOLD_MM)
+        far, goes = np.zeros(len(places)), name == "let go"
+        key = "settles_mm" if goes else "sags_mm" if name == "standing" else "loaded_mm"
+        each = told.get("bodies") or [told]
+        if not place.equal("how many bodies it is told of", len(each), len(self.bodies)):
+            return
+        before = self.weave.wished if goes else self.first
+        for number, (body, said) in enumerate(zip(self.bodies, each, strict=True), start=1):
+            own, there = body.own, places[body.own]
+            if goes or self.hung & set(own.tolist()):
+                there = nearest(there, before[own])
+            far[own] = np.linalg.norm(there - before[own], axis=1)
+            here = place.at(f"body {number}") if len(each) > 1 else place
+            self.falls |= _check_far(here, key, said, float(far[own].max()), body.size_mm)
+            if goes and len(each) > 1:
+                here.number("air_mm", said.get("air_mm") or 0.0, self._air(body), within=TOLD_MM)
+        # What no strip joins goes nowhere.
+        own = np.concatenate([body.own for body in self.bodies])
+        _check_far(place, key, told, float(far[own].max()), self.size)
+        if goes:
+            _check_far(place, "mean_mm", told, float(np.sqrt((far[own] ** 2).mean())), self.size)
+
+    def _air(self, body: "_Body") -> float:
+        """Return how high a body is that neither stands nor hangs."""
+        stands = body.high_mm <= FOOT * self.size or self.hung & set(body.own.tolist())
+        return 0.0 if stands else body.high_mm
+
+    def check_verdict(self, verdict: dict[str, Any], place: Place) -> None:
+        """Check that what collapses is said first, and that it cannot be built."""
+        reasons, told = verdict.get("reasons") or [{}], dict(verdict.get("form") or {})
+        if self.falls:
+            place.equal("whether it collapses", told.get("collapses"), True)
+        if told.get("collapses") and not self.former:
+            place.equal("the first reason", dict(reasons[0]).get("rule"), "collapse")
+            place.equal("the verdict", verdict.get("level"), "not makeable")
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """The crossings of a body, its largest extent, and how high above all its lowest place is."""
+
+    own: Ints
+    size_mm: float
+    high_mm: float
+
+
+def _bodies_of(mesh: LoadedMesh, plan: CrossingMap, owns: list[Ints]) -> list[_Body]:
+    """Return the bodies that strips join, each as large as its part of the mesh."""
+    edges = np.stack([mesh.corner, mesh.corner[mesh.next]], axis=1)
+    label = _joined(edges, len(mesh.vertices))
+    ground = mesh.vertices[mesh.corner, 2].min()
+    found = []
+    for own in owns:
+        parts = {int(label[plan.crossings[at].edge[0]]) for at in own.tolist()}
+        vertices = mesh.vertices[np.isin(label, sorted(parts))]
+        size = float(np.ptp(vertices, axis=0).max())
+        found.append(_Body(own, size, float(vertices[:, 2].min() - ground)))
+    return found
+
+
+def _joined(links: Ints, count: int) -> Ints:
+    """Return numbers that those of so many have alike which links, (N, 2), join."""
+    ones = np.ones(len(links), dtype=np.float64)
+    graph = coo_array((ones, (links[:, 0], links[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _check_far(place: Place, key: str, told: dict[str, Any], far_mm: float, size_mm: float) -> bool:
+    """Check how far something is said to go, or that no number is said; say whether it falls."""
+    value, limit = told.get(key), FALLS * size_mm
+    if value is None:
+        place.expect(far_mm > limit - TOLD_MM, f"{key} is not told, although it does not collapse")
+    elif place.expect(far_mm <= limit + TOLD_MM, f"{key} is told, although it collapses"):
+        place.number(key, value, far_mm, within=TOLD_MM)
+    return far_mm > limit + TOLD_MM
 
 
 def _attitude(rows: list[list[float]] | Floats) -> Attitude:
@@ -560,25 +646,42 @@ def _load(job: Job, plan: CrossingMap) -> Floats:
     return load
 
 
-def _check_relaxed(job: Job, form: FormRecord, weave: _Weave, tally: Tally) -> None:
-    """Check that the relaxed model has its panels where crossings are when it was let go."""
+def _check_relaxed(job: Job, form: FormRecord, tally: Tally) -> None:
+    """Check that strips of the relaxed model are those that are cut, and as near as is told."""
     place = tally.at("model_relaxed.glb")
-    model, plan = job.relaxed, required(job.map)
+    model, plan, cut = job.relaxed, required(job.map), required(job.model)
     if not place.expect(model is not None, "it is missing or cannot be read") or model is None:
         return
-    bodies = _attitude(form["states"][0]["bodies"])
-    spans = weave.spans
+    first, count = form["states"][0], len(plan.crossings)
+    middles = np.zeros((count, 3))
     for one in plan.threads:
-        own = spans.thread == one.id
-        strip = model.get(one.label)
-        if not own.any() or not place.expect(strip is not None, f"it lacks {one.label}"):
+        if one.label not in cut or not one.crossings:
             continue
-        strip = required(strip)
-        corners = strip.rungs[np.stack([strip.entry, strip.exit], axis=1)]
-        at = np.arange(int(own.sum()))
-        there = bodies.at(spans.crossing[own, 0])
-        wanted = there.place + np.einsum("nij,nj->ni", there.axes, spans.offset[own, 0])
-        off = np.linalg.norm(corners.mean(axis=(1, 2))[at] - wanted, axis=1)
-        place.at(f"thread {one.label}").at_most(
-            "apart_mm", float(off.max()), MODEL_MM, "a panel is {} from its crossing"
-        )
+        strip, here = model.get(one.label), place.at(f"thread {one.label}")
+        if not here.expect(strip is not None, "it is missing") or strip is None:
+            return
+        if not here.equal("how many panels there are", len(strip.entry), len(one.crossings)):
+            return
+        size = len(strip.rungs)
+        half = (strip.entry + (strip.exit - strip.entry) % size // 2) % size
+        # A thread that crosses itself comes twice.
+        np.add.at(middles, np.array(one.crossings), strip.rungs[half].mean(axis=1) / 2.0)
+        if first["settled"]:
+            off = np.abs(_panels_flat(strip) - _panels_flat(cut[one.label]))
+            here.at_most("cut_mm", float(off.max()), CUT_MM, "it unfolds {} off what is cut")
+    off = np.linalg.norm(middles - _attitude(first["bodies"]).place, axis=1)
+    place.number("strips_mm", form["strips_mm"], float(off.max()), within=TOLD_MM)
+
+
+def _panels_flat(strip: Strip) -> Complex:
+    """Return where each panel and the next lie in the plane, (N, 6), seen from where one begins."""
+    size, closed = len(strip.entry), int(strip.closed)
+    begin, end = panel_bounds(strip, 0, size + closed)
+    flat = unfold(strip, lay_steps(strip), int(begin[0]), int(end[-1])) @ np.array([1.0, 1.0j])
+    begin, end = begin - begin[0], end - begin[0]
+    after = slice(1, None) if len(begin) > 1 else slice(None)
+    rungs = [end[: len(begin[after])], begin[after], end[after]]
+    corners = np.concatenate([flat[rung] for rung in rungs], axis=1)
+    start = flat[begin[: len(begin[after])]]
+    way = start[:, 1] - start[:, 0]
+    return np.asarray((corners - start[:, :1]) / (way / np.abs(way))[:, None])

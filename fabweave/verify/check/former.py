@@ -1,4 +1,16 @@
-"""Check a former: off all strips, slotted together, named where strips pass, and let out."""
+"""Check a former: off all strips, slotted together, named where strips pass, and let out.
+
+What makes it is held to the same, in ``fabweave/piece/former.py``, and a little more closely:
+
+- A name stands on the edge of its plate, and from the middle line of its strip no farther than two
+  layers and some millimetres.
+- A way out is so wide that no rail of a strip in place, and no rim of the mesh, comes into the
+  circle about its middle. It is as deep as it is straight on from there to the other side of the
+  mesh, whose faces and openings are fans about the means of their corners.
+- A plate comes out if it fits, or each part that it breaks into along its rows of slits, in a
+  rectangle as broad as the way is wide, and as long as it is deep, or wide, if that is more. A row
+  is nowhere solid for more than some millimetres.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,20 +21,26 @@ import shapely
 
 from fabweave.verify.check.rim import check_side_sheet
 from fabweave.verify.crossing_map import PlateRecord, WayRecord
-from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Floats, traced
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import FORMER, FORMER_RECORD, Job, required
+from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Place, Tally
 
 #: Figures are rounded to a thousandth; plates may go into one another no farther than this.
 _ROUNDED_MM, _INTO_MM = 5e-3, 0.05
-#: A name's tick stands on the edge to this, and so near to its strip, millimetres.
-_ON_EDGE_MM, _NEAR_MM = 0.05, 15.0
-#: Faces that are not flat may lie elsewhere by this, millimetres.
-_BENT_MM = 3.0
+#: A name stands on the edge to this, its tick begins so near to it, and its strip is so near beyond
+#: two layers, millimetres.
+_ON_EDGE_MM, _TICK_MM, _NEAR_MM = 0.05, 0.5, 7.0
+#: A rectangle for a part is looked for at so many turns of half a circle.
+_TURNS = 360
 #: Between two slits of a line along which a plate breaks there is no more than this.
 _SOLID_MM = 10.0
+
+
+#: The layer of ticks.
+_TICKS = ENGRAVE_LAYERS[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +49,7 @@ class _Plate:
 
     record: PlateRecord
     area: shapely.Polygon
+    ticks: list[Floats]
     origin: Floats
     frame: Floats
 
@@ -76,7 +95,7 @@ def check_former(job: Job, tally: Tally) -> None:
     for plate in plates:
         here = place.at(f"plate {plate.record['id']}")
         _check_clear(plate, facets, thick, max(layers), here)
-        _check_names(plate, job, here)
+        _check_names(plate, job, 2.0 * max(layers) + _NEAR_MM, here)
         _check_snaps(plate, record["way_out"], here)
     _check_slots(plates, thick, place)
     if record["way_out"] is not None:
@@ -100,7 +119,9 @@ def _read(record: PlateRecord, drawing: Drawing | None, place: Place) -> _Plate 
     area = shapely.Polygon(traced(lines[0]), inner)
     if not place.expect(area.is_valid, "its lines run through one another"):
         return None
-    return _Plate(record, area, np.array(record["origin"]), np.vstack((axes, np.cross(*axes))))
+    ticks = drawing.of(_TICKS, record["id"]) if drawing is not None else []
+    frame = np.vstack((axes, np.cross(*axes)))
+    return _Plate(record, area, [traced(one) for one in ticks], np.array(record["origin"]), frame)
 
 
 def _facets(strips: Sequence[Strip]) -> Floats:
@@ -149,24 +170,29 @@ def _below(corners: Floats, sign: float, level: float) -> Floats:
     return np.array(kept).reshape(-1, 3)
 
 
-def _check_names(plate: _Plate, job: Job, place: Place) -> None:
-    """Check that each name stands on the edge where its strip passes."""
+def _check_names(plate: _Plate, job: Job, near: float, place: Place) -> None:
+    """Check that each name has a tick, stands on the edge, and near its strip."""
+    place.number("ticks", len(plate.ticks), len(plate.record["strips"]), within=0)
     for strip in plate.record["strips"]:
-        here, at = place.at(f"strip {strip['piece']}"), shapely.Point(strip["at"])
-        lines = job.developments.get(str(strip["piece"]))
-        if not here.expect(lines is not None, "there is no such piece") or lines is None:
+        here, at = place.at(f"strip {strip['piece']}"), np.array(strip["at"])
+        laid = job.developments.get(str(strip["piece"]))
+        if not here.expect(laid is not None, "there is no such piece") or laid is None:
             continue
-        here.at_most("edge_mm", plate.area.boundary.distance(at), _ON_EDGE_MM, "it is {} off it")
-        entry, leave = lines.space[:, :2].mean(axis=1), lines.space[:, 2:].mean(axis=1)
-        flat = plate.flat(np.stack((entry, leave), axis=1).reshape(-1, 3))
-        start, way = flat[:-1], np.diff(flat, axis=0)
-        share = np.clip(-start[:, 2] / np.where(way[:, 2] == 0.0, 1.0, way[:, 2]), 0.0, 1.0)
-        nearest = start + share[:, None] * way
-        passes = np.abs(nearest[:, 2]) < _NEAR_MM
-        away = np.hypot(*(nearest[passes, :2] - np.array(strip["at"])).T)
-        here.at_most(
-            "strip_mm", float(away.min(initial=np.inf)), _NEAR_MM, "the strip passes {} from it"
-        )
+        off = plate.area.boundary.distance(shapely.Point(at))
+        here.at_most("edge_mm", off, _ON_EDGE_MM, "it is {} off it")
+        tick = min((float(np.hypot(*(one[0] - at))) for one in plate.ticks), default=np.inf)
+        here.at_most("tick_mm", tick, _TICK_MM, "its tick begins {} from it")
+        middle = laid.placed.mean(axis=1)
+        away = _to_lines(plate.raised(at), middle[:-1], middle[1:])
+        here.at_most("strip_mm", away, near, "the strip passes {} from it")
+
+
+def _to_lines(place: Floats, start: Floats, end: Floats) -> float:
+    """Return how far a place is from the nearest of some lines; infinite where there is none."""
+    side, arm = end - start, place - start
+    square = np.maximum(np.sum(side**2, axis=1), 1e-300)
+    share = np.clip(np.sum(arm * side, axis=1) / square, 0.0, 1.0)
+    return float(np.linalg.norm(arm - share[:, None] * side, axis=1).min(initial=np.inf))
 
 
 def _check_slots(plates: Sequence[_Plate], thick: float, place: Place) -> None:
@@ -240,12 +266,16 @@ def _check_snaps(plate: _Plate, way: WayRecord | None, place: Place) -> None:
     place.at_most("solid_mm", max(solid, default=0.0), _SOLID_MM, "it is to break {} at once")
     cut = shapely.buffer(lines, 0.01, cap_style="flat")
     parts = shapely.get_parts(plate.area.difference(shapely.union_all(cut))).tolist()
+    turns = np.pi / _TURNS * np.arange(_TURNS)
+    ways = np.stack((np.cos(turns), np.sin(turns)))
+    most = way["wide_mm"], max(way["deep_mm"], way["wide_mm"])
     for part in parts:
-        corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(part))
-        sides = sorted(np.hypot(*np.diff(corners[:3], axis=0).T).tolist())
-        place.at_most("broad_mm", sides[0], way["wide_mm"], "a part is {} broad")
-        most = max(way["deep_mm"], way["wide_mm"])
-        place.at_most("long_mm", sides[1], most + _ROUNDED_MM, "a part is {} long")
+        sides = np.ptp(shapely.get_coordinates(part) @ ways, axis=0)
+        across = np.roll(sides, _TURNS // 2)
+        # The turn at which it fits best, by the side that is over its limit by more.
+        best = int(np.maximum(sides - most[0], across - most[1]).argmin())
+        place.at_most("broad_mm", float(sides[best]), most[0], "a part is {} broad")
+        place.at_most("long_mm", float(across[best]), most[1], "a part is {} long")
 
 
 def _check_way(way: WayRecord, job: Job, place: Place) -> None:
@@ -258,26 +288,35 @@ def _check_way(way: WayRecord, job: Job, place: Place) -> None:
         rim = np.flatnonzero(mesh.twin < 0)
         start = mesh.vertices[mesh.corner[rim]]
         end = mesh.vertices[mesh.corner[mesh.next[rim]]]
-        share = np.sum((at - start) * (end - start), axis=1) / np.sum((end - start) ** 2, axis=1)
-        edge = start + np.clip(share, 0.0, 1.0)[:, None] * (end - start)
-        away = np.linalg.norm(edge - at, axis=1)
     else:
         there = set(order[: way["before"]])
-        laid = [one.space.reshape(-1, 3) for name, one in job.developments.items() if name in there]
-        away = np.linalg.norm(np.concatenate([*laid, np.full((1, 3), 1e9)]) - at, axis=1)
-    place.at_least(
-        "wide_mm", 2.0 * float(away.min(initial=np.inf)), way["wide_mm"] - _ROUNDED_MM,
-        "it is {} wide",
-    )  # fmt: skip
+        laid = [one.placed for name, one in job.developments.items() if name in there]
+        start, end = (
+            np.concatenate([np.empty((0, 3)), *(rungs[own].reshape(-1, 3) for rungs in laid)])
+            for own in (slice(None, -1), slice(1, None))
+        )
+    wide = 2.0 * _to_lines(at, start, end)
+    place.at_least("wide_mm", wide, way["wide_mm"] - _ROUNDED_MM, "it is {} wide")
     place.expect(
         way["before"] is None or 0 < way["before"] < len(order), "it is before no piece that comes"
     )
-    # Faces as fans: where they are bent, they may be cut otherwise.
-    fans = np.stack(
-        (mesh.vertices[mesh.corner], mesh.vertices[mesh.corner[mesh.next]],
-         mesh.centres[mesh.face]), axis=1,
-    )  # fmt: skip
-    place.at_least("deep_mm", _depth(fans, at, inward), way["deep_mm"] - _BENT_MM, "it is {} deep")
+    deep = _depth(_fans(mesh), at, inward)
+    place.at_least("deep_mm", deep, way["deep_mm"] - _ROUNDED_MM, "it is {} deep")
+
+
+def _fans(mesh: LoadedMesh) -> Floats:
+    """Return the triangles about the means of all faces and openings, (F, 3, 3)."""
+    start, end = mesh.corner, mesh.corner[mesh.next]
+    fans = [np.stack((mesh.vertices[start], mesh.vertices[end], mesh.centres[mesh.face]), axis=1)]
+    rim = np.flatnonzero(mesh.twin < 0)
+    sides = np.stack((start[rim], end[rim]), axis=1)
+    groups = groups_of(map(tuple, sides.tolist()))
+    loops = np.array([groups[corner] for corner in sides[:, 0].tolist()])
+    for loop in set(loops.tolist()):
+        own = mesh.vertices[sides[loops == loop]]
+        mean = own[:, 0].mean(axis=0)
+        fans.append(np.insert(own, 2, mean, axis=1))
+    return np.concatenate(fans)
 
 
 def _depth(triangles: Floats, start: Floats, way: Floats) -> float:

@@ -185,4 +185,6 @@ def check_side_sheet(
     check_room(names, polygons, outline, margin_mm - _SAME_MM, place)
     check_gaps(names, polygons, gap_mm - _SAME_MM, place)
     if place.expect(other is not None, "there is no SVG beside the DXF"):
+        for problem in (other or drawing).problems:
+            place.at("svg").fail(problem)
         compare_formats(other or drawing, drawing, place.at("svg"))

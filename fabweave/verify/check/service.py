@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 
 from fabweave.verify.check.drawings import SAME_MM, check_piece_drawn
+from fabweave.verify.check.tables import check_row, cut_length, net_area
 from fabweave.verify.crossing_map import Piece, Placement
 from fabweave.verify.drawing import Drawing, ring_points
 from fabweave.verify.read.job_files import SERVICE, TABLE, Job, required
@@ -35,11 +36,14 @@ def check_service(job: Job, tally: Tally) -> None:
     files = {TABLE}
     for row, key in zip(service.rows, stated, strict=True):
         place, pieces = folder.at(row["file"]), wanted.get(key, [])
-        place.same("pieces", row["pieces"].split(), [piece.id for piece in pieces])
+        listed = folder.at(TABLE, row["file"])
+        if pieces:
+            _check_sizes(row, pieces[0], listed)
+        listed.same("pieces", row["pieces"].split(), [piece.id for piece in pieces])
         kind, material, thickness = key
         name = f"{material.replace(':', '-')}_{thickness}mm/kind_{kind}_qty_{len(pieces)}.dxf"
-        place.equal("its name", re.sub(r"(kind|qty)_0+", r"\1_", row["file"]), name)
-        place.equal("quantity", row["quantity"], str(len(pieces)))
+        listed.equal("its name", re.sub(r"(kind|qty)_0+", r"\1_", row["file"]), name)
+        listed.equal("quantity", row["quantity"], str(len(pieces)))
         for suffix, drawings in ((".dxf", service.dxf), (".svg", service.svg)):
             files.add(str(PurePosixPath(row["file"]).with_suffix(suffix)))
             drawing = drawings.get(row["file"])
@@ -49,6 +53,19 @@ def check_service(job: Job, tally: Tally) -> None:
                 _check_drawing(drawing, pieces[0], place.at(suffix[1:]))
     for name in service.files:
         folder.at(name).expect(name in files, "it is no piece's")
+
+
+def _check_sizes(row: dict[str, str], piece: Piece, place: Place) -> None:
+    """Check what the table says of the size of a piece, by which a service reckons its price."""
+    length, width = np.ptp(ring_points(piece.path), axis=0).tolist()
+    cells = {
+        "length_mm": length,
+        "width_mm": width,
+        "area_mm2": net_area(piece),
+        "cut_length_mm": cut_length(piece),
+        "holes": len(piece.cutouts),
+    }
+    check_row(row, cells, place)
 
 
 def _check_drawing(drawing: Drawing, piece: Piece, place: Place) -> None:

@@ -11,7 +11,7 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import NOTES, Drawing, Floats, corners_apart
-from fabweave.verify.read.job_files import OFFCUTS, Job, Supply, by_bunch, required
+from fabweave.verify.read.job_files import OFFCUT_STOCK, OFFCUTS, Job, Supply, by_bunch, required
 from fabweave.verify.report import Place, Tally
 
 #: Rounding in the files may bring pieces this much nearer.
@@ -96,6 +96,23 @@ def check_offcuts(job: Job, tally: Tally) -> None:
     for name, sheet in rests.items():
         if (drawing := offcuts.get(name)) is not None:
             _check_rest(drawing, sheet, plan, tally.at(name))
+    stock = tally.at(OFFCUT_STOCK)
+    if job.offcut_stock is None:
+        stock.expect(not rests, "it is missing")
+        return
+    entries = {str(one.get("outline")): one for one in job.offcut_stock.get("offcut", [])}
+    drawn = {f"{sheet.rest.name}.dxf": sheet for sheet in plan.sheets if sheet.rest is not None}
+    stock.same("outlines", entries, drawn)
+    for name in entries.keys() & drawn.keys():
+        threads = {piece.thread for piece in plan.on_sheet(drawn[name].number)}
+        materials = {job.supplies[thread].material for thread in threads} - {None}
+        entry = stock.at(name)
+        entry.expect(
+            entries[name].get("material") in materials or not materials,
+            f"material is {entries[name].get('material')!r}, and pieces beside it are of "
+            f"{', '.join(map(str, materials))}",
+        )
+        entry.number("grain", entries[name].get("grain"), drawn[name].grain_deg, within=_ANGLE_DEG)
 
 
 def _check_rest(drawing: Drawing, sheet: Sheet, plan: CrossingMap, place: Place) -> None:

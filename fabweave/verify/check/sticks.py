@@ -19,15 +19,20 @@ from fabweave.verify.report import Place, Tally
 _Row: TypeAlias = dict[str, str]
 #: Places are told to a hundredth of a millimetre, and strips lie in a row to that.
 _SAME_MM = 0.011
+#: Strips that are off by no more than this lie in a row beyond doubt.
+_IN_A_ROW_MM = 1e-3
 _FINE = re.compile(r"\d+|(?:\d+ )?\d+/[1-9]\d*")
 
 
 def check_cut_list(job: Job, tally: Tally) -> None:
-    """Check every row of the list, if there is one; strips from a roll are in one."""
+    """Check every row of the list, which straight strips have that lie in rows, and no others."""
     plan, place = required(job.map), tally.at(CUTS)
+    straight = job.options.get("strips") == "straight"
     if job.cuts is None:
-        place.expect(all(sheet.roll_mm is None for sheet in plan.sheets), "it is missing")
+        lying = [_lie_in_rows(plan, sheet) for sheet in plan.sheets]
+        place.expect(not (straight and all(lying)), "it is missing")
         return
+    place.expect(straight, "there is such a list, and strips are not straight")
     place.same(
         "the pieces",
         (row["piece"] for row in job.cuts if row["cut"] == "piece"),
@@ -46,13 +51,28 @@ def check_cut_list(job: Job, tally: Tally) -> None:
         _check_sheet(plan, sheet, rows, place.at(sheet.name))
 
 
-def _check_sheet(plan: CrossingMap, sheet: Sheet, rows: list[_Row], place: Place) -> None:
-    """Check the cuts of a sheet: along rows first, then those of each row from end to end."""
+def _boxes(plan: CrossingMap, sheet: Sheet) -> tuple[dict[str, Floats], int]:
+    """Return the least and the greatest corner of each piece of a sheet, and the way they lie."""
     boxes = {}
     for piece in plan.on_sheet(sheet.number):
         corners = piece.placed(piece.outline)
         boxes[piece.id] = np.stack([corners.min(axis=0), corners.max(axis=0)])
-    along = int(np.argmax(np.ptp(next(iter(boxes.values())), axis=0)))
+    return boxes, int(np.argmax(np.ptp(next(iter(boxes.values())), axis=0)))
+
+
+def _lie_in_rows(plan: CrossingMap, sheet: Sheet) -> bool:
+    """Return whether strips, all of one width, lie in rows the gap apart, beyond doubt."""
+    boxes, along = _boxes(plan, sheet)
+    low, high = np.array(sorted(tuple(box[:, 1 - along]) for box in boxes.values())).T
+    step, wide = np.diff(low), high - low
+    apart = step - wide.max() - plan.layout.gap_mm
+    side_by_side = (step <= _IN_A_ROW_MM) | (np.abs(apart) <= _IN_A_ROW_MM)
+    return bool(np.ptp(wide) <= _IN_A_ROW_MM and side_by_side.all())
+
+
+def _check_sheet(plan: CrossingMap, sheet: Sheet, rows: list[_Row], place: Place) -> None:
+    """Check the cuts of a sheet: along rows first, then those of each row from end to end."""
+    boxes, along = _boxes(plan, sheet)
     sides = sheet.width_mm, sheet.height_mm
     whole = sides[along] if sheet.roll_mm is None else sheet.roll_mm
     kinds = [row["cut"] for row in rows]
@@ -89,6 +109,20 @@ def _check_sheet(plan: CrossingMap, sheet: Sheet, rows: list[_Row], place: Place
         row_place.at_most("length_mm", used, whole + _SAME_MM, "its strips are {} long together")
         row_place.at_most("rest_mm", whole - end, _SAME_MM, "{} of it are not told")
     _check_lanes(plan, sheet, lanes, edges, place)
+    _check_numbers(rows, lanes, place)
+
+
+def _check_numbers(
+    rows: list[_Row], lanes: dict[str, list[tuple[float, float]]], place: Place
+) -> None:
+    """Check that rows count from the edge on, and cuts along them from before the first row."""
+    starts = sorted(min(low for low, _ in sides) for sides in lanes.values())
+    for number, sides in lanes.items():
+        at = starts.index(min(low for low, _ in sides)) + 1
+        place.at(f"row {number}").equal("its number", number, str(at))
+    for row in (row for row in rows if row["cut"] == "rip"):
+        before = sum(start < float(row["to_mm"]) - _SAME_MM for start in starts)
+        place.at(f"the cut at {row['to_mm']} mm").equal("its number", row["row"], str(before))
 
 
 def _check_lanes(

@@ -22,35 +22,39 @@ def broken_conditions(
     passes: dict[int, tuple[Pass, ...]],
     sense: dict[int, bool],
     tally: Tally,
-) -> tuple[int, int, int]:
-    """Count the broken edge, face and vertex conditions of a 2/2 twill.
+) -> tuple[tuple[int, int, int], int]:
+    """Count the broken edge, face and vertex conditions of a 2/2 twill, and what breaks at turns.
 
     Three consecutive edges of a thread want the first and last to differ. Four consecutive edges
     of a face or around a vertex want: where the middle two differ, the outer two agree. Windows
     with a boundary edge do not count, also where a thread turns back at one; nor do those of
-    triangles and three-valent vertices, whose outer edges are the same.
+    triangles and three-valent vertices, whose outer edges are the same. Three crossings in a row
+    with a turn between them are no condition, but break the rhythm in the same way.
 
     References
     ----------
     Akleman et al., "Cyclic twill-woven objects" (2011), definition 5.1.
     """
     twist = np.array([sense.get(key, -1) for key in edge_keys(mesh).tolist()], dtype=np.int64)
-    broken = 0
+    broken = turned = 0
     for thread in plan.threads:
         along = [sense.get(edges.get(crossing, -1), -1) for crossing in thread.crossings]
         count = len(along)
         straight = _straight(passes.get(thread.id, ()), mesh) or [True] * count
         for at in range(count if thread.closed else count - 2):
+            tally.count()
+            alike = along[at] == along[(at + 2) % count]
             if straight[at] and straight[(at + 1) % count]:
-                tally.count()
-                broken += along[at] == along[(at + 2) % count]
+                broken += alike
+            else:
+                turned += alike
     totals = [broken]
     for turn in gap_turns(mesh):
         windows = twist[four_along(turn)]
         a, b, c, d = windows[(windows >= 0).all(axis=1)].T
         tally.count(len(a))
         totals.append(int(np.count_nonzero((b != c) & (a != d))))
-    return totals[0], totals[1], totals[2]
+    return (totals[0], totals[1], totals[2]), turned
 
 
 def _straight(steps: tuple[Pass, ...], mesh: LoadedMesh) -> list[bool]:
@@ -308,15 +312,16 @@ def check_pattern(job: Job, tally: Tally) -> None:
     weave = tally.at("crossing_map.json", "weave")
     sense, torn = _senses(plan, mesh, passes)
     weave.expect(not torn, f"crossings have two strands over or two under: {torn[:4]}")
-    counts = (0, 0, 0)
+    counts, turned = (0, 0, 0), 0
     if plan.weave.pattern == "plain":
         _check_plain(plan, sense, tally)
     elif plan.weave.pattern in _TWILLS:
-        counts = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
+        counts, turned = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
     else:
         check_fabric(plan, mesh, job.edges, edge_keys(mesh).tolist(), tally)
     for (name, claimed), counted in zip(sorted(plan.weave.broken.items()), counts, strict=True):
         weave.equal(f"the number of broken {name} conditions", claimed, counted)
+    weave.equal("the rhythm broken at turns", plan.weave.broken_at_turns, turned)
     weave.equal("exact", plan.weave.exact, sum(counts) == 0)
 
 

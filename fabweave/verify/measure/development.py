@@ -175,6 +175,8 @@ class Development:
         Corners of the crossing panel of each station: entry right, left, exit right, left.
     space : (S, 4, 3) float array
         The same corners in the model.
+    placed : (R, 2, 3) float array
+        All rungs in the model from the first panel to the last one, or to an open thread's ends.
     window : (N, 2, 2) float array
         The rungs from the panel before the piece to that after it, or those over which it may lap,
         as far as there are any.
@@ -185,6 +187,7 @@ class Development:
     rungs: Floats
     panels: Floats
     space: Floats
+    placed: Floats
     window: Floats
     slack_mm: float
 
@@ -290,6 +293,7 @@ def _develop(
         rungs=motion.apply(rungs.reshape(-1, 2)).reshape(rungs.shape),
         panels=motion.apply(panels.reshape(-1, 2)).reshape(panels.shape),
         space=space,
+        placed=strip.rungs[np.arange(first, last + 1) % count],
         window=motion.apply(window.reshape(-1, 2)).reshape(window.shape),
         slack_mm=float(slack),
     )

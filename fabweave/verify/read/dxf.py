@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, ReadError, Shape, read_content
+from fabweave.verify.drawing import LAYERS, Drawing, Look, ReadError, Shape, read_content
 
 APPID = "FABWEAVE"
 R12 = "AC1009"
@@ -20,6 +20,12 @@ _FLAT = "a width, or a height above the sheet", (0.0,)
 _HELD = {
     30: _FLAT, 31: _FLAT, 43: _FLAT, 70: ("flags that are not open or closed", (0.0, 1.0)),
 }  # fmt: skip
+
+#: What a layer's groups say of its lines, and those that say nothing of them.
+_LOOKS = {6: "line type", 62: "colour", 370: "line width", 420: "true colour"}
+_LAYER_GROUPS = {2, 5, 70, 100, 290, 330, 347, 390} | _LOOKS.keys()
+#: The line type of all lines, without dashes.
+_SOLID = "CONTINUOUS"
 
 #: Pairs of group code and value.
 _Groups: TypeAlias = Sequence[tuple[int, str]]
@@ -40,9 +46,16 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     sections = _sections(path)
     if "ENTITIES" not in sections:
         raise ReadError("there is no ENTITIES section")
-    problems = _unit_problems(sections.get("HEADER", ()))
+    header = sections.get("HEADER", ())
+    variables = {one[1]: two[1].strip() for one, two in pairwise(header) if one[0] == 9}
+    problems = _unit_problems(variables)
+    looks = []
     for kind, groups in _entities(sections.get("TABLES", ())):
         first = dict(reversed(groups))
+        if kind == "LAYER":
+            looks.append(_look(groups))
+        if kind == "LTYPE" and first.get(2, "").upper() == _SOLID and first.get(73, "0") != "0":
+            problems.append(f"the line type {first[2]} has dashes")
         hidden = first.get(62, "").startswith("-") or first.get(290) == "0"
         if kind == "LAYER" and (hidden or first.get(70, "0") != "0"):
             problems.append(
@@ -71,7 +84,19 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
                 f"{name} is on layer {shapes[-1].layer!r}, which is none of {', '.join(layers)}"
             )
     problems += [f"an entity has {what}" for what in sorted(strange_groups)]
-    return Drawing(tuple(shapes), tuple(problems))
+    return Drawing(
+        tuple(shapes), tuple(problems), looks=tuple(looks), form=variables.get("$ACADVER", "")
+    )
+
+
+def _look(groups: _Groups) -> Look:
+    """Return what an entry of a layer says of its lines; what it says twice, twice."""
+    stated: dict[str, str] = {}
+    for code, value in groups:
+        if code in _LOOKS or code not in _LAYER_GROUPS:
+            key = _LOOKS.get(code, f"group {code}")
+            stated[key] = f"{stated[key]}, {value}" if key in stated else value.strip()
+    return Look(dict(groups).get(2, ""), stated)
 
 
 def _shape(kind: str, name: str, groups: _Groups) -> Shape:
@@ -160,9 +185,8 @@ def _joined(entities: Iterable[tuple[str, _Groups]]) -> list[tuple[str, _Groups]
     return result
 
 
-def _unit_problems(header: _Groups) -> list[str]:
+def _unit_problems(variables: dict[str, str]) -> list[str]:
     """Judge the units."""
-    variables = {one[1]: two[1] for one, two in pairwise(header) if one[0] == 9}
     old = variables.get("$ACADVER") == R12  # which knows neither variable
     return [
         f"{name} is {variables.get(name)}; it must be {wanted} for millimetres"

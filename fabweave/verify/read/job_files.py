@@ -3,6 +3,7 @@
 import csv
 import io
 import math
+import os
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -21,7 +22,7 @@ from fabweave.verify.crossing_map import (
     read_crossing_map,
     read_json,
 )
-from fabweave.verify.drawing import Drawing, ReadError, read_text
+from fabweave.verify.drawing import PLAIN_LAYER, Drawing, ReadError, read_text
 from fabweave.verify.measure.development import Development, develop_pieces
 from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
 from fabweave.verify.read.dxf import read_dxf
@@ -47,10 +48,17 @@ CUTS = "cut_list.csv"
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
 SERVICE, TABLE = "service", "parts.csv"
+#: What the plan has, as tables for people; and what else is written with every plan.
+PIECES, STATIONS, CROSSINGS = "pieces.csv", "stations.csv", "crossing_map.csv"
+_BESIDE = ("waste.json", "preflight.json", VERDICT)
+#: What people are told of rings, and of a former.
+_RIM_TEXT, _FORMER_TEXT = "rim/rim.txt", "former/former.txt"
+#: The list of offcuts as stock.
+OFFCUT_STOCK = "offcuts/stock.toml"
+#: Where drawings may lie: a machine may get any.
+_DRAWN = ("sheets", READY, RIM, FORMER, OFFCUTS, SERVICE)
 #: The marks of straight strips.
 STICKS = "sticks.csv"
-#: Everything is on this layer of a DXF file for a service.
-PLAIN_LAYER = "0"
 _PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
 _MICRO = re.compile(r"(\d+):([\d.]+)mm")
 
@@ -131,8 +139,7 @@ def read_ready(
         if place.expect(words, "micro_joints are not NUMBER:WIDTH") and words:
             micro = int(words[1]), float(words[2])
     gaps = {length_of(gap) for gap in by_bunch(options.get("gap")).values()}
-    square = re.match(r"(rivet|glue|tuck)\b", str(options.get("joint", "rivet")).lower())
-    straight = options.get("strips") == "straight" and square is not None
+    straight = options.get("strips") == "straight"
     common = straight and micro is None and gaps == {kerf}
     sheets = list(sheets)
     ready = Ready(kerf_mm=kerf, micro=micro, shared=frozenset(sheets if common else ()))
@@ -288,6 +295,10 @@ class Job:
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
     verdict: dict[str, Any] | None = None
+    #: The rows of the tables for people, by their names.
+    tables: dict[str, list[dict[str, str]]] = field(default_factory=dict)
+    #: The list of offcuts as stock.
+    offcut_stock: dict[str, Any] | None = None
     #: The rows of the list of cuts, if there is one.
     cuts: list[dict[str, str]] | None = None
 
@@ -437,6 +448,17 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.at("sheets", path.name).expect(path.stem in number, "it is no sheet of this job")
     settings = read("job.toml", _read_toml)
     options = _options(settings)
+    tables = {name: read(name, read_table) for name in (PIECES, STATIONS, CROSSINGS)}
+    for name in _BESIDE:
+        tally.at(name).expect((directory / name).is_file(), "it is missing")
+    for text, record in ((_RIM_TEXT, RIM_RECORD), (_FORMER_TEXT, FORMER_RECORD)):
+        if (folder := (directory / text).parent).is_dir():
+            read(text, read_text)
+            stems = {path.stem for path in folder.glob("*.dxf")}
+            for path in sorted(folder.iterdir()):
+                named = path.stem in stems or f"{folder.name}/{path.name}" in (text, record)
+                tally.at(folder.name, path.name).expect(named, "it is no sheet of this job")
+    _find_strays(directory, tally)
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),
@@ -456,7 +478,19 @@ def load_job(directory: Path, tally: Tally) -> Job:
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
         cuts=if_there(CUTS, read_table),
+        tables={name: rows for name, rows in tables.items() if rows is not None},
+        offcut_stock=if_there(OFFCUT_STOCK, _read_toml),
     )
+
+
+def _find_strays(directory: Path, tally: Tally) -> None:
+    """Tell of drawings where none of a job's lie."""
+    for where, _, names in os.walk(directory):
+        folder = Path(where).relative_to(directory)
+        if folder.parts[:1] not in {(one,) for one in _DRAWN}:
+            drawn = [name for name in names if Path(name).suffix.lower() in (".dxf", ".svg")]
+            place = tally.at(folder.as_posix())
+            place.expect(not drawn, f"{drawn[:3]} are no drawings of this job")
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -4,15 +4,18 @@ import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from fabweave.verify.drawing import LAYERS, Drawing, Floats, ReadError, Shape, read_content
+from fabweave.verify.drawing import LAYERS, Drawing, Floats, Look, ReadError, Shape, read_content
 
 SVG = "{http://www.w3.org/2000/svg}"
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
-_SHAPE = {"id", "fill", "stroke", "stroke-width"}
+_LOOK = ("stroke", "stroke-width")
+_SHAPE = {"id", "fill", *_LOOK}
+#: What an element says of its look: names of attributes and their values.
+_Stated: TypeAlias = tuple[tuple[str, str], ...]
 #: The elements that our sheets need, and their attributes: others may change what is drawn.
 ALLOWED = {
     "svg": {"version", "width", "height", "viewBox"},
@@ -22,6 +25,11 @@ ALLOWED = {
     "circle": _SHAPE | {"cx", "cy", "r"},
     "line": _SHAPE | {"x1", "y1", "x2", "y2"},
 }
+
+#: What a coordinate may count, by its length in millimetres.
+_UNITS = {"mm": 1.0, "px96": 25.4 / 96.0}
+#: Elements whose lines may be wider than a hairline are called so: the dots of a code.
+_WIDE = "wide."
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
 _NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
@@ -63,7 +71,11 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
     """
     try:
         # The file is the user's own job, and expat limits entity expansion.
-        root = ET.fromstring(read_content(path))  # noqa: S314 - as said above
+        tree = _Tree()
+        root = ET.fromstring(  # noqa: S314 - as said above
+            read_content(path),
+            ET.XMLParser(target=tree),  # noqa: S314
+        )
     except ET.ParseError as error:
         raise ReadError(f"it is not well-formed XML: {error}") from error
     if root.tag != f"{SVG}svg":
@@ -81,12 +93,21 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
         reader.problems.append(
             f"one unit of the viewBox is {scale[0]:g} mm wide and {scale[1]:g} high"
         )
+    reader.problems += [f"there is a {what} beside its elements" for what in tree.beside]
     reader.judge(root, "svg")
     reader.read(root, None)
     return Drawing(
         shapes=tuple(reader.shapes),
         problems=tuple(reader.problems),
         layers=tuple(reader.layers),
+        looks=tuple(
+            Look(layer, dict(stated), names[0], len(names), reader.width_mm(dict(stated)), wide)
+            for (layer, stated, wide), names in reader.looks.items()
+        ),
+        form=next(
+            (name for name, mm in _UNITS.items() if abs(scale[0] / mm - 1.0) < 1e-4),
+            f"{scale[0]:g} mm",
+        ),
         width_mm=float(size[0]),
         height_mm=float(size[1]),
     )
@@ -104,6 +125,23 @@ def _millimetres(root: ET.Element, name: str) -> float:
     return value
 
 
+class _Tree(ET.TreeBuilder):
+    """Build the tree, and keep what may change how it is drawn and is no part of it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.beside: list[str] = []
+
+    def pi(self, target: str, text: str | None = None) -> ET.Element:
+        """Keep a processing instruction, such as one that names a style sheet."""
+        self.beside.append(f"<?{target}?>")
+        return super().pi(target, text)
+
+    def doctype(self, name: str, *_: object) -> None:
+        """Keep a document type, which may give attributes to elements."""
+        self.beside.append(f"<!DOCTYPE {name}>")
+
+
 @dataclass
 class _Reader:
     """Walk the elements and collect shapes on their sheet, layers and problems."""
@@ -115,6 +153,15 @@ class _Reader:
     shapes: list[Shape] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    #: The elements of each layer that look alike, by name; and whether these are called wide.
+    looks: dict[tuple[str, _Stated, bool], list[str]] = field(default_factory=dict)
+
+    def width_mm(self, stated: dict[str, str]) -> float:
+        """Return how wide lines are; not a number if their width is none."""
+        try:
+            return float(stated["stroke-width"]) * float(self.scale[0])
+        except (KeyError, ValueError):
+            return float("nan")
 
     def read(self, element: ET.Element, layer: str | None) -> None:
         """Read the children of an element."""
@@ -129,6 +176,8 @@ class _Reader:
                     self.layers.append(label)
                     if label not in self.known:
                         self.problems.append(f"layer {label!r} is none of {', '.join(self.known)}")
+                    if child.get("id") != label:
+                        self.problems.append(f"layer {label!r} has the id {child.get('id')!r}")
                 self.read(child, layer or label)
             elif kind in ("path", "circle", "line"):
                 self._shape(child, kind, layer or "")
@@ -152,6 +201,8 @@ class _Reader:
             self.problems.append(f"{name} is in no layer")
         if element.get("fill") != "none":
             self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
+        stated = tuple((key, element.attrib[key]) for key in _LOOK if key in element.attrib)
+        self.looks.setdefault((layer, stated, name.startswith(_WIDE)), []).append(name)
         radius = None
         if kind == "path":
             runs = path_runs(element.get("d", ""))

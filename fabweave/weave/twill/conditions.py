@@ -177,7 +177,8 @@ def twill_conditions(halfedges: Halfedges, threads: Threads) -> TwillConditions:
     """
     # The medial graph knows no difference between the two: a face of it for each face and vertex.
     around_vertex = halfedges.twin[halfedges.prev]
-    edge, thread = _along_threads(threads)
+    pairs, thread, turned = _along_threads(threads)
+    edge, thread = pairs[~turned], thread[~turned]
     return TwillConditions(
         n_crossings=threads.n_crossings,
         edge=edge,
@@ -206,6 +207,30 @@ def count_broken(conditions: TwillConditions, twist: BoolArray) -> Broken:
     )
 
 
+def broken_at_turns(threads: Threads, twist: BoolArray) -> int:
+    """Count the places where a thread turns back at a rim and loses its rhythm there.
+
+    No condition reaches over a turn, but the eye follows a thread round it: of three crossings in a
+    row along a thread with a turn between them, the first and the last twist alike.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.grids import tube
+    >>> from fabweave.weave.threads import trace_threads
+    >>> from fabweave.weave.twill.decide import decide_twill
+    >>> halfedges = build_halfedges(tube(8, 4, 1.0, 1.0))
+    >>> for turn in (True, False):
+    ...     threads = trace_threads(halfedges, turn=turn)
+    ...     twist = decide_twill(twill_conditions(halfedges, threads)).twist
+    ...     print(broken_at_turns(threads, twist))
+    16
+    0
+    """
+    pairs, _, turned = _along_threads(threads)
+    return int(np.count_nonzero(broken_pairs(pairs[turned], twist)))
+
+
 def broken_pairs(pairs: IntArray, twist: BoolArray) -> BoolArray:
     """Return which edge conditions are broken: both ends twist the same way."""
     return np.asarray(twist[pairs[:, 0]] == twist[pairs[:, 1]])
@@ -217,10 +242,17 @@ def broken_windows(windows: IntArray, twist: BoolArray) -> BoolArray:
     return np.asarray((b != c) & (a != d))
 
 
-def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
-    """Pair each pass with the second after it along its thread; return crossings and threads.
+def _along_threads(threads: Threads) -> tuple[IntArray, IntArray, BoolArray]:
+    """Pair each pass with the second after it along its thread.
 
-    Where a thread turns back at the boundary, a boundary edge lies between, and none is paired.
+    Returns
+    -------
+    pairs : (N, 2) int array
+        Their crossings.
+    thread : (N,) int array
+        Their thread.
+    turned : (N,) bool array
+        Whether it turns back at the boundary between them: then a boundary edge lies there.
     """
     thread = threads.thread_of_pass
     after = np.arange(len(threads.crossing)) + 2
@@ -233,9 +265,9 @@ def _along_threads(threads: Threads) -> tuple[IntArray, IntArray]:
     following = np.arange(len(threads.crossing)) + 1
     following = np.where(following == end, threads.offsets[thread], following)
     turns = flags(len(threads.crossing), threads.turn_pass)
-    kept = (~wraps | threads.closed[thread]) & ~turns & ~turns[following]
-    pairs = np.column_stack((threads.crossing[kept], threads.crossing[after[kept]]))
-    return pairs, thread[kept]
+    kept = ~wraps | threads.closed[thread]
+    pairs = np.column_stack((threads.crossing, threads.crossing[np.where(kept, after, 0)]))
+    return pairs[kept], thread[kept], turns[kept] | turns[following[kept]]
 
 
 def _windows(turn: IntArray, halfedges: Halfedges, threads: Threads) -> IntArray:

@@ -13,7 +13,9 @@ from fabweave.weave.twill.bound import WIDER_WORK, Bound, irregular_seeds, prove
 from fabweave.weave.twill.conditions import (
     EQUAL,
     Broken,
+    TwillConditions,
     TwillWeights,
+    broken_at_turns,
     count_broken,
     twill_conditions,
 )
@@ -124,7 +126,7 @@ def weave_twill(
     conditions = twill_conditions(halfedges, threads)
     decision = decide_twill(conditions)
     if decision.twist is not None:
-        return Twill(_twill(threads, decision.twist, Broken(0, 0, 0)), conditions.count)
+        return Twill(twisted(threads, conditions, decision.twist), conditions.count)
     obstruction = explain(halfedges, threads, conditions, decision, labels)
     vote = best_vote(conditions, threads, bunches)
     couplings = couple(conditions)
@@ -143,17 +145,27 @@ def weave_twill(
         if not how.weights.equal:
             # Where some weigh more, order is harder to come to: it begins where all weigh alike.
             twist = optimise(couple(conditions, how.weights), twist)
-    broken = count_broken(conditions, twist)
+    weave = twisted(threads, conditions, twist)
     # What is not twillable breaks one condition at least, and what reaches the bound is the best.
     least = max(bound.least, 1)
     return Twill(
-        _twill(threads, twist, broken),
+        weave,
         conditions.count,
         obstruction,
         vote.broken,
-        Bound(least, optimum=bound.optimum or least == broken.total),
+        Bound(least, optimum=bound.optimum or least == weave.broken.total),
     )
 
 
-def _twill(threads: Threads, twist: BoolArray, broken: Broken) -> Weave:
-    return Weave(threads, "twill", twist, over_of_passes(threads, twist), broken)
+def twisted(
+    threads: Threads, conditions: TwillConditions, twist: BoolArray, pattern: str = "twill"
+) -> Weave:
+    """Return the weave of some twists, with the conditions of a 2/2 twill that it breaks."""
+    return Weave(
+        threads,
+        pattern,
+        twist,
+        over_of_passes(threads, twist),
+        count_broken(conditions, twist),
+        broken_at_turns(threads, twist),
+    )

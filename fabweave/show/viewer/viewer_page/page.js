@@ -369,9 +369,7 @@ const PLAY_MS = 2600;
   } else {
     document.body.classList.add("flat");
     by("no-space").hidden = false;
-    by("no-space").textContent = typeof THREE === "undefined"
-      ? "This page was made without its 3-D library: it shows pieces, sheets and steps, but not the object."
-      : "This browser cannot show 3-D (WebGL is off or missing); pieces, sheets and steps work without it.";
+    by("no-space").textContent = "This browser cannot show 3-D (WebGL 2 is off or missing); pieces, sheets and steps work without it.";
   }
   paint(state.scheme);
   update();

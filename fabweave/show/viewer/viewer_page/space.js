@@ -24,12 +24,16 @@ function drawsInSoftware() {
   return Boolean(told) && /swiftshader|llvmpipe|softpipe|software|basic render/i.test(brush.getParameter(told.UNMASKED_RENDERER_WEBGL));
 }
 
-/** What draws; null where the browser has no WebGL. */
+/** What draws; null where the browser has no WebGL 2. */
 function makeRenderer(canvas, slow) {
   const quiet = console.error;
   try {
     console.error = () => {}; // three.js reports a missing WebGL as an error, and then throws it
-    return new THREE.WebGLRenderer({ canvas, antialias: !slow, preserveDrawingBuffer: true });
+    // Colours are what screens show, and our shaders reckon with them as they are.
+    THREE.ColorManagement.enabled = false;
+    const renderer = new THREE.WebGLRenderer({ canvas, antialias: !slow, preserveDrawingBuffer: true });
+    renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+    return renderer;
   } catch (error) {
     return null;
   } finally {
@@ -76,7 +80,6 @@ function makeFormer(plates) {
 
 /** Show the woven object; null where the browser has no WebGL. */
 function makeSpace(canvas, over, plan, tell) {
-  if (typeof THREE === "undefined") return null;
   const slow = drawsInSoftware(), renderer = makeRenderer(canvas, slow);
   if (!renderer) return null;
   const strips = readStrips(plan.data.space, plan), { made, index, range, spots, ball, centres } = strips;
@@ -93,7 +96,7 @@ function makeSpace(canvas, over, plan, tell) {
     pitch: { value: 0.8 * usualWidth(made.position) },
   };
   const shader = (fragmentShader) => new THREE.ShaderMaterial({
-    uniforms, vertexShader: STRIP_VERTEX, fragmentShader, side: THREE.DoubleSide, extensions: { derivatives: true },
+    uniforms, vertexShader: STRIP_VERTEX, fragmentShader, side: THREE.DoubleSide,
   });
   const shown = shader(STRIP_FRAGMENT), numbers = shader(NUMBER_FRAGMENT);
   const mesh = new THREE.Mesh(geometry, shown);
