@@ -12,7 +12,7 @@ from fabweave.mesh.fair.fairing import STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh, states_up
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
@@ -161,6 +161,7 @@ def load_mesh(
     unit: str | None = None
     unit_mm = 1.0
     stated: str | None = None
+    kind = ""
     if given_mesh is not None:
         mesh = given_mesh
     elif is_shape(settings.source):
@@ -168,14 +169,14 @@ def load_mesh(
     else:
         file = read_mesh(settings.source)
         mesh, unit, unit_mm = file.mesh, file.unit, file.unit_mm or 1.0
-        stated = file.up if states_up(settings.source) else None
+        stated, kind = file.up, file.format.upper()
         notes += file.notes
     _require_small_faces(mesh)
     if not settings.remeshed:
         _require_few(mesh.n_corners // 2)
     mesh, welded = weld_seams(mesh, settings.weld)
     mesh, kept, left_out = with_bodies(mesh, settings.bodies)
-    up, said = _upward(mesh, settings, stated, in_memory=given_mesh is not None)
+    up, said = _upward(mesh, settings, stated, kind, in_memory=given_mesh is not None)
     notes += [*said, *welded, *kept]
     mesh = turn_upright(mesh, up)
     try:
@@ -225,13 +226,12 @@ def load_mesh(
 
 
 def _upward(
-    mesh: PolyMesh, settings: MeshSettings, stated: str | None, *, in_memory: bool
+    mesh: PolyMesh, settings: MeshSettings, stated: str | None, kind: str, *, in_memory: bool
 ) -> tuple[str, list[str]]:
     """Return what of a mesh points up, and what a person should know about it."""
     if in_memory or (stated is not None and settings.up is not None):
         return settings.up or "z", []
     if stated is not None:
-        kind = settings.source.rpartition(".")[2].upper()
         turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
         return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
     guess = guess_up(mesh)

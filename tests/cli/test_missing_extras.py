@@ -7,7 +7,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from jobs import run
 from PIL import Image
 from strategies import merged
 
@@ -21,7 +20,6 @@ EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["option
 
 #: By extra: the modules of its packages, what is typed, and with which code it ends.
 WITHOUT = {
-    "threemf": (("networkx", "lxml"), ("make", "cube.3mf", "-o", "out"), 2),
     "join": (("manifold3d",), ("make", "two.obj", "--bodies", "join", "-o", "out"), 2),
     # There are other ways to quads; where none of them helps, the mesh cannot be made of them.
     "quad": (
@@ -54,14 +52,11 @@ def test_a_widget_without_its_package_names_the_extra(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("extra", "missing"),
-    [(extra, module) for extra in ("threemf", "join", "studio") for module in WITHOUT[extra][0]]
+    [(extra, module) for extra in ("join", "studio") for module in WITHOUT[extra][0]]
     + [(extra, ",".join(WITHOUT[extra][0])) for extra in ("quad", "tubes")],
 )
 def test_the_extra_is_named_and_nothing_is_written(extra, missing, tmp_path):
     _, words, code = WITHOUT[extra]
-    if extra == "threemf":
-        # Writing needs no extra.
-        assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
     if extra == "join":
         cube = parse_shape("shape:cube")
         write_mesh(tmp_path / "two.obj", merged(cube, cube.with_vertices(cube.vertices + 1.0)))

@@ -34,7 +34,7 @@ F = "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
 
 def read(kind, text):
     data = text.encode("latin-1") if isinstance(text, str) else text
-    return READERS[kind](data, f"a.{kind}")[0]
+    return READERS[kind](data, f"a.{kind}").mesh
 
 
 def same(mesh, other):
