@@ -86,8 +86,10 @@ def read_stl(data: bytes, name: str) -> MeshFile:
 def _read_text(data: bytes, name: str) -> MeshFile:
     """Read a text file: only its loops and their vertices matter."""
     lines = text_lines(data)
-    at = [number for number, line in enumerate(lines, 1) if line[:6].lower() == b"vertex"]
-    ends = [number for number, line in enumerate(lines, 1) if line[:7].lower() == b"endloop"]
+    at, ends = (
+        [number for number, line in enumerate(lines, 1) if line.startswith(words)]
+        for words in (_spelt(b"vertex"), _spelt(b"endloop"))
+    )
     points = number_rows(name, at, [lines[number - 1][6:] for number in at]).positions()
     offsets = np.searchsorted(at, [0, *ends])
     if offsets[-1] < len(at):
@@ -95,6 +97,11 @@ def _read_text(data: bytes, name: str) -> MeshFile:
             f"{name}: it is cut short: the loop of line {at[offsets[-1]]}, after {len(ends)} "
             "faces, does not end; copy or export it again"
         )
-    ended = any(line[:8].lower() == b"endsolid" for line in lines[-100:])
+    ended = any(line.startswith(_spelt(b"endsolid")) for line in lines[-100:])
     notes = () if ended else ("the file does not end with endsolid; it may be cut short",)
     return MeshFile(PolyMesh(points, offsets, np.arange(len(at))), "stl", notes=notes)
+
+
+def _spelt(word: bytes) -> tuple[bytes, ...]:
+    """Return how programs write a keyword."""
+    return word, word.upper(), word.capitalize()

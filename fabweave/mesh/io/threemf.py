@@ -10,6 +10,7 @@ import re
 import zipfile
 import zlib
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import unquote
@@ -217,16 +218,14 @@ def _plain(name: str) -> str:
     return name.replace("\\", "/").lstrip("/").lower()
 
 
-def _parse(data: bytes, start: Any, end: Any = None, prefix: Any = None) -> None:
-    """Read XML: call what is to be called where elements start and end, and for namespaces."""
+def _parse(data: bytes, start: Any, prefix: Any = None) -> None:
+    """Read XML: call what is to be called where elements and namespaces start."""
 
     def refuse(*_: Any) -> None:
         raise InputError("its XML defines entities, which 3MF forbids; export it again")
 
     parser = expat.ParserCreate(namespace_separator=" ")
-    parser.buffer_text = True
     parser.StartElementHandler = start
-    parser.EndElementHandler = end
     parser.StartNamespaceDeclHandler = prefix
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
@@ -249,44 +248,28 @@ class _Model:
         self.unit = "millimeter"
         self.objects: dict[str, _Object] = {}
         self.items: list[tuple[_Key, FloatArray]] = []
-        self._path = path
         self._prefixes: dict[str | None, str] = {}
-        self._core = ""
+        self._path = path
         self._object = _Object("", "")
-        _parse(data, self._start, prefix=self._prefix)
+        # Other namespaces have names in common with the core: that of the outermost element.
+        self._takes: dict[str, Callable[[dict[str, str]], None]] = {}
+        _parse(data, self._start, self._prefix)
 
     def _prefix(self, prefix: str | None, uri: str) -> None:
         self._prefixes[prefix] = uri or ""
 
     def _start(self, tag: str, values: dict[str, str]) -> None:
-        """Take what an element says; other namespaces have names in common with the core."""
-        core, _, kind = tag.rpartition(" ")
-        if not self._core:
-            self._core = core or " "
-            self._begin(kind, values)
-        elif core != self._core.strip():
-            if kind == "beamlattice":
-                raise _refused(core)
-        elif kind == "vertex":
-            self._object.points.extend((float(values["x"]), float(values["y"]), float(values["z"])))
-        elif kind == "triangle":
-            self._object.triangles.extend((int(values["v1"]), int(values["v2"]), int(values["v3"])))
-        elif kind == "object":
-            if any(
-                key.endswith(" meshresolution") and value == "lowres"
-                for key, value in values.items()
-            ):
-                raise _refused("slice")
-            name = values.get("name") or values.get("partnumber", "")
-            self._object = _Object(name, values.get("type", "model"))
-            self.objects[values["id"]] = self._object
-        elif kind == "component":
-            self._object.components.append(self._place(values))
-        elif kind == "item":
-            self.items.append(self._place(values))
+        """Take what an element says."""
+        if tag in self._takes:
+            self._takes[tag](values)
+        elif not self._takes:
+            self._begin(tag, values)
+        elif tag.endswith(" beamlattice"):
+            raise _refused("beamlattice")
 
-    def _begin(self, kind: str, values: dict[str, str]) -> None:
+    def _begin(self, tag: str, values: dict[str, str]) -> None:
         """Take what the outermost element says."""
+        kind = tag.rpartition(" ")[2]
         if kind != "model":
             raise InputError(f"{shown(self._path)} is no 3MF model; it begins with {shown(kind)}")
         self.unit = values.get("unit", "millimeter").strip().lower()
@@ -294,6 +277,27 @@ class _Model:
             uri = self._prefixes.get(prefix, prefix)
             if not _HONOURED.fullmatch(uri):
                 raise _refused(uri)
+        core = tag.removesuffix(kind)
+        self._takes = {
+            f"{core}vertex": self._vertex,
+            f"{core}triangle": self._triangle,
+            f"{core}object": self._begin_object,
+            f"{core}component": lambda one: self._object.components.append(self._place(one)),
+            f"{core}item": lambda one: self.items.append(self._place(one)),
+        }
+
+    def _vertex(self, values: dict[str, str]) -> None:
+        self._object.points.extend((float(values["x"]), float(values["y"]), float(values["z"])))
+
+    def _triangle(self, values: dict[str, str]) -> None:
+        self._object.triangles.extend((int(values["v1"]), int(values["v2"]), int(values["v3"])))
+
+    def _begin_object(self, values: dict[str, str]) -> None:
+        if "lowres" in (value for key, value in values.items() if key.endswith(" meshresolution")):
+            raise _refused("slice")
+        name = values.get("name") or values.get("partnumber", "")
+        self._object = _Object(name, values.get("type", "model"))
+        self.objects[values["id"]] = self._object
 
     def _place(self, values: dict[str, str]) -> tuple[_Key, FloatArray]:
         """Return the object that is placed, and its matrix for rows."""
