@@ -509,14 +509,9 @@ def _world(nodes: Sequence[_Node], order: Sequence[int], parents: Sequence[int])
     """Return where each node is, (N, 4, 4)."""
     with np.errstate(all="ignore"):  # what is no number is left to the mesh check
         world = _matrices(
-            *(
-                np.array(rows, dtype=np.float64).reshape(len(nodes), -1)
-                for rows in (
-                    [node.translation for node in nodes],
-                    [node.rotation for node in nodes],
-                    [node.scale for node in nodes],
-                )
-            )
+            np.array([node.translation for node in nodes]).reshape(-1, 3),
+            np.array([node.rotation for node in nodes]).reshape(-1, 4),
+            np.array([node.scale for node in nodes]).reshape(-1, 3),
         )
         for at in order:
             matrix = nodes[at].matrix
