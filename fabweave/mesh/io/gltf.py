@@ -236,7 +236,8 @@ class _Reader:
     def __init__(self, document: _Document, binary: bytes | None, path: Path) -> None:
         self._document = document
         self._path = path
-        self._buffers: dict[int, bytes] = {} if binary is None else {0: binary}
+        ours = binary is not None and bool(document.buffers) and document.buffers[0].uri is None
+        self._buffers: dict[int, bytes] = {0: binary or b""} if ours else {}
         self._others = 0  # primitives that are points or lines
 
     def place(self, placed: Placed) -> tuple[str, ...]:
