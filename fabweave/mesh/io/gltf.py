@@ -508,18 +508,17 @@ def _order(nodes: Sequence[_Node]) -> tuple[list[int], list[int]]:
 
 def _world(nodes: Sequence[_Node], order: Sequence[int], parents: Sequence[int]) -> FloatArray:
     """Return where each node is, (N, 4, 4)."""
-    with np.errstate(all="ignore"):  # what is no number is left to the mesh check
-        world = _matrices(
-            np.array([node.translation for node in nodes]).reshape(-1, 3),
-            np.array([node.rotation for node in nodes]).reshape(-1, 4),
-            np.array([node.scale for node in nodes]).reshape(-1, 3),
-        )
-        for at in order:
-            matrix = nodes[at].matrix
-            if matrix is not None:
-                world[at] = np.array(matrix).reshape(4, 4).T
-            if parents[at] != -1:
-                world[at] = world[parents[at]] @ world[at]
+    world = _matrices(
+        np.array([node.translation for node in nodes]).reshape(-1, 3),
+        np.array([node.rotation for node in nodes]).reshape(-1, 4),
+        np.array([node.scale for node in nodes]).reshape(-1, 3),
+    )
+    for at in order:
+        matrix = nodes[at].matrix
+        if matrix is not None:
+            world[at] = np.array(matrix).reshape(4, 4).T
+        if parents[at] != -1:
+            world[at] = world[parents[at]] @ world[at]
     return world
 
 

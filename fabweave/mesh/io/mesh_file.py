@@ -56,9 +56,13 @@ class MeshFile:
 
 @contextmanager
 def faults_of(name: str) -> Iterator[None]:
-    """Put the name of a file before what is wrong with it."""
+    """Put the name of a file before what is wrong with it.
+
+    What is no number, or too large for one, is left to the check of the mesh.
+    """
     try:
-        yield
+        with np.errstate(all="ignore"):
+            yield
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
 
@@ -113,10 +117,9 @@ class Placed:
                 f"and {MOST_TRIANGLES:,} are read. Export one coarser mesh"
             )
         if matrix is not None and not np.array_equal(matrix, np.eye(4)):
-            with np.errstate(all="ignore"):  # what is no number is left to the mesh check
-                points = points @ matrix[:3, :3].T + matrix[:3, 3]
-                if np.linalg.det(matrix[:3, :3]) < 0:
-                    triangles = triangles[:, ::-1]
+            points = points @ matrix[:3, :3].T + matrix[:3, 3]
+            if np.linalg.det(matrix[:3, :3]) < 0:
+                triangles = triangles[:, ::-1]
         self._points.append(points)
         self._triangles.append(triangles + (self._n_points - len(points)))
         self._names.append(name)

@@ -7,12 +7,13 @@ documents that define entities, which can unpack without end, are refused, as th
 import io
 import lzma
 import re
+import struct
 import zipfile
 import zlib
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 from xml.parsers import expat
 
@@ -46,6 +47,13 @@ _HONOURED = re.compile(r".*/(production|material|trianglesets?|slice)/\d+/\d+")
 #: Objects that are no part of what is to be made.
 _NOT_MADE = ("support", "solidsupport", "other")
 
+#: What unpacking raises where an archive is damaged.
+_DAMAGED = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error,
+    ArithmeticError, EOFError, LookupError, OSError, RuntimeError, ValueError,
+)  # fmt: skip
+
+_Unpacked = TypeVar("_Unpacked")
 #: An object: the file that holds it, and its number there.
 _Key = tuple[str, str]
 
@@ -83,16 +91,10 @@ def read_3mf(data: bytes, name: str) -> MeshFile:
         more than can be meant.
     """
     with faults_of(name):
-        try:
-            with zipfile.ZipFile(io.BytesIO(data)) as archive:
-                _require_bounded(archive, len(data))
-                return _Package(archive).read()
-        except (
-            zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError,
-        ) as error:  # fmt: skip
-            raise InputError(
-                f"this archive cannot be unpacked ({shown(str(error))}); export it again"
-            ) from error
+        archive = _unpacked(lambda: zipfile.ZipFile(io.BytesIO(data)))
+        with archive:
+            _require_bounded(archive, len(data))
+            return _Package(archive).read()
 
 
 def has_model(data: bytes) -> bool:
@@ -100,8 +102,17 @@ def has_model(data: bytes) -> bool:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return any(entry.lower().endswith(".model") for entry in archive.namelist())
-    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
+    except _DAMAGED:
         return False
+
+
+def _unpacked(unpack: Callable[[], _Unpacked]) -> _Unpacked:
+    """Return what is unpacked, or say that it is damaged."""
+    try:
+        return unpack()
+    except _DAMAGED as error:
+        told = shown(str(error))
+        raise InputError(f"this archive cannot be unpacked ({told}); export it again") from error
 
 
 def _require_bounded(archive: zipfile.ZipFile, size: int) -> None:
@@ -157,8 +168,7 @@ class _Package:
                 points = np.array(part.points).reshape(-1, 3)
                 placed.add(part.name, points, np.array(part.triangles).reshape(-1, 3), matrix.T)
             # In 3MF, points are rows: a component's own matrix comes first.
-            with np.errstate(all="ignore"):
-                stack += [(k, own @ matrix, depth + 1) for k, own in reversed(part.components)]
+            stack += [(k, own @ matrix, depth + 1) for k, own in reversed(part.components)]
         if stack:
             raise InputError(
                 f"its objects are placed more than {MOST_PLACED:,} times; export one coarser mesh"
@@ -207,10 +217,11 @@ class _Package:
         return model.objects[number]
 
     def _bytes(self, path: str) -> bytes:
-        for name in (path, unquote(path)):
-            if _plain(name) in self._entries:
-                return self._archive.read(self._entries[_plain(name)])
-        raise InputError(f"it names the part {shown(path)}, which is not in it; export it again")
+        found = [self._entries.get(_plain(name)) for name in (path, unquote(path))]
+        entry = found[0] or found[1]
+        if entry is None:
+            raise InputError(f"it names the part {shown(path)}, which is absent; export it again")
+        return _unpacked(lambda: self._archive.read(entry))
 
 
 def _plain(name: str) -> str:
