@@ -22,17 +22,19 @@ from fabweave.core.errors import InputError
 from fabweave.core.files import MOST_BYTES, read_input
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json
-from fabweave.mesh.io.mesh_file import MeshFile, Placed, faults_of
+from fabweave.mesh.io.mesh_file import MOST_PLACED, MOST_TRIANGLES, MeshFile, Placed, faults_of
 
 _Item = TypeVar("_Item")
 _Array = npt.NDArray[Any]
 #: A number of a thing in a list, or a count of bytes or rows.
-_Number = Annotated[int, msgspec.Meta(ge=0)]
+_Number = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-#: Rows that an accessor may have that has no data but a few: a small file could state any number.
+#: Numbers that are read, in all: a small file could have the same ones read very often ...
+_MOST_NUMBERS = 9 * MOST_TRIANGLES
+#: ... or state any number of rows without data.
 _MOST_ZEROS = 1_000_000
 
 _DRACO, _MESHOPT = "KHR_draco_mesh_compression", "EXT_meshopt_compression"
@@ -239,6 +241,7 @@ class _Reader:
         ours = binary is not None and bool(document.buffers) and document.buffers[0].uri is None
         self._buffers: dict[int, bytes] = {0: binary or b""} if ours else {}
         self._others = 0  # primitives that are points or lines
+        self._numbers = self._zeros = 0  # that were read so far
 
     def place(self, placed: Placed) -> tuple[str, ...]:
         """Place every mesh of the scene, and return what a person should know."""
@@ -307,8 +310,9 @@ class _Reader:
             _, points, found = alike[key]
             corners = np.arange(len(points))
             if primitive.indices is not None:
-                corners = self._array(primitive.indices, "SCALAR")[:, 0].astype(np.int64)
-            found.append(_triangles(primitive.mode, corners))
+                corners = self._array(primitive.indices, "SCALAR", whole=True)[:, 0]
+            self._count(len(corners))
+            found.append(_triangles(primitive.mode, corners.astype(np.int64)))
         return [(first, points, np.concatenate(found)) for first, points, found in alike.values()]
 
     def _morphed(
@@ -341,7 +345,7 @@ class _Reader:
             held = primitive.attributes.get(name.replace("JOINTS", "WEIGHTS"))
             if not name.startswith("JOINTS_") or held is None:
                 continue
-            joints, weights = self._array(at, "VEC4"), self._array(held, "VEC4")
+            joints, weights = self._array(at, "VEC4", whole=True), self._array(held, "VEC4")
             if not len(joints) == len(weights) == len(points):
                 raise InputError(f"a primitive has not as many {name} as vertices")
             if len(joints) and joints.max() >= len(bones):
@@ -371,6 +375,8 @@ class _Reader:
         if len(counts) != 1:
             raise InputError(f"{_INSTANCES} of a node has {len(counts)} counts of instances, not 1")
         count = counts.pop()
+        if count > MOST_PLACED:
+            raise InputError(f"it places {count:,} instances; at most {MOST_PLACED:,} are read")
         resting = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
         return _matrices(
             *(
@@ -379,20 +385,27 @@ class _Reader:
             )
         )
 
-    def _array(self, number: int, kind: str) -> _Array:
+    def _count(self, numbers: int, zeros: int = 0) -> None:
+        """Count numbers, and rows without data, before they are read."""
+        self._numbers += numbers
+        self._zeros += zeros
+        if self._numbers > _MOST_NUMBERS or self._zeros > _MOST_ZEROS:
+            raise InputError(
+                f"its arrays, each as often as it is read, come to {self._numbers:,} numbers and "
+                f"{self._zeros:,} rows without data; at most {_MOST_NUMBERS:,} and "
+                f"{_MOST_ZEROS:,} are read. Export one coarser mesh"
+            )
+
+    def _array(self, number: int, kind: str, *, whole: bool = False) -> _Array:
         """Return the rows of an accessor, (N, width), normalised if it says so."""
         accessor = _one(self._document.accessors, number, "accessor")
         if accessor.type != kind:
             raise InputError(f"accessor {number} is {accessor.type[:20]!r}, and not {kind}")
-        component = _component(accessor.component_type)
+        component = _component(accessor.component_type, whole=whole)
         shape = accessor.count, _WIDTHS[kind]
+        self._count(shape[0] * shape[1], accessor.count if accessor.buffer_view is None else 0)
         if accessor.buffer_view is not None:
             rows = self._rows(accessor.buffer_view, accessor.byte_offset, shape, component)
-        elif accessor.count > _MOST_ZEROS:
-            raise InputError(
-                f"accessor {number} states {accessor.count:,} rows without data; at most "
-                f"{_MOST_ZEROS:,} are read. Export it again"
-            )
         else:
             rows = np.zeros(shape, component)
         if accessor.sparse is not None:
@@ -408,9 +421,7 @@ class _Reader:
                 raise InputError(f"accessor {number} has a value for row {at.max()} of {len(rows)}")
             shape = sparse.count, _WIDTHS[kind]
             rows[at] = self._rows(values.buffer_view, values.byte_offset, shape, component)
-        if kind == "SCALAR" and component.kind == "f":
-            raise InputError(f"accessor {number} numbers vertices, but holds fractions")
-        if accessor.normalized and component.kind != "f":
+        if accessor.normalized and component.kind != "f" and not whole:
             return np.maximum(rows / np.iinfo(component).max, -1.0)
         return rows
 
@@ -470,10 +481,11 @@ class _Reader:
 
 
 def _component(code: int, *, whole: bool = False) -> "np.dtype[Any]":
-    """Return the type of numbers that a code stands for; it may have to be whole ones."""
-    if code not in _COMPONENTS or (whole and _COMPONENTS[code] == "<f4"):
-        raise InputError(f"it names the type of numbers {code}, which glTF does not have")
-    return np.dtype(_COMPONENTS[code])
+    """Return the type of numbers that a code stands for; those of things are whole ones."""
+    component = np.dtype(_COMPONENTS.get(code, "O"))
+    if component.kind not in ("u" if whole else "uif"):
+        raise InputError(f"it names the type of numbers {code}, which glTF does not have there")
+    return component
 
 
 def _triangles(mode: int, corners: IntArray) -> IntArray:
