@@ -1,7 +1,9 @@
 """GLB, glTF, 3MF and STL: what each means is read, and what cannot be is refused by its name."""
 
 import base64
+import io
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -463,6 +465,17 @@ def test_3mf_parts_have_numbers_of_their_own():
         "<model ", '<model unit="inch" ')}  # fmt: skip
     with pytest.raises(InputError, match="inch"):
         read_model(model, inches)
+
+
+def test_3mf_without_relations_begins_where_most_programs_do():
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("3D/Objects/a.model", model_xml(object_xml(1, BODY), ""))
+        item = '<item objectid="1" p:path="/3D/Objects/a.model"/>'
+        archive.writestr("3D/3dmodel.model", model_xml("", item))
+    found = read_3mf(file.getvalue(), "a.3mf")
+    require_same(found.mesh, moved(np.eye(3)))
+    assert not found.notes
 
 
 def test_3mf_without_a_build_gives_all_objects_once():

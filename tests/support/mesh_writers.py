@@ -111,7 +111,7 @@ def object_xml(number: int, mesh: PolyMesh, more: str = "") -> str:
 
 
 def packed_3mf(model: str | bytes, others: Mapping[str, str] | None = None) -> bytes:
-    """Return a 3MF file: its model and other parts by their names."""
+    """Return a 3MF file: its model, which a relation names, and other parts by their names."""
     relation = f'<Relationship Id="r" Target="/3D/a.model" Type="{_3MF}/2013/01/3dmodel"/>'
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -44,7 +44,7 @@ _BEGINNINGS = (
 )
 #: How other files begin, what they are, and what to do.
 _OTHERS = (
-    (rb"version https://git-lfs", "a pointer of Git LFS, and not the mesh itself", "git lfs pull"),
+    (rb"version https://git-lfs", "a pointer of Git LFS, and not the mesh", "run git lfs pull"),
     (rb"(?i:<!doctype html|<html)", "a web page", "download the file itself"),
     (rb"(?i:<\?xml|<)", "an XML file", ""),
     (rb"Kaydara FBX|; FBX", "an FBX file", ""),

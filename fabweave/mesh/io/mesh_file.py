@@ -37,8 +37,8 @@ class MeshFile:
         The axis that points up, as the file or the standard of its format says; None where neither
         does.
     objects : tuple of (str, int)
-        Name and number of faces of each object that the file places, in the order of faces; empty
-        for formats that place none.
+        Name and number of faces of each object that the file places, as they stand in it, in the
+        order of faces; empty for formats that place none.
     """
 
     mesh: PolyMesh

@@ -40,6 +40,7 @@ _UNITS = {
     "inch": "in",
     "foot": "ft",
 }
+_USUAL = "3d/3dmodel.model"
 _ROOT = re.compile(r"http://schemas\.microsoft\.com/3dmanufacturing/\d+/\d+/3dmodel")
 #: Extensions that are honoured, or that say nothing about where triangles are; slices do not if the
 #: mesh is as fine as they are.
@@ -195,7 +196,8 @@ class _Package:
         models = found or [entry for entry in self._entries if entry.endswith(".model")]
         if not models:
             raise InputError("this archive holds no 3D model; export it again, or as OBJ")
-        return models[0]
+        # Where no relation says so, it is called as most programs call it.
+        return _USUAL if not found and _USUAL in models else models[0]
 
     def _model(self, path: str) -> "_Model":
         """Return a model of the archive, read once."""
