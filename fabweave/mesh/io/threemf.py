@@ -136,6 +136,7 @@ class _Package:
         # Names of parts are the same in lower and upper case.
         self._entries = {_plain(entry.filename): entry for entry in archive.infolist()}
         self._models: dict[str, _Model] = {}
+        self._n_objects = 0
 
     def read(self) -> MeshFile:
         """Return all that is to be built."""
@@ -163,7 +164,7 @@ class _Package:
             if part.kind in _NOT_MADE:
                 left_out[part.kind] = left_out.get(part.kind, 0) + 1
                 continue
-            if depth > sum(len(one.objects) for one in self._models.values()):
+            if depth > self._n_objects:
                 raise InputError(f"object {key[1]} is a component of itself; export it again")
             if part.triangles:
                 points = np.array(part.points).reshape(-1, 3)
@@ -202,7 +203,8 @@ class _Package:
     def _model(self, path: str) -> "_Model":
         """Return a model of the archive, read once."""
         if _plain(path) not in self._models:
-            self._models[_plain(path)] = _Model(path, self._bytes(path))
+            model = self._models[_plain(path)] = _Model(path, self._bytes(path))
+            self._n_objects += len(model.objects)
         return self._models[_plain(path)]
 
     def _object(self, key: _Key) -> _Object:
