@@ -46,7 +46,7 @@ _BEGINNINGS = (
 _OTHERS = (
     (rb"version https://git-lfs", "a pointer of Git LFS, and not the mesh", "run git lfs pull"),
     (rb"(?i:<!doctype html|<html)", "a web page", "download the file itself"),
-    (rb"(?i:<\?xml|<)", "an XML file", ""),
+    (rb"<", "an XML file", ""),
     (rb"Kaydara FBX|; FBX", "an FBX file", ""),
     (rb"BLENDER", "a Blender file", ""),
     (rb"ISO-10303-21", "a STEP file", ""),
