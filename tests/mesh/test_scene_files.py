@@ -337,6 +337,18 @@ def test_primitives_that_share_their_vertices_share_them_in_the_mesh():
     assert len(found.notes) == 1  # of the points
 
 
+def test_an_object_does_not_get_the_vertices_of_others():
+    document = gltf_of(BODY)
+    rows = np.concatenate([np.zeros((500, 3)), _CORNERS]).astype("f")
+    primitive_of(document).update(
+        attributes={"POSITION": add_accessor(document, rows)},
+        indices=add_accessor(document, (BODY.indices + 500).astype("H")),
+    )
+    found = read_document(document).mesh
+    assert found.vertices.tolist() == _CORNERS.tolist()
+    assert found.faces() == BODY.faces()
+
+
 def test_glb_is_cut_short_or_whole(tmp_path):
     document = gltf_of(BODY)
     document["buffers"][0].pop("uri")

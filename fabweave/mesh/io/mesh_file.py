@@ -88,6 +88,7 @@ class Placed:
         ----------
         name : str
         points : (V, 3) float array
+            Where there are more than corners, those that no triangle uses are left out.
         triangles : (T, 3) int array
         matrix : (4, 4) float array, optional
             Where it is placed, for columns; a mirror turns the faces, so that they stay outside
@@ -104,13 +105,12 @@ class Placed:
                 f"a face of object {name[:60]!r} names vertex {wrong}, but there are only "
                 f"{len(points)}, counted from 0; export it again"
             )
+        if len(points) > triangles.size:  # most of them are those of other objects
+            used, corners = np.unique(triangles, return_inverse=True)
+            points, triangles = points[used], corners.reshape(triangles.shape)
         self._n_points += len(points)
         self._n_triangles += len(triangles)
-        if (
-            len(self._names) == MOST_PLACED
-            or self._n_triangles > MOST_TRIANGLES
-            or self._n_points > 3 * MOST_TRIANGLES
-        ):
+        if len(self._names) == MOST_PLACED or self._n_triangles > MOST_TRIANGLES:
             raise InputError(
                 f"its objects, each as often as it is placed, come to {len(self._names) + 1:,} "
                 f"objects with {self._n_triangles:,} triangles or more; at most {MOST_PLACED:,} "
