@@ -429,6 +429,8 @@ def _polymesh(vertices: Any, faces: Any) -> PolyMesh:
     """Return vertices and faces, or any mesh that has them, as a polygon mesh of its own."""
     if isinstance(vertices, PolyMesh):
         return vertices
+    if isinstance(vertices, str | Path):
+        raise InputError(f"this is the name of a file: call fabweave.read({str(vertices)!r}, ...)")
     if faces is None:
         vertices, faces = getattr(vertices, "vertices", None), getattr(vertices, "faces", None)
         faces = faces() if callable(faces) else faces

@@ -13,7 +13,8 @@ from fabweave.mesh.fair.fairing import STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import MeshFile, read_mesh, states_up
+from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
@@ -164,7 +165,7 @@ def load_mesh(
         If it cannot be remeshed or refined as asked.
     """
     progress("mesh", 0, 1)
-    file, stated = _given(settings, given_mesh)
+    file = _given(settings, given_mesh)
     mesh, notes, unit_mm = file.mesh, list(file.notes), file.unit_mm or 1.0
     built_in = given_mesh is None and is_shape(settings.source)
     _require_small_faces(mesh)
@@ -174,7 +175,7 @@ def load_mesh(
     if not built_in:
         cleaned = clean_mesh(mesh, settings.weld, settings.size_mm, unit_mm)
     mesh, kept, left_out = with_bodies(cleaned.mesh, settings.bodies)
-    up, said = _upward(mesh, settings, stated, in_memory=given_mesh is not None)
+    up, said = _upward(mesh, settings, file, in_memory=given_mesh is not None)
     notes += [*said, *cleaned.notes, *kept]
     mesh = turn_upright(mesh, up)
     try:
@@ -206,7 +207,7 @@ def load_mesh(
     return LoadedMesh(
         mesh=mesh,
         halfedges=halfedges,
-        up=up if stated is None else None,
+        up=up if file.up is None else None,
         upward=up,
         title=object_title(settings.source, settings.title),
         notes=tuple(notes),
@@ -224,24 +225,24 @@ def load_mesh(
     )
 
 
-def _given(settings: MeshSettings, in_memory: PolyMesh | None) -> tuple[MeshFile, str | None]:
-    """Return the mesh of a job as it was read or built, and what its format says is up."""
+def _given(settings: MeshSettings, in_memory: PolyMesh | None) -> MeshFile:
+    """Return the mesh of a job as it was read, built or given."""
     if in_memory is not None:
-        return MeshFile(in_memory, ""), None
+        return MeshFile(in_memory, "")
     if is_shape(settings.source):
-        return MeshFile(parse_shape(settings.source), "", "mm"), "z"
-    file = read_mesh(settings.source)
-    return file, file.up if states_up(settings.source) else None
+        return MeshFile(parse_shape(settings.source), "", "mm", up="z")
+    return read_mesh(settings.source)
 
 
 def _upward(
-    mesh: PolyMesh, settings: MeshSettings, stated: str | None, *, in_memory: bool
+    mesh: PolyMesh, settings: MeshSettings, file: MeshFile, *, in_memory: bool
 ) -> tuple[str, list[str]]:
     """Return what of a mesh points up, and what a person should know about it."""
+    stated = file.up
     if in_memory or (stated is not None and settings.up is not None):
         return settings.up or "z", []
     if stated is not None:
-        kind = settings.source.rpartition(".")[2].upper()
+        kind = file.format.upper()
         turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
         return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
     guess = guess_up(mesh)

@@ -7,7 +7,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from jobs import run
 
 import fabweave as fw
 from fabweave.core.errors import InputError
@@ -21,7 +20,7 @@ REMESHERS = {"quads": ("pyQuadriFlow", "pynanoinstantmeshes"), "tubes": ("pygel3
 
 
 def test_extras_are_few():
-    assert EXTRAS.keys() == {"threemf", "notebook", "dev"}
+    assert EXTRAS.keys() == {"notebook", "dev"}
 
 
 def test_a_widget_without_its_package_names_the_extra(monkeypatch):
@@ -54,16 +53,6 @@ def said(script, words, folder, code):
     assert "Traceback" not in told
     assert len(re.findall(r"^fabweave: ", told, re.MULTILINE)) == 1
     return told
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("missing", ["networkx", "lxml"])
-def test_the_extra_is_named_and_nothing_is_written(missing, tmp_path):
-    # Writing needs no extra.
-    assert run("model", "shape:cube", "-o", tmp_path / "cube.3mf", "-q") == 0
-    told = said(without(missing), ("make", "cube.3mf", "-o", "out"), tmp_path, 2)
-    assert "fabweave[threemf]" in told
-    assert [path.name for path in tmp_path.iterdir()] == ["cube.3mf"]
 
 
 @pytest.mark.parametrize("kind", REMESHERS)

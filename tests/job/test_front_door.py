@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,6 +128,7 @@ def test_the_callers_arrays_stay_as_they_are():
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0.0, 1.0, 2.0]])), "not whole numbers"),
         (([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 9]]), "names a vertex that does not exist"),
         ((object(),), "this is no mesh"),
+        ((Path("cow.obj"),), r"read\('cow.obj'"),
         (([["a", 0, 0]], [[0, 0, 0]]), "this is no mesh"),
         ((np.eye(3) + 1j, [[0, 1, 2]]), "must be real numbers"),
         ((np.eye(3) + 0j, [[0, 1, 2]]), "must be real numbers"),

@@ -3,6 +3,7 @@
 import json
 import struct
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,22 +11,42 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jobs import run
-from mesh_writers import binary_ply, off_bytes, ply_bytes
+from mesh_writers import (
+    add_accessor,
+    binary_ply,
+    binary_stl,
+    gltf_of,
+    model_xml,
+    object_xml,
+    off_bytes,
+    packed_3mf,
+    ply_bytes,
+)
 from strategies import any_meshes
 
 from fabweave.core.errors import InputError
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import READABLE, read_mesh, write_mesh
+from fabweave.mesh.io.gltf import read_gltf
 from fabweave.mesh.io.ply import read_ply
+from fabweave.mesh.io.stl import read_stl
 from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
+from fabweave.mesh.io.threemf import read_3mf
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.weld import weld_mesh
 from fabweave.options.settings import Settings
 from fabweave.plan.ask import load_asked
 
-READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
+READERS = {
+    "obj": read_obj,
+    "off": read_off,
+    "ply": read_ply,
+    "stl": read_stl,
+    "gltf": lambda data, name: read_gltf(data, Path(name)),
+    "3mf": lambda model, name: read_3mf(packed_3mf(model), name),
+}
 HOUSE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]]
 HOUSE_FACES = [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
 V = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
@@ -34,7 +55,7 @@ F = "f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
 
 def read(kind, text):
     data = text.encode("latin-1") if isinstance(text, str) else text
-    return READERS[kind](data, f"a.{kind}")[0]
+    return READERS[kind](data, f"a.{kind}").mesh
 
 
 def same(mesh, other):
@@ -384,6 +405,40 @@ def test_weld_leaves_what_was_wrong_before():
     assert weld_mesh(mesh)[0].faces() == mesh.faces()
 
 
+def everything_gltf():
+    """Return a document with most of what the reader knows."""
+    tetrahedron = solids.tetrahedron()
+    document = gltf_of(tetrahedron)
+    primitive = document["meshes"][0]["primitives"][0]
+    primitive["attributes"] |= {
+        "JOINTS_0": add_accessor(document, np.zeros((4, 4), "B")),
+        "WEIGHTS_0": add_accessor(document, np.ones((4, 4), "f")),
+    }
+    primitive["targets"] = [{"POSITION": 0}]
+    document["meshes"][0]["weights"] = [0.5]
+    document["skins"] = [{"joints": [1]}]
+    attributes = {"TRANSLATION": add_accessor(document, np.zeros((2, 3), "f"))}
+    document["nodes"] = [
+        {"mesh": 0, "skin": 0},
+        {"mesh": 0, "children": [0],
+         "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}},
+    ]  # fmt: skip
+    document["scenes"] = [{"nodes": [1]}]
+    return json.dumps(document).encode()
+
+
+def everything_3mf():
+    """Return a model with a component, a support and a transform."""
+    body, more = (
+        object_xml(n, solids.tetrahedron(), kind) for n, kind in ((1, ""), (2, 'type="other"'))
+    )
+    group = (
+        '<object id="3"><components><component objectid="1" transform="2 0 0 0 1 0 0 0 1 5 0 0"/>'
+        '<component objectid="2"/></components></object>'
+    )
+    return model_xml(body + more + group, '<item objectid="3"/>', 'unit="inch"').encode()
+
+
 SEEDS = {
     "obj": [OBJ_TRAPS["texture and normals"].encode(), OBJ_TRAPS["continuation"].encode()],
     "off": [
@@ -391,6 +446,12 @@ SEEDS = {
         OFF_TRAPS["faces on one line"].encode(),
     ],
     "ply": [ply_house(None), ply_house("<"), ply_house(">", extras=False)],
+    "stl": [
+        binary_stl(solids.tetrahedron()),
+        b"solid a\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendsolid a\n",
+    ],
+    "gltf": [everything_gltf()],
+    "3mf": [everything_3mf()],
 }
 PIECES = [b"\n", b" ", b"-1", b"9" * 30, b"#", b"\\\n", b"1e400", b"nan", b"/", b"\0", b"list"]
 

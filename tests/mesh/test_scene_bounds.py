@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from fabweave.core.errors import InputError
-from fabweave.mesh.io import scenes
+from fabweave.mesh.io import mesh_file
 from fabweave.mesh.io.files import read_mesh
 
 
@@ -47,7 +47,7 @@ def gltf(change) -> bytes:
 
 
 def test_a_mesh_that_is_placed_very_often_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(scenes, "_MOST_PLACED", 10)
+    monkeypatch.setattr(mesh_file, "MOST_PLACED", 10)
     scene = trimesh.Scene([trimesh.creation.box()])
     for n in range(20):
         scene.add_geometry(trimesh.creation.box(), node_name=f"n{n}", geom_name="box")

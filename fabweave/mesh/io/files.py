@@ -1,68 +1,70 @@
-"""Read and write mesh files by their extension."""
+"""Read mesh files by what they hold, and write them."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path, PurePath
-from typing import Literal
 
-from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import InputError
 from fabweave.core.files import MOST_BYTES, read_input
+from fabweave.core.messages import agree
+from fabweave.mesh.io.gltf import read_gltf
+from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.io.ply import read_ply
-from fabweave.mesh.io.scenes import has_z_up, read_scene
+from fabweave.mesh.io.stl import is_binary_stl, read_stl
 from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
+from fabweave.mesh.io.threemf import has_model, read_3mf
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.weld import weld_mesh
 
-#: Millimetres in each unit that a mesh file can state.
-UNIT_MM = (("um", 0.001), ("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8))
-
-_READERS = {"obj": read_obj, "off": read_off, "ply": read_ply}
-_SCENES = ("stl", "glb", "gltf", "3mf")
-#: Formats whose standard says which way is up, and that it is y.
-_Y_UP = ("glb", "gltf")
+_READERS: dict[str, Callable[[bytes, Path], MeshFile]] = {
+    "obj": lambda data, path: read_obj(data, path.name),
+    "off": lambda data, path: read_off(data, path.name),
+    "ply": lambda data, path: read_ply(data, path.name),
+    "stl": lambda data, path: read_stl(data, path.name),
+    "glb": read_gltf,
+    "gltf": read_gltf,
+    "3mf": lambda data, path: read_3mf(data, path.name),
+}
+#: Formats that hold triangles whose corners may be vertices of their own.
+_TRIANGLES = ("stl", "glb", "gltf", "3mf")
+#: Formats whose standard says which way is up.
+_STATE_UP = ("glb", "gltf")
 
 #: Formats that can be read.
-READABLE = (*_READERS, *_SCENES)
+READABLE = tuple(_READERS)
 
-
-@frozen_value
-class MeshFile:
-    """A mesh as it was read from a file.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        The mesh, in the file's own unit.
-    format : str
-        The format: one of `READABLE`.
-    unit : str or None
-        The unit that the file states (one of those in `UNIT_MM`), or None if it states none.
-    notes : tuple of str
-        What a person should know about the reading.
-    up : {"z", "y"}
-        The axis that points up by the format's standard; z where it has none.
-    """
-
-    mesh: PolyMesh
-    format: str
-    unit: str | None = None
-    notes: tuple[str, ...] = ()
-    up: Literal["z", "y"] = "z"
-
-    @property
-    def unit_mm(self) -> float | None:
-        """Millimetres in the stated unit, or None if the file states none."""
-        return None if self.unit is None else dict(UNIT_MM)[self.unit]
+#: How files begin that hold a mesh in a format that can be read.
+_BEGINNINGS = (
+    ("glb", rb"glTF"),
+    ("ply", rb"ply\s"),
+    ("stl", rb"(?i:solid)\b(?s:.*?)\b(?i:facet|endsolid)\b"),
+    ("gltf", rb"\{(?s:.*)\"asset\""),
+    ("off", rb"(ST|C|N)*OFF\s"),
+    ("obj", rb"(?m:(?s:.*?)^v[ \t]+[-+.\d](?s:.*?)^v[ \t]+[-+.\d])"),
+)
+#: How other files begin, what they are, and what to do.
+_OTHERS = (
+    (rb"version https://git-lfs", "a pointer of Git LFS, and not the mesh", "run git lfs pull"),
+    (rb"(?i:<!doctype html|<html)", "a web page", "download the file itself"),
+    (rb"<", "an XML file", ""),
+    (rb"Kaydara FBX|; FBX", "an FBX file", ""),
+    (rb"BLENDER", "a Blender file", ""),
+    (rb"ISO-10303-21", "a STEP file", ""),
+    (rb"#usda|PXR-USDC", "a USD file", ""),
+    (rb"3D Geometry File Format", "a Rhino file", ""),
+    (rb"%PDF|\x89PNG|\xff\xd8\xff|GIF8", "a picture or a document", ""),
+    (rb"\x1f\x8b|7z\xbc\xaf|Rar!|\x28\xb5\x2f\xfd", "a packed file", "unpack it"),
+)
+#: Where in a file its kind shows.
+_HEAD = 100_000
 
 
 def read_mesh(path: str | Path) -> MeshFile:
-    """Read a mesh file.
-
-    OBJ, OFF and PLY keep their polygons and vertices as they are; STL, GLB, glTF and 3MF hold
-    triangles, whose vertices are joined where they are at the same place.
+    """Read a mesh file; in formats that hold triangles, vertices at the same place become one.
 
     Parameters
     ----------
     path : str or Path
-        The file; its extension tells the format.
 
     Returns
     -------
@@ -74,29 +76,109 @@ def read_mesh(path: str | Path) -> MeshFile:
     InputError
         If the file is missing, of another format, cannot be understood, or has no faces.
     """
-    path = Path(path)
-    kind = path.suffix[1:].lower()
-    if kind not in READABLE:
-        what = f"format {path.suffix!r}" if kind else "a file without an extension"
+    file = read_file(path)
+    if file.format not in _TRIANGLES:
+        return file
+    mesh, joined, dropped = weld_mesh(file.mesh)
+    notes = [
+        agree(count, what)
+        for count, what in (
+            (
+                joined,
+                "{n} [vertex was|vertices were] at the same place as another vertex and merged "
+                "with it",
+            ),
+            (dropped, "{n} [face|faces] collapsed to a line or a point and [was|were] left out"),
+        )
+        if count
+    ]
+    if not mesh.n_faces:
         raise InputError(
-            f"{path.name}: {what} cannot be read; formats that can be read: "
-            + ", ".join(item.upper() for item in READABLE)
+            f"{Path(path).name}: every face in the file has collapsed to a line or a point"
+        )
+    return MeshFile(mesh, file.format, file.unit, (*file.notes, *notes), file.up, file.objects)
+
+
+def read_file(path: str | Path) -> MeshFile:
+    """Read what a mesh file says, and change nothing.
+
+    What the file holds tells its format; its name does where that leaves it open.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    InputError
+        As for :func:`read_mesh`.
+    """
+    path = Path(path)
+    if str(path) == "-":
+        raise InputError(
+            "a mesh cannot be read from standard input, because job.toml names its file, so that "
+            "the job can be made again; save it in a file first"
         )
     data = read_input(path, "the mesh", MOST_BYTES)
     if not data:
         raise InputError(f"{path.name}: the file is empty")
-    unit: str | None = None
-    if kind in _SCENES:
-        mesh, unit, notes = read_scene(data, path, kind)
-    else:
-        mesh, notes = _READERS[kind](data, path.name)
-    if not mesh.n_faces:
+    named = path.suffix[1:].lower()
+    data, kind = _kind_of(data, path)
+    file = _READERS[kind](data, path)
+    if not file.mesh.n_faces:
+        said = "".join(f"; {note}" for note in file.notes)
         raise InputError(
-            f"{path.name}: the file has {mesh.n_vertices} vertices and no faces; export it again "
-            "as a polygon mesh"
+            f"{path.name}: the file has {file.mesh.n_vertices} vertices and no faces{said}; export "
+            "it again as a polygon mesh"
         )
-    up: Literal["z", "y"] = "y" if kind in _Y_UP and not has_z_up(data) else "z"
-    return MeshFile(mesh, kind, unit, notes, up)
+    if kind == named:
+        return file
+    note = f"{path.name} is {_called(kind)}, whatever its name says, and was read as one"
+    return MeshFile(file.mesh, kind, file.unit, (note, *file.notes), file.up, file.objects)
+
+
+def _kind_of(data: bytes, path: Path) -> tuple[bytes, str]:
+    """Return a file's bytes, as UTF-8 where they are text with another mark, and its format."""
+    named = path.suffix[1:].lower()
+    if is_binary_stl(data):
+        return data, "stl"
+    for mark, codec in (
+        (b"\xff\xfe\0\0", "utf-32"), (b"\0\0\xfe\xff", "utf-32"),
+        (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"),
+    ):  # fmt: skip
+        if data.startswith(mark):
+            data = data.decode(codec, "replace").encode()
+            break
+    head = data[:_HEAD].removeprefix(b"\xef\xbb\xbf").lstrip()
+    if head.startswith((b"PK\3\4", b"PK\5\6")):
+        if named == "3mf" or has_model(data):
+            return data, "3mf"
+        raise InputError(f"{path.name} is a ZIP archive; unpack it, and name the mesh in it")
+    for kind, begins in _BEGINNINGS:
+        # Anything may stand before the first vertex of OBJ: its name says that it is one.
+        if (kind != "obj" or (named != "obj" and b"\0" not in head)) and re.match(begins, head):
+            return data, kind
+    for begins, what, cure in _OTHERS:
+        if re.match(begins, head):
+            raise InputError(f"{path.name} is {what}; {cure or 'export the mesh as OBJ'}")
+    if named not in READABLE:
+        what = f"format {path.suffix!r}" if named else "a file without an extension"
+        raise InputError(
+            f"{path.name}: {what} cannot be read; formats that can be read: "
+            + ", ".join(item.upper() for item in READABLE)
+        )
+    return data, named
+
+
+def _called(kind: str) -> str:
+    """Return what a file of a format is called.
+
+    Examples
+    --------
+    >>> _called("stl"), _called("3mf")
+    ('an STL file', 'a 3MF file')
+    """
+    return f"{'an' if kind in ('obj', 'off', 'stl') else 'a'} {kind.upper()} file"
 
 
 def states_up(name: str) -> bool:
@@ -107,7 +189,7 @@ def states_up(name: str) -> bool:
     >>> states_up("cow.glb"), states_up("cow.OBJ")
     (True, False)
     """
-    return PurePath(name).suffix[1:].lower() in _Y_UP
+    return PurePath(name).suffix[1:].lower() in _STATE_UP
 
 
 def write_mesh(path: str | Path, mesh: PolyMesh) -> None:

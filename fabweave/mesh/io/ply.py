@@ -8,9 +8,10 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import IntArray
+from fabweave.core.arrays import IntArray, offsets_of
 from fabweave.core.errors import InputError
-from fabweave.mesh.io.text import Read, checked_mesh, number_rows, text_lines
+from fabweave.mesh.io.mesh_file import MeshFile
+from fabweave.mesh.io.text import Rows, checked_mesh, number_rows, text_lines
 
 # The byte order of each format; text has none.
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
@@ -35,7 +36,9 @@ _TYPES = {
     "float64": "f8",
 }
 _END = re.compile(rb"[\r\n][ \t]*end_header[ \t]*(\r\n|\n|\r|\Z)")
-_FACE_LISTS = ("vertex_indices", "vertex_index")
+_FACE_LISTS = ("vertex_indices", "vertex_index", "vertex_indexes")
+#: Elements that hold faces, and one after another what is taken where the one before is absent.
+_FACES, _STRIPS = "face", "tristrips"
 
 #: How many values each row has of one property (1 unless that is a list), and all values.
 _Column: TypeAlias = tuple[IntArray, npt.NDArray[Any]]
@@ -59,11 +62,11 @@ class _Element:
     properties: list[_Property]
 
 
-def read_ply(data: bytes, name: str) -> Read:
+def read_ply(data: bytes, name: str) -> MeshFile:
     r"""Read the bytes of a PLY file: text, little-endian or big-endian.
 
-    Positions and faces are read; other properties and elements, before or after them, are passed
-    over.
+    Positions and faces are read, or strips of triangles where there are no faces; other properties
+    and elements, before or after them, are passed over.
 
     Parameters
     ----------
@@ -74,10 +77,8 @@ def read_ply(data: bytes, name: str) -> Read:
 
     Returns
     -------
-    mesh : PolyMesh
+    MeshFile
         Vertices and faces in the order of the file.
-    notes : tuple of str
-        What a person should know.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def read_ply(data: bytes, name: str) -> Read:
     >>> header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
     >>> header += "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
     >>> body = "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
-    >>> read_ply((header + body).encode(), "a.ply")[0].faces()
+    >>> read_ply((header + body).encode(), "a.ply").mesh.faces()
     [[0, 1, 2]]
     """
     order, elements, start = _read_head(data, name)
@@ -99,7 +100,7 @@ def read_ply(data: bytes, name: str) -> Read:
     else:
         tables = _text_tables(data, start, elements, name)
     points: npt.NDArray[Any] | None = None
-    sizes: IntArray | None = None
+    faces: dict[str, _Column] = {}
     for element, columns in zip(elements, tables, strict=True):
         names = [item.name for item in element.properties]
         if element.name == "vertex" and points is None:
@@ -109,28 +110,52 @@ def read_ply(data: bytes, name: str) -> Read:
                     f"{', '.join(names) or 'none'}"
                 )
             points = np.column_stack([columns[names.index(axis)][1] for axis in "xyz"])
-        elif element.name == "face":
-            lists = [at for at, item in enumerate(element.properties) if item.count]
-            at = next((at for at in lists if names[at] in _FACE_LISTS), None)
-            if at is None:
-                raise InputError(
-                    f"{name}: the header gives the faces no list property called vertex_indices "
-                    "or vertex_index"
-                )
-            if sizes is None or not len(sizes):
-                sizes, corners = columns[at]
-        if points is not None and sizes is not None and len(sizes):
+        elif element.name in (_FACES, _STRIPS) and not len(faces.get(element.name, ([],))[0]):
+            faces[element.name] = columns[_corners_at(element, name)]
+        if points is not None and len(faces.get(_FACES, ([],))[0]):
             break
     if points is None:
         raise InputError(f"{name}: the file has no vertices (no element 'vertex' in its header)")
-    if sizes is None:
+    if not faces:
         raise InputError(
             f"{name}: the file has no faces (no element 'face' in its header); is it a point "
-            "cloud, or made of triangle strips? export it again with polygon faces"
+            "cloud? export it again with polygon faces"
         )
     with np.errstate(invalid="ignore"):  # a signalling "not a number" is left to the mesh check
         points = points.astype(np.float64)
-    return checked_mesh(name, points, sizes, corners), ()
+    sizes, corners = faces.get(_FACES, ([], []))
+    if not len(sizes) and _STRIPS in faces:
+        sizes, corners = _of_strips(*faces[_STRIPS])
+    return MeshFile(checked_mesh(name, points, np.asarray(sizes), np.asarray(corners)), "ply")
+
+
+def _corners_at(element: _Element, name: str) -> int:
+    """Return which property of faces lists their corners: by its name, or as the only list."""
+    lists = [at for at, item in enumerate(element.properties) if item.count]
+    named = [at for at in lists if element.properties[at].name in _FACE_LISTS]
+    if not named and (len(lists) != 1 or element.properties[lists[0]].kind[0] == "f"):
+        raise InputError(
+            f"{name}: the header gives the {element.name} no list property called "
+            f"{' or '.join(_FACE_LISTS)}"
+        )
+    return (named or lists)[0]
+
+
+def _of_strips(sizes: IntArray, corners: npt.NDArray[Any]) -> _Column:
+    """Return the triangles of strips; -1 ends a strip, and every second triangle is turned."""
+    ends = offsets_of(sizes)
+    begins = np.zeros(len(corners) + 1, dtype=np.bool_)
+    begins[ends] = True
+    begins[1:] |= corners == -1
+    start = np.maximum.accumulate(
+        np.where(begins[:-1] | (corners == -1), np.arange(len(corners)) + (corners == -1), 0)
+    )
+    at = np.arange(max(0, len(corners) - 2))
+    odd = (at - start[at]) % 2
+    triangles = np.column_stack([corners[at], corners[at + 1 + odd], corners[at + 2 - odd]])
+    a, b, c = triangles.T
+    real = (start[at] == start[at + 2]) & (a != b) & (b != c) & (c != a) & (corners[at] != -1)
+    return np.full(int(real.sum()), 3), triangles[real].reshape(-1)
 
 
 def _read_head(data: bytes, name: str) -> tuple[str, list[_Element], int]:
@@ -174,25 +199,45 @@ def _text_tables(
     before = len(text_lines(data[:start]))
     texts = text_lines(data[start:])
     lines = [at for at, text in enumerate(texts) if text]
+    wanted = [element.number if element.properties else 0 for element in elements]
+    everything = None
+    if len(lines) < sum(wanted):  # maybe lines end elsewhere
+        numbers = [before + at + 1 for at in lines]
+        everything = number_rows(name, numbers, [texts[at] for at in lines])
     first = 0
-    for element in elements:
-        wanted = element.number if element.properties else 0
-        some = lines[first : first + wanted]
-        first += wanted
-        if len(some) < wanted:
-            raise InputError(
-                f"{name}, at the end of the file: only {len(some)} of {wanted} rows of element "
-                f"{element.name!r} are there"
-            )
-        rows = number_rows(name, [before + at + 1 for at in some], [texts[at] for at in some])
+    for element, count in zip(elements, wanted, strict=True):
+        if everything is None:
+            some = lines[first : first + count]
+            first += count
+            rows = number_rows(name, [before + at + 1 for at in some], [texts[at] for at in some])
+        else:
+            rows, first = _one_a_row(everything, element, count, first)
         at = rows.offsets[:-1]
         columns: list[_Column] = []
         for item in element.properties:
-            ones = np.ones(wanted, dtype=np.int64)
+            ones = np.ones(count, dtype=np.int64)
             sizes, values = rows.lists(at) if item.count else (ones, rows.scalars(at))
             columns.append((sizes, values))
             at = at + sizes + bool(item.count)
         yield columns
+
+
+def _one_a_row(rows: Rows, element: _Element, count: int, first: int) -> tuple[Rows, int]:
+    """Return the rows of an element among numbers whose lines end anywhere, and what follows."""
+    bounds = [first]
+    while len(bounds) <= count and bounds[-1] < len(rows.values):
+        at = bounds[-1]
+        for item in element.properties:
+            size = rows.values[at] if item.count and at < len(rows.values) else 0.0
+            at += 1 + int(np.nan_to_num(size).clip(0, len(rows.values)))
+        bounds.append(at)
+    if len(bounds) <= count or bounds[-1] > len(rows.values):
+        raise InputError(
+            f"{rows.name}, at the end of the file: only {max(0, len(bounds) - 2)} of {count} rows "
+            f"of element {element.name!r} are there"
+        )
+    line = np.searchsorted(rows.offsets, bounds[:-1], side="right") - 1
+    return Rows(rows.name, rows.lines[line], np.array(bounds), rows.values), bounds[-1]
 
 
 def _binary_tables(

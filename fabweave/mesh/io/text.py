@@ -19,13 +19,13 @@ from fabweave.core.arrays import (
     places_in_groups,
 )
 from fabweave.core.errors import InputError
+from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.polymesh import PolyMesh
 
-#: What a mesh and its notes are read from: the bytes of a file and its name.
-Read = tuple[PolyMesh, tuple[str, ...]]
-
 #: What Microsoft's libraries write for numbers that are none.
-_NOT_NUMBER = re.compile(rb"\d\.#(?:(INF)|IND|QNAN|SNAN)0*", re.IGNORECASE)
+_NOT_NUMBER = re.compile(rb"\d\.#(?:(INF)|IND|QNAN|SNAN)0*|nan\(\w*\)", re.IGNORECASE)
+#: Vertices and faces that go on in the next line; elsewhere a backslash may end the name of a path.
+_CONTINUED = re.compile(rb"^[ \t]*[vf][ \t](?:.*\\[ \t]*\n)+.*", re.MULTILINE)
 
 
 def text_lines(data: bytes, *, continued: bool = False) -> list[bytes]:
@@ -36,7 +36,8 @@ def text_lines(data: bytes, *, continued: bool = False) -> list[bytes]:
     data : bytes
         A comment runs from ``#`` to the end of the line.
     continued : bool
-        Whether a backslash at the end of a line joins it with the next one, which is empty then.
+        Whether a backslash at the end of a vertex or a face joins it with the next line, which is
+        empty then.
 
     Examples
     --------
@@ -44,14 +45,13 @@ def text_lines(data: bytes, *, continued: bool = False) -> list[bytes]:
     [b'', b'1 2', b'3']
     """
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    if b".#" in data:
+    if b".#" in data or b"nan(" in data.lower():
         data = _NOT_NUMBER.sub(lambda found: b"inf" if found[1] else b"nan", data)
     if b"#" in data:
         data = re.sub(rb"#.*", b"", data)
-    if continued and b"\\\n" in data:
-        data = re.sub(
-            rb"(?:.*\\\n)+.*",
-            lambda found: found[0].replace(b"\\\n", b" ") + b"\n" * found[0].count(b"\\\n"),
+    if continued and b"\\" in data:
+        data = _CONTINUED.sub(
+            lambda found: re.sub(rb"\\[ \t]*\n", b" ", found[0]) + b"\n" * found[0].count(b"\n"),
             data,
         )
     return [line.strip() for line in data.splitlines()]
@@ -183,7 +183,7 @@ def checked_mesh(
 _NUMBERS = re.compile(rb"/\S*")
 
 
-def read_obj(data: bytes, name: str) -> Read:
+def read_obj(data: bytes, name: str) -> MeshFile:
     r"""Read the bytes of an OBJ file.
 
     Vertices (``v``, with or without weight or colour) and faces (``f``, of any size, with or
@@ -199,10 +199,8 @@ def read_obj(data: bytes, name: str) -> Read:
 
     Returns
     -------
-    mesh : PolyMesh
+    MeshFile
         Vertices in the order of the file.
-    notes : tuple of str
-        What a person should know.
 
     Raises
     ------
@@ -211,8 +209,7 @@ def read_obj(data: bytes, name: str) -> Read:
 
     Examples
     --------
-    >>> mesh, notes = read_obj(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2/1 -1//1\n", "a.obj")
-    >>> mesh.faces()
+    >>> read_obj(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2/1 -1//1\n", "a.obj").mesh.faces()
     [[0, 1, 2]]
     """
     lines = text_lines(data, continued=True)
@@ -229,7 +226,8 @@ def read_obj(data: bytes, name: str) -> Read:
     known = np.repeat(np.searchsorted(of_vertex, of_face), sizes)
     index = np.where(faces.values > 0, faces.values - 1, known + faces.values)
     index[faces.values == 0] = -1
-    return checked_mesh(name, points, sizes, index, lines=of_face, counted_from=1), ()
+    mesh = checked_mesh(name, points, sizes, index, lines=of_face, counted_from=1)
+    return MeshFile(mesh, "obj")
 
 
 _KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF")
@@ -237,7 +235,7 @@ _KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF")
 _EXTRA = {b"ST": 2, b"C": 4, b"N": 3}
 
 
-def read_off(data: bytes, name: str) -> Read:
+def read_off(data: bytes, name: str) -> MeshFile:
     r"""Read the text of an OFF file.
 
     The keyword may be absent or have prefixes (``ST``, ``C``, ``N``) whose numbers are passed over,
@@ -253,10 +251,8 @@ def read_off(data: bytes, name: str) -> Read:
 
     Returns
     -------
-    mesh : PolyMesh
+    MeshFile
         Vertices in the order of the file.
-    notes : tuple of str
-        What a person should know.
 
     Raises
     ------
@@ -265,8 +261,7 @@ def read_off(data: bytes, name: str) -> Read:
 
     Examples
     --------
-    >>> mesh, notes = read_off(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "a.off")
-    >>> mesh.faces()
+    >>> read_off(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "a.off").mesh.faces()
     [[0, 1, 2]]
     """
     if re.match(rb"\s*\w*OFF[ \t]+BINARY", data):
@@ -285,7 +280,8 @@ def read_off(data: bytes, name: str) -> Read:
     points, faces = _some(rows, slice(n_vertices)), _some(rows, slice(n_vertices, number))
     positions = points.positions()
     mesh = checked_mesh(name, positions, *faces.lists(faces.offsets[:-1]), lines=faces.lines)
-    return mesh, (f"{spare} lines after the last face were ignored",) if spare > 0 else ()
+    notes = (f"{spare} lines after the last face were ignored",) if spare > 0 else ()
+    return MeshFile(mesh, "off", notes=notes)
 
 
 def _some(rows: Rows, some: slice) -> Rows:
