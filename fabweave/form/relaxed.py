@@ -92,16 +92,20 @@ def _parted(ribbons: Ribbons) -> tuple[Ribbons, _Flat]:
     """Return ribbons whose quads are parted, in space along their rails, and how they are cut."""
     sizes = np.diff(ribbons.offsets)
     threads = np.arange(len(sizes))
+    # A face by itself has threads without a crossing, and no strip.
+    laid = sizes > 0
     # One more where a ring closes.
     last = sizes - 1 + ribbons.closed
-    offsets, rung = run_rungs(ribbons, threads, np.zeros_like(sizes), last)
+    offsets, rung = run_rungs(
+        ribbons, threads[laid], np.zeros(np.count_nonzero(laid), dtype=np.int64), last[laid]
+    )
     strips = unfold(ribbons, offsets, rung)
     plane = np.array([1.0, 1.0j])
-    before = np.delete(np.arange(len(rung)), offsets[1:][sizes > 0] - 1)
+    before = np.delete(np.arange(len(rung)), offsets[1:] - 1)
     share = np.tile(np.arange(PARTS) / PARTS, len(before))
     quad = np.repeat(before, PARTS)
     # An open strip ends with a rung of its own.
-    ends = offsets[1:][(sizes > 0) & ~ribbons.closed] - 1
+    ends = offsets[1:][~ribbons.closed[laid]] - 1
     at = np.concatenate([quad, ends])
     order = np.argsort(at, kind="stable")
     at, share = at[order], np.concatenate([share, np.zeros(len(ends))])[order]
@@ -118,7 +122,7 @@ def _parted(ribbons: Ribbons) -> tuple[Ribbons, _Flat]:
     ]
     fine = replace(
         ribbons,
-        offsets=offsets_of(np.where(sizes > 0, PARTS * last + ~ribbons.closed, 0)),
+        offsets=offsets_of(np.where(laid, PARTS * last + ~ribbons.closed, 0)),
         right=between(ribbons.right[rung], share),
         left=between(ribbons.left[rung], share),
         from_right=frozen(ribbons.from_right[rung[at]]),

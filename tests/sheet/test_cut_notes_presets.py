@@ -116,7 +116,7 @@ def test_notes_refuse_what_they_cannot_draw():
 
 @given(
     st.tuples(st.floats(1.0, 300.0), st.floats(1.0, 300.0)),
-    st.floats(0.0, 3.0),
+    st.just(0.0) | st.floats(0.001, 3.0),
     st.lists(st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.01, 1.0)), max_size=9),
     st.none() | st.floats(0.0, 180.0),
 )
