@@ -333,12 +333,13 @@ def _parted_edges(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
     ]
     first, second = edges.pairs
     chosen = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    parted, split = split_corners(
+    parted, _ = split_corners(
         mesh,
         edges,
         np.concatenate([first, chosen[:, 0]]),
         np.concatenate([second, chosen[:, 1]]),
     )
+    parted = _with_middles(parted, dict([*pairs, *(pair[::-1] for pair in pairs)]))
     ends = [f"{a}–{b}" for a, b in edges.ends(crowded[:5]).tolist()]
     more = ", …" if len(crowded) > 5 else ""
     note = (
@@ -346,7 +347,28 @@ def _parted_edges(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
         + agree(len(crowded), "they were parted there")
         + f" (edge {', '.join(ends)}{more})"
     )
-    return (parted, (note,)) if len(split) else (mesh, ())
+    return parted, (note,)
+
+
+def _with_middles(mesh: PolyMesh, partner: dict[int, int]) -> PolyMesh:
+    """Part edges whose faces hang together around both ends: each side gets a vertex in the middle.
+
+    Half-edges stay together with their partners.
+    """
+    edges = group_edges(mesh)
+    at, vertex, points = list[int](), list[int](), list[FloatArray]()
+    for edge in np.flatnonzero(edges.sizes > 2).tolist():
+        half = edges.order[edges.starts[edge] : edges.starts[edge + 1]].tolist()
+        sides = sorted({tuple(sorted({one, partner.get(one, one)})) for one in half})
+        for side in sides[1:]:
+            at += [one + 1 for one in side]
+            vertex += [mesh.n_vertices + len(points)] * len(side)
+            points.append(mesh.vertices[edges.ends(np.array([edge]))[0]].mean(axis=0))
+    if not points:
+        return mesh
+    sizes = mesh.face_sizes + np.bincount(edges.face[np.array(at) - 1], minlength=mesh.n_faces)
+    indices = np.insert(mesh.indices, at, vertex)
+    return PolyMesh(np.concatenate([mesh.vertices, points]), offsets_of(sizes), indices)
 
 
 def _pairs_around(

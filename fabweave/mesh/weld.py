@@ -223,7 +223,10 @@ def weld_seams(
 
 
 def _seam_ends(mesh: PolyMesh, edges: EdgeGroups, reach: float) -> BoolArray:
-    """Return which vertices are ends of two boundary edges that lie on one another, (V,)."""
+    """Return which vertices are ends of two boundary edges that lie on one another, (V,).
+
+    Or of one that is a point, as at the poles of a sphere.
+    """
     half = edges.first[edges.sizes == 1]
     group = coincident_groups(mesh.vertices, flags(mesh.n_vertices, edges.rim), reach)
     tail, head = group[edges.tail[half]], group[edges.head[half]]
@@ -231,7 +234,7 @@ def _seam_ends(mesh: PolyMesh, edges: EdgeGroups, reach: float) -> BoolArray:
     _, number, copies = np.unique(
         low * mesh.n_vertices + high, return_inverse=True, return_counts=True
     )
-    met = half[(copies[number] == 2) & (low != high)]
+    met = half[(copies[number] == 2) | (low == high)]
     return flags(mesh.n_vertices, np.concatenate([edges.tail[met], edges.head[met]]))
 
 
