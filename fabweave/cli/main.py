@@ -8,7 +8,6 @@ import click
 
 from fabweave import __version__
 from fabweave.cli.coupon import coupon
-from fabweave.cli.design import design
 from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
 from fabweave.cli.machine import machine
@@ -18,11 +17,26 @@ from fabweave.cli.model import model
 from fabweave.cli.studio import studio
 from fabweave.cli.terminal import speak_plainly, speak_to_nobody
 from fabweave.cli.verify import verify
-from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
 from fabweave.core.parallel.interrupt import exit_when_ended
 
+#: Commands that went, and what to write in their place.
+_GONE = {"design": "fabweave inspect MESH --designs, or fabweave make MESH --goal hours=5 -o DIR"}
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+
+class _Commands(click.Group):
+    """The commands; of one that went, it says what to write."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is named."""
+        if args[0] in _GONE:
+            raise InputError(f"there is no command {args[0]} any more; write {_GONE[args[0]]}")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="fabweave")
 def cli() -> None:
     """Turn a polygon mesh into a woven object that a person can cut and assemble.
@@ -35,7 +49,6 @@ def cli() -> None:
 
 for _command in (
     coupon,
-    design,
     guide,
     inspect,
     machine,

@@ -56,7 +56,7 @@ class Candidate:
     Parameters
     ----------
     key : str
-        The digest of its settings and its mesh; its files are called so.
+        The digest of its settings and its mesh.
     name : str
         What sets it apart, for people.
     command : str

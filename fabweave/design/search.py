@@ -1,19 +1,14 @@
 """Search designs in rounds, each beside those of the last, and keep what is known of each."""
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from itertools import takewhile
-from pathlib import Path
 from typing import Any, TypeAlias
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.errors import InputError
-from fabweave.core.files import write_files
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, finished, here
-from fabweave.core.records import from_json, to_json
 from fabweave.design.beside import Found, beside, otherwise
 from fabweave.design.candidate import Candidate, Figures, Tried, design_key, mesh_digest, try_design
 from fabweave.design.variety import name_of, variety
@@ -25,8 +20,6 @@ from fabweave.options.table import option_of_field
 from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.verdict import Verdict
 
-#: Where a search keeps what it tried, in its folder.
-CANDIDATES = "candidates"
 #: What a search changes that comes after the remeshing, each as it is by default.
 _LATER: dict[str, Any] = {
     name: option_of_field(name).default_value
@@ -63,9 +56,6 @@ class Trials:
         Opens the executor that tries designs; the result is the same with any.
     given : PolyMesh or None
         A mesh from memory, in place of the file that the settings name.
-    folder : Path or None
-        Where each design is kept as soon as it is tried. What is there already, of this version and
-        the same mesh and settings, is not tried again: a search that was stopped goes on.
     told : callable
         Called with each as soon as it and all before it were tried: in their order, whoever tries
         them.
@@ -82,7 +72,6 @@ class Trials:
     progress: Progress = no_progress
     executors: Executors = here
     given: PolyMesh | None = None
-    folder: Path | None = None
     told: ToldDesign = tell_nobody
     better: Callable[[str], None] = tell_nobody
     partly: bool = False
@@ -117,14 +106,11 @@ def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
 
     Where something is sought for and Ctrl-C comes, those before the first that is not done yet.
     """
-    asked, folder, meshes = trials.asked, trials.folder, trials.meshes
+    asked, meshes = trials.asked, trials.meshes
     digest = mesh_digest(asked.mesh.source, trials.given)
     keys = [design_key(settings, digest) for settings in designs]
     known: dict[str, Tried] = {}
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        known = {key: tried for key in keys if (tried := _kept(folder, key)) is not None}
-    left = {key: one for key, one in zip(keys, designs, strict=True) if key not in known}
+    left = dict(zip(keys, designs, strict=True))
     mesh_keys = {key: _mesh_key(one, digest) for key, one in left.items()}
     untold = iter(dict.fromkeys(keys))
     following = next(untold, None)
@@ -136,8 +122,7 @@ def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
             trials.told(known[following].candidate)
             following = next(untold, None)
 
-    trials.progress("designs", len(known), len(keys))
-    tell()
+    trials.progress("designs", 0, len(keys))
     try:
         with trials.executors() as executor:
             while left:
@@ -157,8 +142,6 @@ def explore(trials: Trials, designs: Sequence[Settings]) -> list[Tried]:
                     known[key] = tried
                     del left[key]
                     meshes[mesh_keys[key]] = remeshed
-                    if folder is not None:
-                        _keep(folder, tried)
                     trials.progress("designs", len(known), len(keys))
                     tell()
     except KeyboardInterrupt:
@@ -186,24 +169,6 @@ def _mesh_key(settings: Settings, digest: str) -> str:
     return design_key(settings.but(**_LATER), digest)
 
 
-def _keep(folder: Path, tried: Tried) -> None:
-    """Write what was tried; the record last, so that what has one is whole."""
-    key, text = tried.candidate.key, json.dumps(to_json(tried.candidate), indent=1)
-    files = {} if tried.picture is None else {folder / f"{key}.png": tried.picture}
-    write_files({**files, folder / f"{key}.json": f"{text}\n".encode()})
-
-
-def _kept(folder: Path, key: str) -> Tried | None:
-    """Return what was tried before; None where that is not there, or not whole."""
-    record, picture = folder / f"{key}.json", folder / f"{key}.png"
-    try:
-        candidate = from_json(Candidate, record.read_bytes())
-        data = None if candidate.figures is None else picture.read_bytes()
-    except (OSError, ValueError, InputError):
-        return None
-    return Tried(candidate=candidate, picture=data) if candidate.key == key else None
-
-
 #: A search goes on until so many designs can be built.
 ENOUGH = 3
 #: Where something is wished for, so many are tried at a time beside the nearest.
@@ -226,25 +191,17 @@ class Search:
         Where none can be built: the nearest of them larger, thinner, or of card.
     why : str
         Why fewer than two can be built, and what would help, as far as that was tried; else empty.
-    same : int
-        How many more were tried that came to the same as one of these.
     """
 
     designs: tuple[Settings, ...]
     tried: tuple[Tried, ...]
     otherwise: tuple[Tried, ...] = ()
     why: str = ""
-    same: int = 0
 
     @property
     def candidates(self) -> list[Candidate]:
         """What was tried, without the pictures."""
         return [one.candidate for one in self.tried]
-
-    @property
-    def makeable(self) -> int:
-        """How many can be built."""
-        return sum(one.makeable for one in self.candidates)
 
     @property
     def helps(self) -> list[Tried]:
@@ -312,7 +269,6 @@ def search_designs(
         tried=tuple(tried[at] for at in kept),
         otherwise=tuple(helps),
         why=why_text(asked, pairs, [one.candidate for one in helps]),
-        same=len(found) - len(kept),
     )
 
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from statistics import median
 from typing import NamedTuple
 
-from fabweave.core.records import optional, record
+from fabweave.core.records import record
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.plan.bill_of_materials import BillOfMaterials, FastenerRow, sort_for
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
-from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PRACTISED, Span, pace_of
+from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.
@@ -31,15 +31,11 @@ class Action:
 
 @record
 class AssemblyTime:
-    """What hands do, how many hours it takes practised ones, and makers: from quick to slow.
-
-    ``calibration`` is by what hours of makers are multiplied already, if somebody measured it.
-    """
+    """What hands do, how many hours it takes practised ones, and makers: from quick to slow."""
 
     actions: tuple[Action, ...]
     practised_h: float
     hours: Span
-    calibration: float | None = optional()
 
     def often(self, action: str) -> int:
         """Return how often something is done."""
@@ -85,7 +81,6 @@ def job_hands(
     steps: Sequence[StepRecord],
     joints: Sequence[str],
     bill: BillOfMaterials,
-    calibration: float | None = None,
     *,
     rolls: bool = False,
 ) -> AssemblyTime:
@@ -98,7 +93,6 @@ def job_hands(
         The kind of each joint.
     bill : BillOfMaterials
         Whose fasteners are set.
-    calibration : float, optional
     rolls : bool
         As of ``assembly_time``.
     """
@@ -108,7 +102,6 @@ def job_hands(
         sum(len(step.under) for step in steps),
         joints,
         bill,
-        calibration,
         rolls=rolls,
     )
 
@@ -118,7 +111,6 @@ def planned_hands(
     crossings: int,
     joints: Sequence[str],
     bill: BillOfMaterials,
-    calibration: float | None = None,
     *,
     rolls: bool = False,
 ) -> AssemblyTime:
@@ -129,7 +121,7 @@ def planned_hands(
     """
     placed = crossings + len(joints) // 2
     under = round(_UNDER * placed)
-    return assembly_time(pieces, placed - under, under, joints, bill, calibration, rolls=rolls)
+    return assembly_time(pieces, placed - under, under, joints, bill, rolls=rolls)
 
 
 def assembly_time(
@@ -138,7 +130,6 @@ def assembly_time(
     under: int,
     joints: Sequence[str],
     bill: BillOfMaterials,
-    calibration: float | None = None,
     *,
     rolls: bool = False,
 ) -> AssemblyTime:
@@ -152,8 +143,6 @@ def assembly_time(
         The kind of each joint.
     bill : BillOfMaterials
         Whose fasteners are set: each takes what the first sort takes that is listed for it.
-    calibration : float, optional
-        What the maker took for a job, divided by what was estimated; by default nobody knows.
     rolls : bool
         Whether pieces are cut from rolls by hand, and not taken out of sheets.
     """
@@ -195,12 +184,11 @@ def assembly_time(
         for size in sorted(set_)
     ]
     practised = sum(action.count * action.each_s for action in actions) / _HOUR_S
-    quick, slow = pace_of(calibration)
+    quick, slow = PACE
     return AssemblyTime(
         actions=tuple(action for action in actions if action.count),
         practised_h=round(practised, 4),
         hours=(round(quick * practised, 4), round(slow * practised, 4)),
-        calibration=calibration,
     )
 
 
@@ -224,13 +212,10 @@ def _fastening(hole_mm: float) -> str:
     return f"fasten {hole_mm:g} mm"
 
 
-def step_seconds(
-    crossing_map: CrossingMap, hands: AssemblyTime, *, sorting: bool = True
-) -> list[float]:
+def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     """Return about how many seconds each step takes a maker: half way from quick to slow.
 
-    A piece is sorted out of its sheet in the step that places it, unless that was done before.
-    Fasteners are set when the last
+    A piece is sorted out of its sheet in the step that places it. Fasteners are set when the last
     layer of their crossing is in place, or with the ring that they hold.
 
     Parameters
@@ -238,8 +223,6 @@ def step_seconds(
     crossing_map : CrossingMap
     hands : AssemblyTime
         Of the same job: all steps together take as long as it says.
-    sorting : bool
-        Whether it counts that pieces are taken out of their sheets.
     """
     holes: dict[int, list[str]] = defaultdict(list)
     for piece in crossing_map.pieces:
@@ -252,13 +235,12 @@ def step_seconds(
             holes.pop(crossing.id, None)
     kind = {joint.id: joint.kind for joint in crossing_map.joints}
     each_s = {action.action: action.each_s for action in hands.actions}
-    pace = MIDDLE_PACE * (hands.calibration or 1.0)
     seconds = []
     for step in crossing_map.steps:
         made = [name for key in step.fasten for name in holes.get(key, ())]
         made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
         often = {
-            "cut" if "cut" in each_s else "sort": step.handled if sorting else 0,
+            "cut" if "cut" in each_s else "sort": step.handled,
             "find": step.handled,
             "take": step.handled,
             "over": len(step.over),
@@ -266,7 +248,7 @@ def step_seconds(
             "align": len(made),
         }
         total = sum(count * each_s[name] for name, count in often.items() if count)
-        seconds.append(pace * (total + sum(each_s[name] for name in made)))
+        seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
     return seconds
 
 

@@ -42,16 +42,7 @@ from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import mark_pieces
 from fabweave.sheet.side_sheets import SideSheets
-from fabweave.stock.machine import (
-    CURRENCY,
-    NOT_MEASURED,
-    Calibration,
-    OneOrSpan,
-    Span,
-    as_span,
-    machines,
-    pace_of,
-)
+from fabweave.stock.machine import CURRENCY, PACE, OneOrSpan, Span, as_span, machines
 from fabweave.stock.material import Material, machine_of
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies
@@ -119,9 +110,7 @@ def assumptions_of(
         told = [*(text for one in rates for text in _speeds(one)), *_machine_words(calibration)]
     told += [
         f"Hands: {', '.join(f'{each.each_s:g} s {each.words}' for each in hands.actions)}, "
-        f"practised, times {_span(pace_of(hands.calibration))} for "
-        + ("a maker" if hands.calibration is None else "one who timed a job (--calibrate)")
-        + "; waiting for glue is not counted.",
+        f"practised, times {_span(PACE)} for a maker; waiting for glue is not counted.",
         *(text for one in rates for text in _prices(one)),
     ]
     if stock:
@@ -241,7 +230,7 @@ class SideSheet:
     price: Price | None
 
 
-def side_costs(sheets: SideSheets, calibration: Calibration) -> tuple[SideSheet, ...]:
+def side_costs(sheets: SideSheets, calibration: float) -> tuple[SideSheet, ...]:
     """Return what each sheet beside those of the pieces takes."""
     layout, material = sheets.layout, sheets.material
     found = []
@@ -256,7 +245,7 @@ def side_costs(sheets: SideSheets, calibration: Calibration) -> tuple[SideSheet,
                 piece_area_mm2=round(sum(own), _DECIMALS),
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                machine=scaled_time(sheet_time(drawing, material), calibration.machine),
+                machine=scaled_time(sheet_time(drawing, material), calibration),
                 price=sheet_price(sheet.area_mm2, material, _stated(sheet)),
             )
         )
@@ -345,7 +334,7 @@ def job_costs(
     bill: BillOfMaterials,
     *,
     beside: Sequence[SideSheets] = (),
-    calibration: Calibration = NOT_MEASURED,
+    calibration: float = 1.0,
 ) -> Costs:
     """Return what a job costs whose sheets are drawn.
 
@@ -363,13 +352,11 @@ def job_costs(
     bill : BillOfMaterials
     beside : sequence of SideSheets
         What is cut besides: rings, and a former.
-    calibration : Calibration
-        What machine and hands took, divided by what was estimated.
+    calibration : float
+        What the machine took for a job, divided by what was estimated.
     """
     times = [
-        add_times(())
-        if sheet.is_roll
-        else scaled_time(sheet_time(drawing, material), calibration.machine)
+        add_times(()) if sheet.is_roll else scaled_time(sheet_time(drawing, material), calibration)
         for sheet, drawing, material in zip(sheets, drawings, materials, strict=True)
     ]
     kinds, rolls = [joint.kind.name for joint in piece_set.joints], sheets[0].is_roll
@@ -390,11 +377,11 @@ def job_costs(
         [*times, *(one.machine for one, _ in more)],
         [*materials, *(material for _, material in more)],
         sum_prices([*(sheet.price for sheet in each), *(one.price for one, _ in more)]),
-        job_hands(steps, kinds, bill, calibration.hands, rolls=rolls),
+        job_hands(steps, kinds, bill, rolls=rolls),
         bill,
         sheets=each,
         beside=len(more) or None,
-        calibration=calibration.machine,
+        calibration=calibration,
         stock=any(price for price in stated),
     )
 
@@ -404,7 +391,7 @@ def pieces_costs(
     woven: WovenObject,
     labelled: PieceSettings,
     supplies: Supplies,
-    calibration: Calibration,
+    calibration: float,
     *,
     common: bool = False,
 ) -> Costs:
@@ -435,7 +422,7 @@ def pieces_costs(
         if common and time.cut_s is not None:
             time = replace(time, cut_s=(_SHARED * time.cut_s[0], _SHARED * time.cut_s[1]))
         filled = _IN_ROWS if woven.straight else _FILLED
-        times.append(add_times(()) if supplies.rolls else scaled_time(time, calibration.machine))
+        times.append(add_times(()) if supplies.rolls else scaled_time(time, calibration))
         area = sum(piece.path.area for piece in own)
         prices.append(sheet_price((area / filled[1], area / filled[0]), material))
     crossings = len({int(key) for piece in pieces for key in piece.crossings})
@@ -446,13 +433,11 @@ def pieces_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_hands(
-            len(pieces), crossings, joints, bill, calibration.hands, rolls=supplies.rolls
-        ),
+        planned_hands(len(pieces), crossings, joints, bill, rolls=supplies.rolls),
         bill,
         planned=True,
         without=tuple(without) or None,
-        calibration=calibration.machine,
+        calibration=calibration,
     )
 
 

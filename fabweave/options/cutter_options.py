@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from fabweave.options.file_kinds import bed, calibration, library, preset
 from fabweave.options.kinds import choice, flag, hairline, length, load, text, value_of
 from fabweave.options.option import MACHINE, PIECES, Option
-from fabweave.stock.machine import NOT_MEASURED
 
 
 def _target_names() -> Iterable[str]:
@@ -201,11 +200,9 @@ CUTTER_OPTIONS = (
         "calibrate",
         MACHINE,
         calibration(),
-        "Multiply the estimated times, as you measured one job. For the machine, write a number, "
-        "or the folder of a finished job and the time for all its sheets. For your hands, write "
-        "the folder and the file that its viewer saved, as in torus:times.json. A comma joins "
-        "both.",
-        default=NOT_MEASURED,
+        "Multiply the estimated times of the machine, as you measured one job. Write a number, or "
+        "the folder of a finished job and the time for all its sheets, as in torus:95min.",
+        default=1.0,
         otherwise="nothing measured",
     ),
     Option(

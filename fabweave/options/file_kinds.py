@@ -3,41 +3,35 @@
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from fabweave.core.entries import check_document, entry_table, in_range, read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_text
-from fabweave.core.messages import few_of, shown
-from fabweave.core.records import fingerprint, from_json, read_json, record
+from fabweave.core.messages import shown
 from fabweave.options.kinds import Kind, later, load, place
-from fabweave.stock.machine import MIDDLE_PACE, Calibration
 
 _SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _MEASURED = re.compile(r"(?P<folder>.+):\s*(?P<number>\d+(?:\.\d+)?)\s*(?P<unit>s|min|h)")
-_HANDS = re.compile(r"\s*(?:hands:\s*(?P<factor>[^:]+)|(?P<folder>.+):\s*(?P<log>.+\.json))\s*")
 _LEAST_FACTOR, _MOST_FACTOR = 0.02, 50.0
 _is_factor = in_range(_LEAST_FACTOR, _MOST_FACTOR)
-#: Estimates of steps are rounded; together they are no more than that of the whole job.
-_SLACK = 1.01
 _FACTOR_WORDS = f"a number from {_LEAST_FACTOR:g} to {_MOST_FACTOR:g}"
 
 
-def parse_calibration(text: str) -> Calibration:
-    """Return the factors that a text means: of the machine, of hands, or both with a comma between.
+def parse_calibration(text: str) -> float:
+    """Return the factor of a machine that a text means.
 
-    The machine's is a number, or a finished job's folder and what it took; that of hands is the
-    folder and the log that its viewer saved, or ``hands:`` and a number, as job.toml keeps it. The
-    machine's estimate for that job is the middle of its range (of the ratio of its ends), before
-    any factor that it was made with itself.
+    It is a number, or a finished job's folder and what its machine took. The estimate for that job
+    is the middle of its range (of the ratio of its ends), before any factor that it was made with
+    itself.
 
     Parameters
     ----------
     text : str
         Such as ``1.3``, or ``torus:42min``: the whole time of the machine for all sheets of the job
-        in the folder ``torus``, in s, min or h. Or ``torus:times.json``.
+        in the folder ``torus``, in s, min or h.
 
     Raises
     ------
@@ -46,133 +40,41 @@ def parse_calibration(text: str) -> Calibration:
 
     Examples
     --------
-    >>> parse_calibration("1.3"), parse_calibration("1.3,hands:0.9")
-    (Calibration(machine=1.3, hands=None), Calibration(machine=1.3, hands=0.9))
+    >>> parse_calibration("1.3")
+    1.3
     """
-    machine, comma, last = text.rpartition(",")
-    hands = _HANDS.fullmatch(last)
-    if hands is None:
-        return Calibration(_machine_factor(text))
-    factor = _hands_factor(hands)
-    return Calibration(_machine_factor(machine) if comma else 1.0, factor)
-
-
-def _machine_factor(text: str) -> float:
-    """Return the factor of a machine."""
-    if (number := _plain(text)) is not None:
-        return _checked(number, text)
-    match = _MEASURED.fullmatch(text.strip())
-    if match is None:
-        raise InputError(
-            f"{shown(text)} is neither a number such as 1.3 nor a finished job's folder and what "
-            "its machine took, such as torus:42min, or the log that its viewer saved, such as "
-            "torus:times.json"
-        )
-    measured = float(match["number"]) * _SECONDS[match["unit"]]
-    return _checked(round(measured / _estimated_s(Path(match["folder"])), 4), text)
-
-
-def _hands_factor(match: re.Match[str]) -> float:
-    """Return the factor of hands."""
-    if match["log"] is None:
-        number = _plain(match["factor"])
-        return _checked(math.nan if number is None else number, match[0])
-    ratio = _timed_ratio(Path(match["folder"]), Path(match["log"]))
-    return _checked(round(ratio, 4), match[0])
-
-
-def _plain(text: str) -> float | None:
-    """Return a number as it is typed; None for what is none."""
     try:
-        return float(text)
+        factor = float(text)
     except ValueError:
-        return None
-
-
-def _checked(factor: float, text: str) -> float:
-    """Return a factor that can be; InputError says which cannot."""
+        match = _MEASURED.fullmatch(text.strip())
+        if match is None:
+            raise InputError(
+                f"{shown(text)} is neither a number such as 1.3 nor a finished job's folder and "
+                "what its machine took, such as torus:42min"
+            ) from None
+        measured = float(match["number"]) * _SECONDS[match["unit"]]
+        factor = round(measured / _estimated_s(Path(match["folder"])), 4)
     if _is_factor(factor) is None:
         raise InputError(f"{shown(text)} is a factor of {factor:g}, not {_FACTOR_WORDS}")
     return factor
 
 
-@record
-class _TimedStep:
-    step: int
-    seconds: float
-    estimate_s: float
-
-
-@record
-class _Log:
-    """What the viewer saves: what steps of a job took, and were estimated to before any factor."""
-
-    schema: Literal["fabweave.log/1"]
-    job: str
-    steps: tuple[_TimedStep, ...]
-
-    def __post_init__(self) -> None:
-        """Require that there is something to compare."""
-        numbers = [one.step for one in self.steps]
-        if not sum(one.seconds for one in self.steps) > 0.0:
-            raise ValueError("no step in it is timed")
-        if any(one.seconds < 0.0 or one.estimate_s <= 0.0 for one in self.steps):
-            raise ValueError("a step in it takes less than nothing")
-        if len(set(numbers)) < len(numbers):
-            raise ValueError("it times a step twice")
-
-
-def _timed_ratio(folder: Path, path: Path) -> float:
-    """Return what all timed steps of a job took together, divided by what was estimated for them.
-
-    The ratio of sums weighs each step by its time, so that it does not matter at which of two steps
-    a minute was booked. (A median of ratios would mind.)
-    """
-    log = read_json(path, lambda data: from_json(_Log, data), "log of times", "viewer's times.json")
-    plan = read_text(folder / LAYOUT_FILE, "the plan of a finished job")
-    try:
-        steps, job = len(json.loads(plan)["steps"]), fingerprint(plan)
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f"{folder / LAYOUT_FILE} is no crossing map of a finished job") from error
-    if log.job != job:
-        raise InputError(f"{path} is of another job than {folder}, or that was made anew since")
-    estimated = sum(one.estimate_s for one in log.steps)
-    hands = "the time of hands; make that job again"
-    whole = _estimate(folder, hands, _practised_s) * MIDDLE_PACE
-    unknown = [one.step for one in log.steps if not 1 <= one.step <= steps]
-    if unknown or estimated > _SLACK * whole:
-        what = f"step {few_of(unknown)}, which is not there" if unknown else "more than all steps"
-        raise InputError(f"{path} does not fit {folder}: it times {what}")
-    return sum(one.seconds for one in log.steps) / estimated
-
-
-def _practised_s(estimate: Any) -> float:
-    return 3600.0 * float(estimate["assembly"]["practised_h"])
-
-
-def _machine_s(estimate: Any) -> float:
-    low, high = (float(end) for end in estimate["machine_s"])
-    return math.sqrt(low * high) / float(estimate["calibration"])
-
-
 def _estimated_s(folder: Path) -> float:
     """Return what was estimated for the machine in a finished job, in seconds."""
     path = folder / "waste.json"
-    cure = "make that job again, with a material whose cutting speed is known"
-    middle = _estimate(folder, f"the machine's time; {cure}", _machine_s)
+    text = read_text(path, "the estimate of a finished job")
+    try:
+        estimate = json.loads(text)["estimate"]
+        low, high = (float(end) for end in estimate["machine_s"])
+        middle = math.sqrt(low * high) / float(estimate["calibration"])
+    except (ValueError, KeyError, TypeError, ZeroDivisionError, RecursionError) as error:
+        raise InputError(
+            f"{path} has no estimate of the machine's time; make that job again, with a material "
+            "whose cutting speed is known"
+        ) from error
     if not (math.isfinite(middle) and middle > 0.0):
         raise InputError(f"{path} estimates {middle:g} s, from which nothing can be calibrated")
     return middle
-
-
-def _estimate(folder: Path, what: str, read: Callable[[Any], float]) -> float:
-    """Return something of what was estimated for a finished job."""
-    path = folder / "waste.json"
-    text = read_text(path, "the estimate of a finished job")
-    try:
-        return read(json.loads(text)["estimate"])
-    except (ValueError, KeyError, TypeError, ZeroDivisionError, RecursionError) as error:
-        raise InputError(f"{path} has no estimate of {what}") from error
 
 
 #: The file of a finished job in which its layout is recorded; job.toml lies beside it.
@@ -180,21 +82,13 @@ LAYOUT_FILE = "crossing_map.json"
 
 
 def calibration() -> Kind:
-    """Return the kind of factors, or of a finished job's folder and what was measured."""
+    """Return the kind of factors, or of a finished job's folder and what its machine took."""
 
-    def accept(value: Any) -> Calibration | None:
-        machine, hands = value if isinstance(value, Calibration) else (value, None)
-        fits = hands is None or _is_factor(hands) is not None
-        return Calibration(float(machine), hands) if fits and _is_factor(machine) else None
-
-    def write(value: Calibration) -> float | str | None:
-        machine = None if value.machine == 1.0 else value.machine
-        if value.hands is None:
-            return machine
-        return f"{'' if machine is None else f'{machine!r},'}hands:{value.hands!r}"
+    def write(value: float) -> float | None:
+        return None if value == 1.0 else value
 
     expected = f"{_FACTOR_WORDS}, or a folder and a time such as 'torus:42min'"
-    return Kind("FACTOR|DIR:TIME|DIR:LOG", expected, accept, parse_calibration, write)
+    return Kind("FACTOR|DIR:TIME", expected, _is_factor, parse_calibration, write)
 
 
 def layout() -> Kind:

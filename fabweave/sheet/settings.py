@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from fabweave.sheet.kerf import MicroJoints
     from fabweave.sheet.presets import Preset
     from fabweave.sheet.targets import Target
-    from fabweave.stock.machine import Calibration
     from fabweave.stock.sheet_size import SheetSize
 
 
@@ -32,7 +31,7 @@ class MachineSettings:
     cut_order: str
     template: str
     qr: str
-    calibrate: Calibration
+    calibrate: float
     bed: SheetSize | None
 
     @property

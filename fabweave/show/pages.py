@@ -3,7 +3,6 @@
 What they look like and say stands in ``templates``; here are the values that they show.
 """
 
-from base64 import b64encode
 from collections.abc import Collection, Sequence
 from functools import cache
 from typing import Any, TypeAlias
@@ -62,7 +61,6 @@ def _templates() -> Environment:
     templates.filters |= {
         "f": format,
         "agree": agree,
-        "base64": lambda data: b64encode(data).decode(),
         "cm2": lambda area_mm2: f"{area_mm2 / 100:.1f}",
         "time": time_text,
         "hours": hours_text,

@@ -245,12 +245,7 @@ def job_viewer(
             "seconds": [
                 round(seconds, 1) for seconds in step_seconds(crossing_map, costs.assembly)
             ],
-            "timed_s": [
-                round(seconds, 3)
-                for seconds in step_seconds(crossing_map, costs.assembly, sorting=False)
-            ],
             "hours": list(costs.assembly.hours),
-            "calibration": costs.assembly.calibration or 1.0,
         },
         worst=job.grade.worst,
         former=job.laid,

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from fabweave.core.entries import Accept, Key, in_range, list_of, shipped_records
 from fabweave.core.records import record
@@ -102,35 +102,7 @@ HOLDING_S = {"glue": 15.0, "tuck": 8.5, "dovetail": 5.0, "slot": 8.5, "none": 6.
 PACE: Span = (1.5, 3.0)
 #: One number for both, where one is needed.
 MIDDLE_PACE = math.sqrt(PACE[0] * PACE[1])
-#: One object after another, the same hands differ by up to this: an estimate.
-_MEASURED_PACE = 1.2
 #: In this prices are told that no material and no list of stock names.
 CURRENCY = "EUR"
 #: An hour of the maker's own work; little more than a minimum wage.
 LABOUR_EUR_H = 15.0
-
-
-class Calibration(NamedTuple):
-    """By what estimated times are multiplied, as somebody measured them; None for not measured."""
-
-    machine: float = 1.0
-    hands: float | None = None
-
-
-NOT_MEASURED = Calibration()
-
-
-def pace_of(hands: float | None) -> Span:
-    """Return how many times as long as practised hands a maker takes, from quick to slow.
-
-    Examples
-    --------
-    >>> pace_of(None) == PACE
-    True
-    >>> low, high = pace_of(2.0)
-    >>> round(math.sqrt(low * high) / MIDDLE_PACE, 9), round(high / low, 9)
-    (2.0, 1.44)
-    """
-    if hands is None:
-        return PACE
-    return hands * MIDDLE_PACE / _MEASURED_PACE, hands * MIDDLE_PACE * _MEASURED_PACE

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import tomllib
 
 import numpy as np
@@ -10,6 +11,7 @@ import trimesh
 from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
+from fabweave.cli.main import cli
 from fabweave.cli.options import _set
 from fabweave.core.errors import InputError
 from fabweave.job import run_job
@@ -116,6 +118,16 @@ def test_mistakes_get_one_message_and_leave_nothing(typed, code, tmp_path, capsy
     assert told.err.count("fabweave: ") + told.err.count("Usage: ") == 1
     assert "Traceback" not in told.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_command_that_went_says_what_to_write(capsys):
+    assert run("design", "cow.obj", "--tries", 9, "-o", "designs") == 2
+    told = capsys.readouterr()
+    assert (told.out, told.err.count("\n")) == ("", 1)
+    instead = re.findall(r"fabweave (\w+) MESH (--\w+)", told.err)
+    assert len(instead) == 2
+    for command, option in instead:
+        assert option in [flag for one in cli.commands[command].params for flag in one.opts]
 
 
 @pytest.mark.slow

@@ -4,28 +4,18 @@ import json
 import math
 import re
 
-import numpy as np
 import pytest
 from designs import candidate
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import processes
-from fabweave.core.records import from_json
 from fabweave.design import candidate as candidates
 from fabweave.design import search
-from fabweave.design.candidate import Candidate, try_design
+from fabweave.design.candidate import try_design
 from fabweave.design.making import make_or_advise, meet_wishes
-from fabweave.design.page import (
-    check_folder,
-    design_json,
-    design_page,
-    objectives,
-    pareto_front,
-    run_design,
-)
-from fabweave.design.search import Search, Trials, explore, plan_designs
+from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import densities, name_of
 from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.job import run_job
@@ -40,14 +30,13 @@ DESIGNS = [BALL, BALL.but(refine="catmull-clark:1"), BALL.but(pattern="twill")]
 
 
 @pytest.fixture(scope="module")
-def tried(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("designs")
-    return folder, explore(Trials(BALL, folder=folder), DESIGNS)
+def tried():
+    return explore(Trials(BALL), DESIGNS)
 
 
 @pytest.mark.slow
 def test_what_is_tried_is_what_is_made(tried, tmp_path):
-    for design, one in zip(DESIGNS[:2], tried[1][:2], strict=True):
+    for design, one in zip(DESIGNS[:2], tried[:2], strict=True):
         job = run_job(design, tmp_path / one.candidate.key).job
         told = one.candidate.figures
         assert (told.pieces, told.joints) == (len(job.piece_set.pieces), len(job.piece_set.joints))
@@ -60,27 +49,8 @@ def test_what_is_tried_is_what_is_made(tried, tmp_path):
 @pytest.mark.slow
 def test_a_search_with_processes_finds_the_same(tried):
     told = []
-    assert explore(Trials(BALL, executors=processes(2), told=told.append), DESIGNS) == tried[1]
-    assert told == [one.candidate for one in tried[1]]
-
-
-@pytest.mark.slow
-def test_what_was_tried_is_not_tried_again(tried, monkeypatch):
-    folder, before = tried
-    calls, told = [], []
-    real = search.try_design
-    monkeypatch.setattr(
-        search, "try_design", lambda *task, **how: calls.append(task) or real(*task, **how)
-    )
-    assert explore(Trials(BALL, folder=folder, told=told.append), DESIGNS) == before
-    assert calls == []
-    assert told == [one.candidate for one in before]
-    # What is cut off, or of other settings, is tried anew.
-    (folder / f"{before[1].candidate.key}.json").write_text('{"key": ')
-    assert explore(Trials(BALL, folder=folder), DESIGNS) == before
-    assert [task[0] for task in calls] == [DESIGNS[1]]
-    explore(Trials(BALL, folder=folder), [BALL.but(size_mm=210.0)])
-    assert len(calls) == 2
+    assert explore(Trials(BALL, executors=processes(2), told=told.append), DESIGNS) == tried
+    assert told == [one.candidate for one in tried]
 
 
 @pytest.mark.slow
@@ -100,53 +70,6 @@ def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch)
     assert explore(Trials(asked, meshes=meshes), designs) == apart
     assert [one is not None for one in given_meshes] == [False, True, True]
     assert len(meshes) == 1
-
-
-def test_the_files_tell_every_design(tmp_path):
-    mesh = tmp_path / "a <b> & c.obj"
-    write_mesh(mesh, parse_shape("shape:cube"))
-    asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
-    found = run_design(Trials(asked), tmp_path / "designs", 2).tried
-    page = (tmp_path / "designs" / "design.html").read_text()
-    assert "<b>" not in page
-    assert page.count('<div class="card"') + page.count('<div class="card ') == len(found) == 2
-    document = json.loads((tmp_path / "designs" / "design.json").read_text())
-    for one, told in zip(found, document["designs"], strict=True):
-        assert from_json(Candidate, json.dumps(told)) == one.candidate
-        assert f"<td>{one.candidate.figures.pieces}</td>" in page
-    # The same folder is taken again; one with something else in it is not.
-    check_folder(tmp_path / "designs")
-    (tmp_path / "designs" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match=r"notes\.txt"):
-        run_design(Trials(asked), tmp_path / "designs", 1)
-    assert (tmp_path / "designs" / "notes.txt").read_text() == "mine"
-
-
-@given(st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=1, max_size=12))
-def test_the_front_is_what_nothing_is_better_than(rows):
-    values = np.array(rows, dtype=float)
-
-    def beaten(row):
-        return any(np.all(other <= row) and np.any(other < row) for other in values)
-
-    assert pareto_front(values).tolist() == [not beaten(row) for row in values]
-
-
-def test_what_cannot_be_built_is_on_no_front():
-    bad = candidate("bad", refused("no"), pieces=1)
-    good = candidate("good", pieces=100)
-    assert pareto_front(objectives([bad, good])).tolist() == [False, True]
-    one, two = (search.Tried(candidate=one, picture=None) for one in (bad, good))
-    page = design_page("x", Search(designs=(BALL, BALL), tried=(one, two)))
-    assert page.index("good") < page.index("bad")
-    told = Search(designs=(BALL,), tried=(one,), otherwise=(two, one), why="None <can>")
-    # What was tried otherwise is shown where it can be built.
-    page = design_page("x", told)
-    assert "None &lt;can&gt;" in page
-    assert ("H1" in page, "H2" in page) == (True, False)
-    document = json.loads(design_json("x", told))
-    assert document["why"] == "None <can>"
-    assert [row["name"] for row in document["instead"]] == ["good", "bad"]
 
 
 def test_the_nearest_to_a_wish_is_chosen():

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 from viewer_tab import Scene, Tab, all_of
 
-from fabweave.core.records import to_json
-from fabweave.estimate.assembly_time import step_seconds
 from fabweave.estimate.texts import hours_text
-from fabweave.options.file_kinds import parse_calibration
 from fabweave.stock.machine import MIDDLE_PACE
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
@@ -432,60 +429,3 @@ def test_the_hardest_places_lead_to_their_stations(browser, torus, tmp_path):
     assert tab.chosen() == piece.id
     assert tab.page.locator("tr.chosen").get_attribute("data-station") == "2"
     tab.close()
-
-
-#: Time as the page has it stands still until it is moved on, in seconds.
-WATCH = (
-    "window.now = 1.7e12; Date.now = () => window.now; window.pass = (s) => { now += 1000 * s; }"
-)
-
-
-def test_a_log_of_ticks_is_saved_and_calibrates(browser, torus, tmp_path):
-    opened = Tab(browser, torus, script=WATCH, accept_downloads=True)
-    page = opened.page
-
-    def tick(step, after_s):
-        page.evaluate(f"pass({after_s})")
-        page.locator(f"#panel-steps li[data-step='{step}'] input").click()
-
-    page.click("#tab-steps")
-    assert page.locator("#save-times").is_disabled()
-    tick(1, 0)  # starts the clock
-    tick(2, 50)
-    page.evaluate("pass(20)")
-    page.click("#clock")  # a pause of an hour is not counted
-    page.evaluate("pass(3600)")
-    page.click("#clock")
-    tick(3, 30)
-    page.reload()  # what is kept goes on
-    page.wait_for_function("window.fabweave !== undefined")
-    page.evaluate("pass(3700)")
-    page.click("#tab-steps")
-    tick(4, 10)
-    tick(9, 0)  # by mistake
-    tick(9, 5)  # and back
-    tick(5, 35)
-    tick(6, 20 * 60)  # somebody was away
-    tick(7, 1)  # what is ticked along with it is not timed either
-    tick(8, 61)
-    page.click("#clock")
-    tick(9, 8)  # nothing passed on the clock
-    with page.expect_download() as saved:
-        page.click("#save-times")
-    log = tmp_path / saved.value.suggested_filename
-    saved.value.save_as(log)
-    told = json.loads(log.read_text("utf-8"))
-    times = {one["step"]: one["seconds"] for one in told["steps"]}
-    assert times == {2: 50, 3: 50, 4: 10, 5: 40, 8: 61}
-    estimates = step_seconds(torus.plan, torus.job.costs.assembly, sorting=False)
-    assert [one["estimate_s"] for one in told["steps"]] == pytest.approx(
-        [estimates[step - 1] for step in times], abs=6e-4
-    )
-    # The job's own files take it back.
-    (tmp_path / "crossing_map.json").write_text(json.dumps(torus.plan.to_json()), "utf-8")
-    waste = {"estimate": to_json(torus.job.costs)}
-    (tmp_path / "waste.json").write_text(json.dumps(waste), "utf-8")
-    factor = sum(times.values()) / sum(estimates[step - 1] for step in times)
-    assert parse_calibration(f"{tmp_path}:{log}").hands == pytest.approx(factor, abs=1e-4)
-    opened.page.screenshot(path=tmp_path / "times.png")
-    opened.close()

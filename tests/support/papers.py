@@ -180,9 +180,8 @@ def _check_words(words: Sequence[str]) -> None:
 def smaller(words: Sequence[str]) -> list[str]:
     """Return a command that makes the same with less work."""
     few = [re.sub(r"(quads:)\d+", r"\g<1>60", word) for word in words]
-    quick = words[0] in ("make", "design") and not {"--effort", "--help"} & set(words)
-    tries = ["--tries", "3"] * (words[0] == "design")
-    return [*few, *["--effort", "quick"] * quick, *tries]
+    quick = words[0] == "make" and not {"--effort", "--help"} & set(words)
+    return [*few, *["--effort", "quick"] * quick]
 
 
 def _exit_code(words: Sequence[str]) -> object:

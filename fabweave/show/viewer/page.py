@@ -181,8 +181,7 @@ def viewer_page(
         Azimuth and elevation of the first view.
     hands : dict
         How long it takes: ``seconds`` of each step, half way from a quick to a slow maker, and
-        ``hours`` of the whole job, for both; ``timed_s`` is each step's with pieces sorted before,
-        and ``calibration`` the factor that is in all of it.
+        ``hours`` of the whole job, for both.
     step_views_deg : sequence of (float, float)
         Azimuth and elevation from which the manual shows each step; of the first ones, or of none,
         where it does not show them all.
@@ -201,7 +200,7 @@ def viewer_page(
     data = {
         "schema": SCHEMA,
         "title": title,
-        # What is remembered between visits is kept under this name, and logs have it.
+        # What is remembered between visits is kept under this name.
         "job": fingerprint(told),
         "colours": _colour_runs(colours, space),
         "view_deg": list(view_deg),

@@ -399,7 +399,7 @@ const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "loa
       <figure><button type="button" class="link" data-kept="${k}" aria-label="Go back to ${escaped(name)}">${picture ? `<img alt="" src="${picture}">` : ""}
       <figcaption><b>${escaped(name)}</b><br>${escaped(words)}</figcaption></button><button type="button" data-gone="${k}" aria-label="Take ${escaped(name)} off the shelf">×</button></figure>`).join("")}</div>`
       : "<p>Keep puts this variant here, with its picture and figures, to compare it with others and to go back to it.</p>";
-    by("panel-shelf").insertAdjacentHTML("afterbegin", `<p><button type="button" id="try"${flight.designs ? " disabled" : ""} title="Other meshes, patterns and widths of this model, as fabweave design tries them">Try designs</button></p>`);
+    by("panel-shelf").insertAdjacentHTML("afterbegin", `<p><button type="button" id="try"${flight.designs ? " disabled" : ""} title="Other meshes, patterns and widths of this model">Try designs</button></p>`);
   }
 
   function keep(variant) {

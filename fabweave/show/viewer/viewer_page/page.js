@@ -22,8 +22,7 @@ const PLAY_MS = 2600;
     chosen: (piece) => choose(piece),
     seen: (words) => (by("spoken").textContent = words),
   });
-  const log = makeLog(plan, kept);
-  const panels = makePanels(by, plan, clock, state, log), finding = makeFinding(by, plan, take);
+  const panels = makePanels(by, plan, clock, state), finding = makeFinding(by, plan, take);
   let colouring, playing = 0;
 
   /** The piece that the panels show: the chosen one, or the first of this step; -1 for none. */
@@ -34,7 +33,7 @@ const PLAY_MS = 2600;
 
   /** Keep what was done, and say in the address what is shown. */
   function remember() {
-    memory.write({ stepwise: state.stepwise, step: state.step, scheme: state.scheme, done: [...state.done].sort((a, b) => a - b), ...log.kept() });
+    memory.write({ stepwise: state.stepwise, step: state.step, scheme: state.scheme, done: [...state.done].sort((a, b) => a - b) });
     const parts = [state.stepwise ? `step=${state.step}` : "", state.piece < 0 ? "" : `piece=${plan.pieces[state.piece].id}`].filter(Boolean);
     const address = `#${parts.join("&")}`;
     if (location.hash === address || (!parts.length && !location.hash)) return;
@@ -211,8 +210,8 @@ const PLAY_MS = 2600;
 
   function setDone(step, done) {
     if (done === state.done.has(step)) return;
-    if (done) state.done.add(step), log.tick(step);
-    else state.done.delete(step), log.untick(step);
+    if (done) state.done.add(step);
+    else state.done.delete(step);
     remember();
     update();
   }
@@ -261,13 +260,6 @@ const PLAY_MS = 2600;
   });
   by("panel-steps").addEventListener("change", (event) => {
     setDone(Number(event.target.closest("li").dataset.step), event.target.checked);
-  });
-  by("panel-steps").addEventListener("click", ({ target }) => {
-    if (target.id === "save-times") save("times.json", log.record());
-    if (target.id !== "clock") return;
-    log.toggle();
-    remember();
-    update();
   });
   by("slider").addEventListener("input", () => visit(Number(by("slider").value)));
   by("back").addEventListener("click", () => next(-1));

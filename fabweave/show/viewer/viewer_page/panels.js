@@ -14,7 +14,7 @@ function stepCard(plan, clock, number) {
 }
 
 /** The panels at the side: a piece, a sheet, the list of steps. Each is drawn when it is seen. */
-function makePanels(by, plan, clock, state, log) {
+function makePanels(by, plan, clock, state) {
   const last = plan.steps.length;
   const shown = { piece: null, sheet: null, done: new Set(), here: 0 };
 
@@ -91,16 +91,11 @@ function makePanels(by, plan, clock, state, log) {
     const panel = by("panel-steps");
     if (panel.hidden) return;
     if (!panel.firstChild) {
-      panel.innerHTML = `<p id="progress"></p><progress max="${last}" aria-labelledby="progress"></progress>
-        <p id="times"><button type="button" id="clock"></button> <button type="button" id="save-times"
-        title="A file for --calibrate: what each timed step took, without pauses. More than 15 minutes between two ticks count as a pause.">Save times</button> <span id="timed"></span></p><ol>${plan.steps.map((step, k) => `
+      panel.innerHTML = `<p id="progress"></p><progress max="${last}" aria-labelledby="progress"></progress><ol>${plan.steps.map((step, k) => `
         <li data-step="${k + 1}"><label><input type="checkbox" aria-label="Step ${k + 1} done"></label>
         <button type="button" data-step="${k + 1}"><b>${k + 1}</b> ${escaped(plan.told(step.text))}</button></li>`).join("")}</ol>`;
     }
     by("progress").textContent = `${state.done.size} of ${last} steps done. ${leftText()} Sorting is counted.`;
-    by("clock").textContent = log.running ? "Pause clock" : log.begun ? "Resume clock" : "Start clock";
-    by("save-times").disabled = !log.record().steps.length;
-    by("timed").textContent = log.words();
     panel.querySelector("progress").value = state.done.size;
     const rows = panel.querySelector("ol").children;
     for (const step of [...shown.done, ...state.done])
