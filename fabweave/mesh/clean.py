@@ -33,6 +33,7 @@ from fabweave.mesh.topology import (
     first_alike,
     keep_faces,
     label_links,
+    orient_faces,
     sound_faces,
     split_corners,
 )
@@ -111,12 +112,12 @@ def clean_mesh(
     scale_mm = unit_mm if size_mm is None or not extent else size_mm / extent
     steps: tuple[Callable[[PolyMesh], tuple[PolyMesh, tuple[str, ...]]], ...] = (
         _without_repeats,
+        _parted_holes,
         _without_doubles,
         lambda one: weld_seams(one, weld, scale_mm),
         _without_repeats,
         _without_slivers,
         _joined_across,
-        _parted_holes,
         _parted_edges,
         _without_crumbs,
     )
@@ -331,15 +332,12 @@ def _parted_edges(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
     pairs = [
         pair for edge in crowded.tolist() for pair in _pairs_around(mesh, edges, edge, normals, fin)
     ]
-    first, second = edges.pairs
-    chosen = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    parted, _ = split_corners(
-        mesh,
-        edges,
-        np.concatenate([first, chosen[:, 0]]),
-        np.concatenate([second, chosen[:, 1]]),
-    )
-    parted = _with_middles(parted, dict([*pairs, *(pair[::-1] for pair in pairs)]))
+    parted = _parted_but(mesh, edges, pairs)
+    one_sided = orient_faces(group_edges(parted), mesh.n_faces)[1]
+    if one_sided.any():
+        # Faces of such a mesh look in and out at random: what would be one-sided stays open.
+        pairs = [pair for pair in pairs if not one_sided[edges.face[pair[0]]]]
+        parted = _parted_but(mesh, edges, pairs)
     ends = [f"{a}–{b}" for a, b in edges.ends(crowded[:5]).tolist()]
     more = ", …" if len(crowded) > 5 else ""
     note = (
@@ -348,6 +346,15 @@ def _parted_edges(mesh: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
         + f" (edge {', '.join(ends)}{more})"
     )
     return parted, (note,)
+
+
+def _parted_but(mesh: PolyMesh, edges: EdgeGroups, pairs: list[tuple[int, int]]) -> PolyMesh:
+    """Part faces at edges of more than two, but where pairs of half-edges stay together."""
+    first, second = edges.pairs
+    chosen = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    one, two = np.append(first, chosen[:, 0]), np.append(second, chosen[:, 1])
+    parted, _ = split_corners(mesh, edges, one, two)
+    return _with_middles(parted, dict([*pairs, *(pair[::-1] for pair in pairs)]))
 
 
 def _with_middles(mesh: PolyMesh, partner: dict[int, int]) -> PolyMesh:
