@@ -3,13 +3,16 @@
 Run it with: python examples/gallery/knot.py knot.png
 """
 
+from pathlib import Path
+
 from studio import SIZE, Exhibit
 
 import fabweave as fw
 
-mesh = fw.shape("knot", p=2, q=3, tube=9, size=SIZE)
+KNOT = Path(__file__).parents[1] / "meshes" / "knot.obj"
+mesh = fw.read(KNOT, size=SIZE, up="y")
 weave = fw.weave(mesh, pattern="twill")
-ribbons = weave.ribbons(material="card")
+ribbons = weave.ribbons(material="card", width="proportional")
 layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
 exhibit = Exhibit(
     "A trefoil knot in 2/2 twill",

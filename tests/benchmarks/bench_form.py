@@ -26,7 +26,7 @@ OBJECTS = {
     "plain ball": ("shape:sphere?n=6", {"size": "300mm"}),
     "hemisphere": (SHARED + "open/hemisphere.obj", {"size": "300mm", "remesh": "quads:200"}),
     "hypar": ("shape:hypar?m=8&n=8", {"size": "300mm"}),
-    "knot": ("shape:knot", {"size": "400mm"}),
+    "knot": (MODELS + "knot.obj", {"size": "400mm", "up": "y"}),
     "kagome ball": ("shape:icosahedron",
                     {"size": "300mm", "pattern": "kagome", "refine": "loop:2"}),
     "triaxial ball": ("shape:icosahedron",

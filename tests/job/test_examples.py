@@ -84,6 +84,13 @@ def test_no_example_is_left_out():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested - {"no_example_is_left_out"}
 
 
+def test_make_knot(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["make_knot.py", str(tmp_path / "knot.obj")])
+    runpy.run_path(str(EXAMPLES / "make_knot.py"))
+    kept = EXAMPLES / "meshes" / "knot.obj"
+    assert (tmp_path / "knot.obj").read_bytes() == kept.read_bytes()
+
+
 def test_make_lampshade(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_lampshade.py", str(tmp_path / "lampshade.obj")])
     runpy.run_path(str(EXAMPLES / "make_lampshade.py"))

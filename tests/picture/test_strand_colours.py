@@ -30,7 +30,7 @@ from fabweave.weave.strand_colours import (
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
 LEAST_DIFFERENCE = 0.06
 #: Each of these has one to four threads, and they cross themselves.
-FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube", "knot")
+FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube")
 SHAPES = ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron", *FEW)
 MATERIALS = np.array([material.rgb for material in material_library()], dtype=np.uint8)
 

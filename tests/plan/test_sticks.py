@@ -2,7 +2,6 @@
 
 import csv
 import io
-from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
 
@@ -15,7 +14,10 @@ from jobs import STRAIGHT
 from fabweave.piece.congruence import SAME_MM
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.plan.csv_tables import stick_table
-from fabweave.plan.sticks import nearest_inches, station_of, story_sticks
+from fabweave.plan.sticks import nearest_inches, story_sticks
+
+#: Pieces of a kind are the same to this, and distances are rounded.
+SLACK_MM = SAME_MM + 0.01
 
 
 @pytest.fixture(scope="module")
@@ -24,31 +26,42 @@ def plan(finished):
 
 
 def test_every_piece_has_the_marks_of_its_kind(plan):
-    sticks = story_sticks(plan)
-    assert len(sticks) < len(plan.pieces)
-    assert {mark.what for stick in sticks for mark in stick.marks} == {
-        "cut", "crossing", "joint", "hole", "slot",
-    }  # fmt: skip
+    """Seen from its own end: each station, hole and slot of it is in a row of its kind."""
+    rows = list(csv.DictReader(io.StringIO(stick_table(plan))))
+    assert {row["mark"] for row in rows} == {"cut", "crossing", "joint", "hole", "slot"}
     assert any(piece.turned for piece in plan.pieces)
-    for stick in sticks:
-        assert {piece.kind for piece in stick.pieces} == {stick.kind}
-        for piece in stick.pieces:
-            (alone,) = story_sticks(replace(plan, pieces=(piece,), spares=None))
-            assert alone.length_mm == pytest.approx(stick.length_mm, abs=SAME_MM)
-            assert alone.width_mm == pytest.approx(stick.width_mm, abs=SAME_MM)
-            way, end = (-1.0, stick.length_mm) if piece.turned else (1.0, 0.0)
-            own = [
-                (one.what, None if one.station is None else station_of(piece, one.station),
-                 one.over, one.hole_mm, end + way * one.along_mm)
-                for one in alone.marks[:: int(way)]
+    for piece in plan.pieces:
+        low, high = np.min(piece.outline, axis=0), np.max(piece.outline, axis=0)
+        own = [row for row in rows if row["kind"] == str(piece.kind)]
+        size = [(float(row["length_mm"]), float(row["width_mm"])) for row in own]
+        assert size == pytest.approx(np.tile(high - low, (len(own), 1)), abs=SLACK_MM)
+        there = np.array([(float(row["distance_mm"]), float(row["across_mm"])) for row in own])
+        assert (np.diff(there[:, 0]) >= 0.0).all()
+        assert there[[0, -1], 0] == pytest.approx([0.0, high[0] - low[0]], abs=SLACK_MM)
+
+        def row_of(spot, at, *, what, piece=piece, own=own, there=there, low=low, high=high):
+            off = there - (high - spot if piece.turned else spot - low)
+            station = str(len(piece.stations) - 1 - at if piece.turned else at)
+            found = [
+                row for row, each in zip(own, np.hypot(*off.T), strict=True)
+                if each < SLACK_MM and row["station"] == station and row["mark"] in what
             ]  # fmt: skip
-            theirs = [(m.what, m.station, m.over, m.hole_mm, m.along_mm) for m in stick.marks]
-            # Those of a kind may begin at either end of a thread, so joints are one's own.
-            assert [row[1:4] for row in own if row[0] != "slot"] == [
-                row[1:4] for row in theirs if row[0] != "slot"
-            ]
-            apart = np.subtract([row[4] for row in own], [row[4] for row in theirs])
-            assert np.abs(apart).max() <= SAME_MM
+            assert len(found) == 1
+            return found[0]
+
+        for at, station in enumerate(piece.stations):
+            joint = station.joint is not None
+            what = {"joint"} if joint else {"joint", "crossing"}
+            row = row_of((station.x, station.y), at, what=what)
+            assert row["lies"] == ("over" if station.over else "under")
+        for cutout in piece.cutouts:
+            if cutout.hole is None:
+                path = np.array(cutout.path)[:, :2]
+                spot = (path.min(axis=0) + path.max(axis=0)) / 2
+                assert row_of(spot, cutout.station, what={"slot"})["hole_mm"] == ""
+            else:
+                row = row_of(cutout.hole[:2], cutout.station, what={"joint", "crossing", "hole"})
+                assert float(row["hole_mm"]) == cutout.hole[2]
 
 
 def test_the_table_has_a_row_for_each_mark_and_names_all_that_is_cut(plan):
@@ -59,9 +72,10 @@ def test_the_table_has_a_row_for_each_mark_and_names_all_that_is_cut(plan):
     turned = {name for row in rows for name in row["turned"].split()}
     assert turned == {piece.id for piece in plan.pieces if piece.turned}
     for row in rows:
-        assert float(row["distance_in"]) * 25.4 == pytest.approx(
-            float(row["distance_mm"]), abs=0.02
-        )
+        inches = float(row["distance_mm"]) / 25.4
+        assert float(row["distance_in"]) == pytest.approx(inches, abs=8e-4)
+        nearest = sum(map(Fraction, row["nearest_in"].split()))
+        assert float(nearest) == pytest.approx(inches, abs=1 / 64 + 3e-4)
 
 
 @given(st.floats(0.0, 1e5))

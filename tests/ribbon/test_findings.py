@@ -63,7 +63,6 @@ def test_a_rule_that_no_size_mends_has_none() -> None:
     [
         ("sphere?n=6", "aluminium-5052", 300.0),
         ("torus?m=24&n=12", "birch-veneer", 250.0),
-        ("knot", "polypropylene", 200.0),
         ("hypar", "birch-ply-1.5", 300.0),
     ],
 )

@@ -146,7 +146,7 @@ def random_job(seed, *, small=False):
 #: Shapes that newer options suit, beside the random ones: strips straight, formers, rims, feet.
 NAMED_SHAPES = (
     *("tetrahedron", "octahedron", "cube", "icosahedron", "dodecahedron", "sphere?n=2"),
-    *("hypar?m=4&n=4", "torus?m=6&n=4", "torus?m=8&n=4", "tube?m=8&n=4", "knot?p=2&q=3&n=4"),
+    *("hypar?m=4&n=4", "torus?m=6&n=4", "torus?m=8&n=4", "tube?m=8&n=4"),
 )
 TRIANGULATED = ("shape:tetrahedron", "shape:octahedron", "shape:icosahedron")
 #: A scrap whose outline leaves a tongue at one side, and one that is small, with a hole in it.

@@ -30,7 +30,7 @@ def made(tmp_path_factory):
         ("tetrahedron", {}),
         ("hypar", {"boundary": "end", "material": "aluminium-5052"}),
         ("hemisphere", {"boundary": "turn", "size_mm": 150.0}),
-        ("knot", {"material": "warp=card,weft=polypropylene", "size_mm": 150.0}),
+        ("slit", {"material": "warp=card,weft=polypropylene", "size_mm": 100.0}),
     ):
         woven, settings, supplies = laid(f"shape:{shape}", **{"size_mm": 300.0, **options})
         check = check_object(woven, settings.ribbons, supplies)

@@ -12,7 +12,7 @@ from jobs import contents_of, run
 from sealing import found_by, told
 from spoiling import edit_json, put
 
-from fabweave.verify.check.sticks import _check_length, check_cut_list
+from fabweave.verify.check.cut_list import _check_length, check_cut_list
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 

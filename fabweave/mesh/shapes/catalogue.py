@@ -10,7 +10,6 @@ from string import Formatter
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.shapes.knots import knot
 from fabweave.mesh.shapes.woven import cage, handled_bipyramid, regular, slit_sum
 from fabweave.mesh.upright import resize_mesh
 
@@ -258,20 +257,6 @@ SHAPES: tuple[Shape, ...] = (
         "Saddle, {m} by {n}",
     ),
     Shape(
-        "knot",
-        "a tube of m × n quads along a torus knot",
-        (
-            count("p", "turns around the axis", 2, most=12),
-            count("q", "turns around the ring; p and q have no common divisor", 3, most=12),
-            count("m", "quads along the knot, or 0 to make them about square", 0, least=0),
-            count("n", "quads around the tube", 8, least=3, most=200),
-            length("tube", "radius of the tube", 8.0),
-            _SIZE,
-        ),
-        knot,
-        "Torus knot, {p} by {q}",
-    ),
-    Shape(
         "slit",
         "two rings of m × n quads that flow together at slits; of any genus, with an exact twill",
         (
@@ -322,6 +307,10 @@ SHAPES: tuple[Shape, ...] = (
         "Regular surface of genus {genus}, {face} by {valence}",
     ),
 )
+
+
+#: Shapes that went, and what to weave instead.
+_GONE = {"knot": "the mesh of a knot, such as examples/meshes/knot.obj"}
 
 
 def is_shape(text: str) -> bool:
@@ -386,6 +375,8 @@ def described(text: str) -> tuple[Shape, dict[str, str]]:
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
     name, mark, query = text.removeprefix(PREFIX).partition("?")
     by_name = {shape.name: shape for shape in SHAPES}
+    if name in _GONE:
+        raise InputError(f"there is no shape {name} any more; weave {_GONE[name]}")
     if name not in by_name:
         raise InputError(f"there is no shape {name[:40]!r}; choose one of {', '.join(by_name)}")
     values: dict[str, str] = {}

@@ -15,38 +15,6 @@ _SIDES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 GRAZING_MM = 1e-4
 
 
-#: Places whose distances are found at once.
-_PLACES = 100
-
-
-def distances_to(places: Floats, triangles: Floats) -> Floats:
-    """Return how far places are from the nearest of some triangles, (N,).
-
-    Examples
-    --------
-    >>> flat = np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]])
-    >>> distances_to(np.array([[1.0, 1, 2], [-3, 0, 4]]), flat).tolist()
-    [2.0, 5.0]
-    """
-    nearest = np.empty(len(places))
-    for start in range(0, len(places), _PLACES):
-        here = places[start : start + _PLACES, None]
-        least = np.full((here.shape[0], len(triangles)), np.inf)
-        inside = np.ones(least.shape, dtype=bool)
-        normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        size = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
-        for k in range(3):
-            corner, side = triangles[:, k], triangles[:, (k + 1) % 3] - triangles[:, k]
-            arm = here - corner
-            square = np.maximum(dot(side, side), 1e-300)
-            share = np.clip(np.einsum("ntd,td->nt", arm, side) / square, 0.0, 1.0)
-            least = np.minimum(least, np.linalg.norm(arm - share[..., None] * side, axis=2))
-            inside &= np.einsum("ntd,td->nt", arm, np.cross(normal, side)) >= 0.0
-        height = np.abs(np.einsum("ntd,td->nt", here - triangles[:, 0], normal)) / size
-        nearest[start : start + _PLACES] = np.where(inside, height, least).min(axis=1)
-    return nearest
-
-
 def triangle_gaps(first: Floats, second: Floats, reach_mm: float) -> Floats:
     """Return the gaps of pairs of triangles, (N,); 0 where they meet, infinite beyond a reach.
 

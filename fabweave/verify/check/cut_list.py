@@ -1,19 +1,16 @@
-"""Check the tables by which straight strips are cut and punched by hand: of cuts and of marks."""
+"""Check the list by which straight strips are cut by hand."""
 
 import itertools
 import math
 import re
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.check.pieces import KIND_MM
-from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
+from fabweave.verify.crossing_map import CrossingMap, Sheet
 from fabweave.verify.drawing import Floats
-from fabweave.verify.read.job_files import CUTS, STICKS, Job, required
+from fabweave.verify.read.job_files import CUTS, Job, required
 from fabweave.verify.report import Place, Tally
 
 _Row: TypeAlias = dict[str, str]
@@ -22,6 +19,7 @@ _SAME_MM = 0.011
 #: Strips that are off by no more than this lie in a row beyond doubt.
 _IN_A_ROW_MM = 1e-3
 _FINE = re.compile(r"\d+|(?:\d+ )?\d+/[1-9]\d*")
+_INCH_MM = 25.4
 
 
 def check_cut_list(job: Job, tally: Tally) -> None:
@@ -160,116 +158,3 @@ def _check_length(row: _Row, length_mm: float, place: Place) -> None:
     words = row["length_32nds"]
     fine = float(sum(map(Fraction, words.split()))) if _FINE.fullmatch(words) else math.nan
     place.number("length_32nds", fine, inches, within=1.0 / 64.0 + 1e-3)
-
-
-#: What rounding does to lengths with two decimals, to inches with three, and to thirty-seconds.
-_ROUND_MM, _ROUND_IN_MM, _PART_MM = 0.0051, 0.0128, 25.4 / 64.0 + 1e-6
-_INCH_MM = 25.4
-#: A hole so near to its crossing is at it; crossings leave the middle line by no more than that.
-_AT_MM, _WAVE_MM = 1e-3, 0.03
-
-
-def check_sticks(job: Job, tally: Tally) -> None:
-    """Check that the table has the marks of all pieces of a job with straight strips, and no more.
-
-    Each row of a kind is held to every piece of that kind, from that piece's own end.
-    """
-    plan, table = required(job.map), tally.at(STICKS)
-    straight = job.options.get("strips") == "straight"
-    rows = job.sticks
-    if rows is None or not straight:
-        table.expect(rows is None, "there is such a table, and strips are not straight")
-        table.expect(not straight, "there is none of marks on straight strips")
-        return
-    of_kind: defaultdict[int, list[str]] = defaultdict(list)
-    for piece in plan.to_cut:
-        of_kind[piece.kind].append(piece.id)
-    stated: defaultdict[str, list[dict[str, str]]] = defaultdict(list)
-    for row in rows:
-        stated[row["kind"]].append(row)
-    table.same("kinds", stated, map(str, of_kind))
-    for name, own in stated.items():
-        place = table.at(f"kind {name}")
-        pieces = [piece for piece in plan.pieces if str(piece.kind) == name]
-        names = of_kind[int(name)] if pieces else []
-        turned = [piece.id for piece in pieces if piece.turned]
-        for row in own:
-            place.same("pieces", row["pieces"].split(), names)
-            place.same("turned pieces", row["turned"].split(), turned)
-        joined = {at for piece in pieces for at, _ in _joints(piece)}
-        for number, piece in enumerate(pieces):
-            # The table has those of the first one.
-            slack_mm = KIND_MM if number else 0.0
-            _check_marks(piece, own, joined, slack_mm, place.at(f"piece {piece.id}"))
-
-
-def _joints(piece: Piece) -> Iterator[tuple[int, int]]:
-    """Yield where a piece has joints, by the stations of the first of its kind."""
-    stations = piece.stations[:: -1 if piece.turned else 1]
-    yield from ((at, one.joint) for at, one in enumerate(stations) if one.joint is not None)
-
-
-def _check_marks(
-    piece: Piece, rows: Sequence[dict[str, str]], joined: set[int], slack_mm: float, place: Place
-) -> None:
-    """Hold the rows of a kind to what a piece of it has along its longest side."""
-    near_mm = _ROUND_MM + slack_mm
-    corners = piece.outline
-    sides = np.roll(corners, -1, axis=0) - corners
-    way = sides[np.argmax(np.hypot(*sides.T))]
-    # From its first end to its last one, or, where it lies turned on the tape, the other way.
-    sense = np.sign(way @ (piece.points[-1] - piece.points[0])) or np.sign(way[0]) or 1.0
-    way = way / np.hypot(*way) * sense * (-1.0 if piece.turned else 1.0)
-    axes = np.stack((way, (-way[1], way[0])), axis=1)
-    low, high = (corners @ axes).min(axis=0), (corners @ axes).max(axis=0)
-    length, width = high - low
-    place.at_most(
-        "wave_mm", float(np.ptp(piece.points @ axes[:, 1])), _WAVE_MM, "its crossings wave by {}"
-    )
-
-    def spot(x: float, y: float) -> list[float]:
-        return list(map(float, np.array([x, y]) @ axes - low))
-
-    wanted: list[tuple[str, str, str, float | None, list[float]]] = [
-        ("cut", "", "", None, [0.0, width / 2.0]),
-        ("cut", "", "", None, [length, width / 2.0]),
-    ]
-    last = len(piece.stations) - 1
-    slotted = {cutout.station for cutout in piece.cutouts if cutout.path is not None}
-    for number, station in enumerate(piece.stations):
-        at = last - number if piece.turned else number
-        lies, what = ("under", "over")[station.over], "joint" if at in joined else "crossing"
-        hole_mm = None if number in slotted else station.hole_mm
-        wanted.append((what, str(at), lies, hole_mm, spot(station.x, station.y)))
-    for cutout in piece.cutouts:
-        station = piece.stations[cutout.station]
-        at = last - cutout.station if piece.turned else cutout.station
-        if cutout.path is not None:
-            wanted.append(("slot", str(at), "", None, spot(*cutout.centre)))
-        elif np.hypot(cutout.x - station.x, cutout.y - station.y) > _AT_MM:
-            wanted.append(("hole", str(at), "", cutout.diameter_mm, spot(cutout.x, cutout.y)))
-    place.equal("the number of marks", len(rows), len(wanted))
-    along = [float(row["distance_mm"]) for row in rows]
-    place.expect(along == sorted(along), "its marks are in disorder")
-    left = list(wanted)
-    for row in rows:
-        name = row["mark"], row["station"]
-        here = place.at(" ".join(name).strip() + f" at {row['distance_mm']} mm")
-        here.number("length_mm", float(row["length_mm"]), length, within=near_mm)
-        here.number("width_mm", float(row["width_mm"]), width, within=near_mm)
-        same = [mark for mark in left if mark[:2] == name]
-        if not here.expect(same, "there is no such mark"):
-            continue
-        stated = np.array([float(row["distance_mm"]), float(row["across_mm"])])
-        mark = min(same, key=lambda one: float(np.hypot(*(stated - one[4]))))
-        left.remove(mark)
-        lies, hole_mm, there = mark[2:]
-        here.number("distance_mm", stated[0].item(), there[0], within=near_mm)
-        here.number("across_mm", stated[1].item(), there[1], within=near_mm)
-        inches = float(row["distance_in"]) * _INCH_MM
-        within = _ROUND_IN_MM + slack_mm
-        here.number("distance_in, in mm,", inches, there[0], within=within)
-        nearest = float(sum(map(Fraction, row["nearest_in"].split()))) * _INCH_MM
-        here.number("nearest_in, in mm,", nearest, there[0], within=_PART_MM + slack_mm)
-        here.equal("lies", row["lies"], lies)
-        here.number("hole_mm", float(row["hole_mm"]) if row["hole_mm"] else None, hole_mm)
