@@ -19,7 +19,6 @@ from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.remesh.auto import remesh_auto
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.quads import remesh_quads
@@ -303,7 +302,7 @@ def _changed(
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
         if remeshed is None:
-            remeshed = _remeshed(mesh, wanted, progress, course=course, seed=seed, wish=wish)
+            remeshed = _remeshed(mesh, wanted, progress, seed=seed)
         notes += remeshed.notes
         if remeshed.method != "unchanged":
             model = given
@@ -344,24 +343,14 @@ def _changed(
     return _prepared(mesh, done, notes), remeshed, like, loss, turn_deg
 
 
-def _remeshed(
-    mesh: PolyMesh,
-    wanted: Remesh,
-    progress: Progress,
-    *,
-    course: str,
-    seed: int,
-    wish: Wish | None,
-) -> Remeshed:
+def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) -> Remeshed:
     if wanted.kind == "coarse":
         return remesh_coarse(mesh, wanted.count, progress=progress)
     if wanted.kind == "quads" or wanted.count is None:
         return remesh_quads(mesh, wanted.count, seed=seed, progress=progress)
     if wanted.kind == "triangles":
         return remesh_triangles(mesh, wanted.count, progress=progress)
-    if wanted.kind == "tubes":
-        return remesh_tubes(mesh, wanted.count, progress=progress)
-    return remesh_auto(mesh, wanted.count, seed=seed, wish=wish, course=course, progress=progress)
+    return remesh_tubes(mesh, wanted.count, progress=progress)
 
 
 def _opened(

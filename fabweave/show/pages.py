@@ -118,12 +118,7 @@ def charts(report: WasteReport) -> list[tuple[str, list[Bar]]]:
     """Return what becomes of the sheets, how well that is, and what it takes, each as a chart."""
     told, costs = report.comparison, report.estimate
     kept = told.kept_mm2 / report.totals.sums.area_mm2
-    ways = (
-        ("this job", told.gross),
-        ("at the very best", told.best),
-        ("pieces in rectangles", told.rectangles.utilisation),
-        ("whole threads, uncut", told.strips.utilisation),
-    )
+    ways = ("this job", told.gross), ("at the very best", told.best)
     hands = [_SECONDS_PER_HOUR * end for end in costs.assembly.hours]
     spans: tuple[tuple[str, Span | None], ...] = (
         ("cutting", costs.machine.cut_s),
@@ -143,10 +138,7 @@ def charts(report: WasteReport) -> list[tuple[str, list[Bar]]]:
         ),
         (
             "How much could be pieces",
-            [
-                (f"{name}: {'on no sheet' if share is None else f'{share:.0%}'}", 0.0, share or 0.0)
-                for name, share in ways
-            ],
+            [(f"{name}: {share:.0%}", 0.0, share) for name, share in ways],
         ),
         (
             "How long it takes",

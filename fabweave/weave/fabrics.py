@@ -4,9 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
-from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -14,7 +12,7 @@ from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
-from fabweave.core.messages import agree, few_of
+from fabweave.core.messages import few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.topology import ParityClasses, label_links, solve_parity
@@ -68,16 +66,11 @@ class Fabric:
             )
         if self.repeat > _LONGEST:
             raise InputError(f"a fabric repeats after at most {_LONGEST}, not {self.repeat}")
-        common = math.gcd(self.shift, self.repeat)
-        if common > min(self.over, self.under):
-            good = [
-                str(s)
-                for s in range(1, self.repeat // 2 + 1)
-                if math.gcd(s, self.repeat) <= min(self.over, self.under)
-            ]
+        if math.gcd(self.shift, self.repeat) > min(self.over, self.under):
             raise InputError(
                 f"with the shift {self.shift} some threads of a {self.over}/{self.under} fabric "
-                f"would always lie on one side and fall off; shifts that work: {', '.join(good)}"
+                "would always lie on one side and fall off; a shift without a common divisor with "
+                f"{self.repeat} works, such as 1"
             )
         shift = self.shift % self.repeat
         object.__setattr__(self, "shift", min(shift, self.repeat - shift))
@@ -139,25 +132,17 @@ def parse_fabric(text: str) -> Fabric:
         right = int(twill[3]) % fabric.repeat == fabric.shift
         return replace(fabric, hand="Z" if right else "S")
     satin = re.fullmatch(r"(satin|sateen):(\d{1,3})/(-?\d{1,3})", text.strip(), re.ASCII)
-    if not satin:
+    if not satin or int(satin[2]) < 3:
         raise InputError(
             f"{text[:40]!r} is not a fabric; write a/b such as 3/1 or 2/2, a/b/shift such as "
             "2/2/1, or satin:n/shift such as satin:5/2"
         )
     ends, shift = int(satin[2]), int(satin[3])
-    if ends < 3 or math.gcd(ends, shift) != 1:
-        good = [str(s) for s in range(1, min(ends, _LONGEST) // 2 + 1) if math.gcd(s, ends) == 1]
-        raise InputError(
-            f"a {satin[1]} needs a repeat of 3 threads or more, and a shift that has no common "
-            f"divisor with it, unlike {ends}/{shift}"
-            + (f"; shifts that {ends} allows: {', '.join(good)}" if ends >= 3 else "")
-        )
     return Fabric(ends - 1, 1, shift) if satin[1] == "satin" else Fabric(1, ends - 1, shift)
 
 
-#: So many irregular gaps are looked at, one by one, for one that obstructs by itself; so many are
-#: named.
-_LOOKED_AT, _NAMED = 40, 4
+#: So many irregular gaps and threads are named.
+_NAMED = 4
 
 
 @frozen_value
@@ -208,9 +193,9 @@ def part_strands(
     Returns
     -------
     Strands or Obstruction
-        The obstruction names a gap that an odd number of threads surround, a thread that crosses
-        itself, threads that cross one another in an odd ring, or a gap around which a strand
-        turns back to front.
+        The obstruction names gaps that an odd number of threads surround, a thread that crosses
+        itself, threads that cross one another in an odd ring, or such as cannot all run the same
+        way.
 
     Examples
     --------
@@ -222,8 +207,8 @@ def part_strands(
     [True, False, True, False]
     >>> halfedges = build_halfedges(solids.cube())
     >>> part_strands(halfedges, trace_threads(halfedges), "ABCD").text
-    'around vertex 0 (valence 3) 3 strands cross in a ring (threads A, C, D), so warp and \
-weft do not exist; in all, 8 vertices have an odd valence'
+    'warp and weft do not exist: an odd number of strands cross in a ring around vertex 0, \
+vertex 1, vertex 2, vertex 3 and 4 more'
     """
     bunches = _two_bunches(halfedges, threads, labels)
     if isinstance(bunches, Obstruction):
@@ -238,7 +223,11 @@ weft do not exist; in all, 8 vertices have an odd valence'
     turned = ways[side] == ways[other]
     solution = solve_parity(threads.n_threads, first[matters], second[matters], turned[matters])
     if solution.odd_ring:
-        return _turned_about(halfedges, threads, solution, labels)
+        why, ring = "strands side by side cannot all run the same way", solution.odd_ring
+        uneven = f"{why}; not a multiple of 4 cross in a ring around "
+        return _irregular(halfedges, 4, uneven) or Obstruction(
+            f"{why}, on {_named(ring, labels)}", threads=ring
+        )
     group = np.where(runs, solution.classes, solution.n_classes)
     return Strands(warp, group, solution.opposite & runs)
 
@@ -248,84 +237,38 @@ def _two_bunches(
 ) -> ParityClasses | Obstruction:
     """Two-colour the threads, or say why not."""
     # An odd gap tells a person more than the threads do: it is a place that can be remeshed.
-    odd = _odd_gap(halfedges, threads, labels)
+    none = "warp and weft do not exist: "
+    odd = _irregular(halfedges, 2, f"{none}an odd number of strands cross in a ring around ")
     if odd is not None:
         return odd
     thread = threads.thread_of_pass
-    pairs = thread[np.argsort(threads.crossing, kind="stable")].reshape(-1, 2)
-    itself = pairs[pairs[:, 0] == pairs[:, 1], 0]
-    if len(itself):
-        name, often = labels[itself[0]], int(np.count_nonzero(itself == itself[0]))
-        times = "once" if often == 1 else f"{often} times"
-        others = len(np.unique(itself)) - 1
-        more = f", and so {'does' if others == 1 else 'do'} {others} more" if others else ""
-        return Obstruction(
-            f"thread {name} crosses itself ({times}{more}), so warp and weft do not exist",
-            threads=(int(itself[0]),),
-        )
-    distinct = np.unique(np.sort(pairs, axis=1), axis=0)
-    solution = solve_parity(
-        threads.n_threads, distinct[:, 0], distinct[:, 1], np.ones(len(distinct), dtype=bool)
-    )
-    if not solution.odd_ring:
-        return solution
-    ring = solution.odd_ring
-    how = "cross pairwise" if len(ring) == 3 else f"cross in a ring of {len(ring)}"
-    named = few_of([labels[t] for t in ring])
-    return Obstruction(f"warp and weft do not exist: threads {named} {how}", threads=ring)
+    pairs = np.unique(thread[np.argsort(threads.crossing, kind="stable")].reshape(-1, 2), axis=0)
+    ring = tuple(pairs[pairs[:, 0] == pairs[:, 1], 0][:1].tolist())
+    if not ring:
+        crosses = np.ones(len(pairs), dtype=bool)
+        solution = solve_parity(threads.n_threads, pairs[:, 0], pairs[:, 1], crosses)
+        if not solution.odd_ring:
+            return solution
+        ring = solution.odd_ring
+    how = "cross in a ring" if len(ring) > 1 else "crosses itself"
+    return Obstruction(f"{none}{_named(ring, labels)} {how}", threads=ring)
 
 
-class _Gap(NamedTuple):
-    """A vertex or a face with crossings all round, and how many."""
-
-    kind: Literal["vertex", "face"]
-    number: int
-    size: int
-
-    def __str__(self) -> str:
-        size = f"valence {self.size}" if self.kind == "vertex" else f"{self.size} sides"
-        return f"{self.kind} {self.number} ({size})"
-
-    def around(self, halfedges: Halfedges) -> BoolArray:
-        """Return the corners that are sides of the gap, (H,): those of the face, or of the head."""
-        owner = halfedges.head if self.kind == "vertex" else halfedges.face
-        return np.asarray(owner == self.number)
+def _named(ring: Sequence[int], labels: Sequence[str]) -> str:
+    return f"thread{'s' * (len(ring) > 1)} {few_of([labels[thread] for thread in ring], _NAMED)}"
 
 
-def _gaps_off(halfedges: Halfedges, multiple: int) -> list[_Gap]:
-    """Return the gaps whose number of crossings is no multiple of a number, vertices first."""
+def _irregular(halfedges: Halfedges, multiple: int, why: str) -> Obstruction | None:
+    """Name the gaps whose number of crossings is no multiple of a number, vertices first."""
     sides = np.bincount(halfedges.face)
     sides[halfedges.face[halfedges.twin < 0]] = 0
     vertices, valences = interior_valences(halfedges)
-    gaps = [
-        *map(partial(_Gap, "vertex"), vertices.tolist(), valences.tolist()),
-        *map(partial(_Gap, "face"), range(len(sides)), sides.tolist()),
-    ]
-    return [gap for gap in gaps if gap.size % multiple]
-
-
-def _odd_gap(halfedges: Halfedges, threads: Threads, labels: Sequence[str]) -> Obstruction | None:
-    """Find a gap with an odd number of crossings: the threads around it cannot take turns."""
-    odd = _gaps_off(halfedges, 2)
-    if not odd:
+    vertex = tuple(vertices[valences % multiple != 0].tolist())
+    face = tuple(np.flatnonzero(sides % multiple).tolist())
+    gaps = [*(f"vertex {at}" for at in vertex), *(f"face {at}" for at in face)]
+    if not gaps:
         return None
-    around = np.unique(_corner_walks(halfedges, threads)[0][odd[0].around(halfedges)])
-    whose = f"thread{'s' * (len(around) > 1)} {few_of([labels[t] for t in around.tolist()])}"
-    vertices, faces = (
-        tuple(gap.number for gap in odd if gap.kind == kind) for kind in ("vertex", "face")
-    )
-    kinds = (
-        (len(vertices), "{n} [vertex has|vertices have] an odd valence"),
-        (len(faces), "{n} [face has|faces have] an odd number of sides"),
-    )
-    in_all = " and ".join(agree(number, text) for number, text in kinds if number)
-    more = f"; in all, {in_all}" if len(odd) > 1 else ""
-    return Obstruction(
-        f"around {odd[0]} {odd[0].size} strands cross in a ring ({whose}), so warp and weft do not "
-        f"exist{more}",
-        vertices=vertices[:_NAMED],
-        faces=faces[:_NAMED],
-    )
+    return Obstruction(why + few_of(gaps, _NAMED), vertices=vertex[:_NAMED], faces=face[:_NAMED])
 
 
 def _corner_walks(halfedges: Halfedges, threads: Threads) -> tuple[IntArray, BoolArray]:
@@ -359,70 +302,6 @@ def _opposite_sides(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
         np.concatenate([first for first, _ in pairs]),
         np.concatenate([second for _, second in pairs]),
     )
-
-
-def _turned_about(
-    halfedges: Halfedges, threads: Threads, solution: ParityClasses, labels: Sequence[str]
-) -> Obstruction:
-    """Name a gap around which a strand turns back to front, or threads that do elsewhere."""
-    odd = _gaps_off(halfedges, 4)
-    for gap in odd[:_LOOKED_AT]:
-        if _turns_around(halfedges, threads, gap):
-            text = (
-                f"around {gap} the pattern cannot close: strands that start side by side in the "
-                "same direction come back running against one another"
-            )
-            if len(odd) > 1:
-                text += (
-                    f"; in all, {len(odd)} gaps have a valence or a number of sides that is not "
-                    "a multiple of 4"
-                )
-            named = {"vertices" if gap.kind == "vertex" else "faces": (gap.number,)}
-            return Obstruction(text, **named)
-    ring = solution.odd_ring
-    if len(ring) == 1:
-        text = f"thread {labels[ring[0]]} comes to lie beside itself, running the opposite way"
-    else:
-        named_threads = few_of([labels[t] for t in ring])
-        text = (
-            f"threads {named_threads} lie side by side but cannot all run the same way: the last "
-            "comes back beside the first, running against it"
-        )
-    return Obstruction(text, threads=ring)
-
-
-def _turns_around(halfedges: Halfedges, threads: Threads, gap: _Gap) -> bool:
-    """Return whether the gaps of four around a gap, by themselves, turn a strand about."""
-    # A corner is a side of the gap of its face and of the gap of its head.
-    tail, head, face = halfedges.tail, halfedges.head, halfedges.face
-    near_vertex = np.zeros(int(tail.max()) + 1, dtype=bool)
-    near_face = np.zeros(int(face.max()) + 1, dtype=bool)
-    side = gap.around(halfedges)
-    if gap.kind == "vertex":
-        near_vertex[tail[side]] = True
-        near_face[face[side | (tail == gap.number)]] = True
-    else:
-        near_vertex[head[side]] = True
-        near_face[face[halfedges.twin[side]]] = True
-    near = near_vertex[head] | near_face[face]
-    first, second = _opposite_sides(halfedges)
-    kept = near[first] & near[second]
-    first, second = first[kept], second[kept]
-    _, ways = _corner_walks(halfedges, threads)
-    # Sides are followed along their threads from crossing to crossing.
-    here = threads.halfedge
-    twin = halfedges.twin[here]
-    after = np.where(threads.forward, halfedges.prev[twin], twin)
-    before = np.where(threads.forward, halfedges.prev[here], here)
-    joined = near[before] & near[after]
-    before, after = before[joined], after[joined]
-    solution = solve_parity(
-        halfedges.n_halfedges,
-        np.concatenate((first, before)),
-        np.concatenate((second, after)),
-        np.concatenate((ways[first] == ways[second], np.zeros(len(before), dtype=bool))),
-    )
-    return bool(solution.odd_ring)
 
 
 #: So many free directions are tried out in all combinations.
@@ -575,9 +454,17 @@ def label_body(
             chosen = way, line_hand
         if line_hand in (hand, "") or (hand is None and line_hand != "mixed"):
             break
-    if chosen is None or (hand is not None and chosen[1] not in (hand, "")):
-        where = None if chosen else (known[warp], known[weft], unlike, example)
-        return _not_closing(where, fabric, names)
+    if chosen is None:
+        # All directions alike are one of the choices that fail.
+        at = example[np.flatnonzero(unlike.sum(axis=1) % size)[0]]
+        pair = known[warp[at]].item(), known[weft[at]].item()
+        return Obstruction(
+            "whichever way the threads run, the pattern does not match up everywhere, as where "
+            f"{_named(pair, names)} cross",
+            threads=pair,
+        )
+    if hand is not None and chosen[1] not in (hand, ""):
+        return Obstruction(f"the pattern closes, but not with the hand {hand} everywhere")
     way = chosen[0]
     label = (start @ way)[weft] + (way[group] * sense)[weft] * crossings.weft_at
     return label % size, chosen[1]
@@ -598,22 +485,18 @@ def _rings_off(
     threads: Threads, crossings: Crossings, fabric: Fabric, names: Sequence[str]
 ) -> Obstruction | None:
     """Find rings round which the labels do not come back to themselves."""
-    size = fabric.repeat
-    warp, weft = np.unique(crossings.warp), np.unique(crossings.weft)
-    thread = np.concatenate((warp, weft))
-    step = np.repeat((fabric.shift, 1), (len(warp), len(weft)))
-    off = np.where(threads.closed[thread], threads.lengths[thread] * step % size, 0)
+    thread = np.concatenate((np.unique(crossings.warp), np.unique(crossings.weft)))
+    step = np.where(np.isin(thread, crossings.warp), fabric.shift, 1)
+    off = threads.closed[thread] & (threads.lengths[thread] * step % fabric.repeat != 0)
     if not off.any():
         return None
-    at = int(np.lexsort((thread, off == 0))[0])
-    steps = int(min(off[at], size - off[at]))
-    wrong = thread[off > 0]
+    first = int(np.argmax(off))
+    multiple = fabric.repeat // math.gcd(int(step[first]), fabric.repeat)
+    wrong = tuple(thread[off].tolist())
     return Obstruction(
-        f"going once round thread {names[thread[at]]} the pattern is {steps} "
-        f"step{'s' * (steps > 1)} off: {threads.lengths[thread[at]]} crossings are not a "
-        f"multiple of {size // int(np.gcd(step[at], size))}; this is so for {len(wrong)} of "
-        f"{len(thread)} threads",
-        threads=tuple(np.sort(wrong)[:4].tolist()),
+        f"the pattern does not close round {_named(wrong, names)}: the number of crossings, "
+        f"{threads.lengths[thread[first]]} for the first, must be a multiple of {multiple}",
+        threads=tuple(sorted(wrong)[:_NAMED]),
     )
 
 
@@ -653,27 +536,6 @@ def _add_up(count: int, first: IntArray, second: IntArray, step: IntArray) -> In
     while (parent != parent[parent]).any():
         far, parent = far + far[parent], parent[parent]
     return far
-
-
-def _not_closing(
-    where: tuple[IntArray, IntArray, IntArray, IntArray] | None,
-    fabric: Fabric,
-    names: Sequence[str],
-) -> Obstruction:
-    """Say by how much, and where, the labels do not meet."""
-    if where is None:
-        return Obstruction(f"the pattern closes, but not with the hand {fabric.hand} everywhere")
-    warp, weft, unlike, example = where
-    off = unlike.sum(axis=1) % fabric.repeat
-    at = int(np.flatnonzero(off)[0])  # all directions alike are one of the choices that fail
-    pair = (int(warp[example[at]]), int(weft[example[at]]))
-    steps = int(min(off[at], fabric.repeat - off[at]))
-    return Obstruction(
-        "whichever way the threads run, the pattern does not match up around loops that follow "
-        f"several threads: one such loop ends where threads {names[pair[0]]} and "
-        f"{names[pair[1]]} cross, {steps} of {fabric.repeat} steps off",
-        threads=pair,
-    )
 
 
 @frozen_value
@@ -743,8 +605,8 @@ def weave_fabric(
     ('3/1', 64)
     >>> halfedges = build_halfedges(torus(7, 5, 35.0, 15.0))
     >>> weave_fabric(halfedges, trace_threads(halfedges), Fabric(3, 1)).obstruction.text
-    'going once round thread A the pattern is 2 steps off: 70 crossings are not a multiple of 4; \
-this is so for 2 of 2 threads'
+    'the pattern does not close round threads A, B: the number of crossings, 70 for the first, \
+must be a multiple of 4'
 
     References
     ----------

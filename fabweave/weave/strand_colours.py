@@ -1,6 +1,7 @@
 """Colour the strands so that the weave can be seen, in hues of a scheme or tones of a material."""
 
 import heapq
+import itertools
 from itertools import pairwise
 from typing import Literal, TypeAlias, get_args
 
@@ -14,13 +15,19 @@ from fabweave.weave.threads import Threads
 
 #: With more shades than this, threads may change theirs at every crossing, where few suffice.
 _MOST_SHADES = 24
+#: Where two shades leave more than this share of what meets alike, three are taken: a kagome weave
+#: has three directions.
+_MOST_ALIKE = 0.2
+#: What a change of shade along a thread costs, where two strands alike at a crossing cost 4.
+_CHANGE = 2
 #: How often all stretches are looked at again.
-_SWEEPS = 8
+_SWEEPS = 50
 
 
 def shade_strands(
     weave: Weave,
     *,
+    groups: IntArray | None = None,
     breaks: BoolArray | None = None,
     distinct: bool = False,
 ) -> IntArray:
@@ -35,6 +42,9 @@ def shade_strands(
     ----------
     weave : Weave
         Threads, and who is on top.
+    groups : (T,) int array, optional
+        Threads of different groups have different colours, and so may share a shade where they
+        cross.
     breaks : (P,) bool array, optional
         The passes at which shades may change; without it, wherever the thread is below. Between
         them a thread that crosses itself changes elsewhere, too: below, and if need be above.
@@ -62,30 +72,37 @@ def shade_strands(
     if len(threads.crossing) == 0:
         return np.zeros((0, 2), dtype=np.int64)
     broken = ~weave.over if breaks is None else np.asarray(breaks, dtype=np.bool_)
-    stretch, conflicts = _parted(weave, broken)
+    place = strand_passes(weave)
+    if groups is not None:
+        group = groups[threads.thread_of_pass][place]
+        place = place[group[:, 0] == group[:, 1]]
+    stretch, conflicts = _parted(weave, place, broken)
     shade = _shaded(stretch, conflicts, distinct)
     if shade.max() >= _MOST_SHADES:
-        stretch, conflicts = _parted(weave, np.ones(len(broken), dtype=np.bool_))
+        stretch, conflicts = _parted(weave, place, np.ones(len(broken), dtype=np.bool_))
         shade = _shaded(stretch, conflicts, distinct=False)
     used = np.bincount(shade[stretch].ravel())
     number = np.argsort(np.argsort(-used, kind="stable"))
     return number[shade][stretch]
 
 
-def _parted(weave: Weave, broken: BoolArray) -> tuple[IntArray, IntArray]:
-    """Part threads until no stretch crosses itself; return stretches and pairs that must differ."""
+def _parted(weave: Weave, place: IntArray, broken: BoolArray) -> tuple[IntArray, IntArray]:
+    """Part threads until no stretch crosses itself; return stretches and pairs that must differ.
+
+    These meet at crossings of which ``place`` holds the passes, the one below first.
+    """
     broken = broken.copy()
     for may_break in (~weave.over, np.ones(len(broken), dtype=np.bool_)):
-        stretch = stretches(weave.threads, broken)
-        pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
+        stretch = _stretches(weave.threads, broken)
+        pairs = _crossing_pairs(place, stretch)
         own = flags(int(stretch.max()) + 1, pairs[pairs[:, 0] == pairs[:, 1], 0])
         broken |= may_break & own[stretch].any(axis=1)
-    stretch = stretches(weave.threads, broken)
-    pairs = np.unique(crossing_pairs(weave, stretch), axis=0)
+    stretch = _stretches(weave.threads, broken)
+    pairs = _crossing_pairs(place, stretch)
     return stretch, pairs[pairs[:, 0] != pairs[:, 1]]
 
 
-def stretches(threads: Threads, broken: BoolArray) -> IntArray:
+def _stretches(threads: Threads, broken: BoolArray) -> IntArray:
     """Give each stretch of thread between breaks a number; return it before and after each pass."""
     thread = threads.thread_of_pass
     after = np.cumsum(broken) + thread
@@ -100,24 +117,11 @@ def stretches(threads: Threads, broken: BoolArray) -> IntArray:
     return np.unique(both, return_inverse=True)[1].reshape(-1, 2)
 
 
-def crossing_pairs(weave: Weave, stretch: IntArray) -> IntArray:
-    """Return the stretches that meet at crossings: each of the one strand, and each of the other.
-
-    Parameters
-    ----------
-    weave : Weave
-    stretch : (P, 2) int array
-        As ``stretches`` gives them.
-
-    Returns
-    -------
-    (4X, 2) int array
-        Four pairs for each crossing, the lower number first.
-    """
-    place = strand_passes(weave)
+def _crossing_pairs(place: IntArray, stretch: IntArray) -> IntArray:
+    """Return the stretches that meet at crossings, four pairs for each."""
     below, above = stretch[place[:, 0]], stretch[place[:, 1]]
     pairs = np.stack((np.repeat(above, 2, axis=1), np.tile(below, 2)), axis=2).reshape(-1, 2)
-    return np.asarray(np.sort(pairs, axis=1))
+    return np.sort(pairs, axis=1)
 
 
 def _shaded(stretch: IntArray, conflicts: IntArray, distinct: bool) -> IntArray:
@@ -126,135 +130,27 @@ def _shaded(stretch: IntArray, conflicts: IntArray, distinct: bool) -> IntArray:
     along = stretch[stretch[:, 0] != stretch[:, 1]]
     if distinct:
         conflicts, along = np.concatenate((conflicts, along)), along[:0]
-    none = conflicts[:0]
-    apart, alike = (
-        [[other for other, _ in row] for row in _neighbours(pairs, none, count)]
-        for pairs in (conflicts, along)
-    )
-    shades = _spread(apart, alike)
-    _improve(shades, apart, alike)
-    return np.array(shades, dtype=np.int64)
-
-
-def _spread(apart: list[list[int]], alike: list[list[int]]) -> list[int]:
-    """Shade greedily from a first stretch outwards, that first which has the least choice.
-
-    Of equals, that comes first which goes on from others, and then what was met first.
-    """
-    shades = [-1] * len(apart)
-    seen: list[set[int]] = [set() for _ in apart]
-    goes_on = [0] * len(apart)
-    heap: list[tuple[int, int, int, int]] = []
-    met = 0
-    for start in range(len(apart)):
-        if shades[start] >= 0:
-            continue
-        heap.append((0, 0, met, start))
-        while heap:
-            *_, here = heapq.heappop(heap)
-            if shades[here] >= 0:
-                continue
-            shades[here] = _best(here, shades, seen[here], alike)
-            for other in apart[here]:
-                seen[other].add(shades[here])
-            for other in alike[here]:
-                goes_on[other] += 1
-            for other in (*alike[here], *apart[here]):
-                if shades[other] < 0:
-                    met += 1
-                    heapq.heappush(heap, (-len(seen[other]), -goes_on[other], met, other))
+    near = _neighbours(conflicts, along, count)
+    for few in (2, 3):
+        shades = _assigned(near, few)
+        alike = conflicts[shades[conflicts[:, 0]] == shades[conflicts[:, 1]]]
+        if len(alike) <= _MOST_ALIKE * len(conflicts):
+            break
+    # Of those still in conflict, some take another shade, that in most conflicts first; and only
+    # where both of two cannot take that, a further one.
+    often = np.bincount(alike.ravel(), minlength=count)
+    order = np.argsort(-often, kind="stable")[: np.count_nonzero(often)].tolist()
+    apart = _neighbours(conflicts, along[:0], count)
+    for most, here in itertools.product((few + 1, count), order):
+        taken = {int(shades[other]) for other, _ in apart[here]}
+        free = next(shade for shade in itertools.count() if shade not in taken)
+        if shades[here] in taken and free < most:
+            shades[here] = free
     return shades
 
 
-def _best(here: int, shades: list[int], taken: set[int], alike: list[list[int]]) -> int:
-    """Return the free shade that most stretches have which one goes on from; or the first."""
-    told = [shades[other] for other in alike[here] if shades[other] >= 0]
-    free = [shade for shade in told if shade not in taken]
-    if free:
-        return max(free, key=lambda shade: (free.count(shade), -shade))
-    return next(shade for shade in range(len(taken) + 1) if shade not in taken)
-
-
-def _improve(shades: list[int], apart: list[list[int]], alike: list[list[int]]) -> None:
-    """Give stretches other shades as long as threads then change theirs less often."""
-    for _ in range(_SWEEPS):
-        moved = False
-        for here, others in enumerate(alike):
-            told = [shades[other] for other in others]
-            kept = told.count(shades[here])
-            if kept == len(told):
-                continue
-            taken = {shades[other] for other in apart[here]}
-            gains = {shade: told.count(shade) for shade in told if shade not in taken}
-            best = max(gains, key=lambda shade: (gains[shade], -shade), default=shades[here])
-            if gains.get(best, 0) > kept:
-                shades[here], moved = best, True
-        if not moved:
-            return
-
-
-#: Where two tones leave more than this share of the crossings alike, three are taken: a kagome
-#: weave has three directions.
-_MOST_ALIKE = 0.25
-#: What a change of tone along a thread costs, where two strands alike at a crossing cost 4.
-_CHANGE = 2
-#: How often all stretches are looked at again.
-_TONE_SWEEPS = 50
-
-
-def strand_tones(weave: Weave, groups: IntArray) -> IntArray:
-    """Give every strand one of two tones, or of three, so that strands that cross seldom have one.
-
-    Tones follow directions: warp and weft on quads, three directions on triangles. A direction
-    cannot be followed around an irregular vertex, so that lines are left between such vertices
-    where a thread changes its tone. It does so where it lies below another, which hides the
-    change; there it has the tone of the strand above on one side. Fewer such crossings are looked
-    for greedily, then improved.
-
-    Parameters
-    ----------
-    weave : Weave
-    groups : (T,) int array
-        Threads of different groups have different colours, and so need no tones where they cross.
-
-    Returns
-    -------
-    (P, 2) int array
-        The tone in which each pass comes to its crossing, and in which it leaves: 0 for that of
-        most strands. All are 0 where no threads of one group cross.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.halfedge import build_halfedges
-    >>> from fabweave.mesh.shapes.catalogue import parse_shape
-    >>> from fabweave.weave.pattern import plain_weave
-    >>> from fabweave.weave.threads import trace_threads
-    >>> ring = trace_threads(build_halfedges(parse_shape("shape:torus?m=8&n=6")))
-    >>> np.bincount(strand_tones(plain_weave(ring), np.zeros(ring.n_threads)).ravel()).tolist()
-    [192, 192]
-    """
-    threads = weave.threads
-    if len(threads.crossing) == 0:
-        return np.zeros((0, 2), dtype=np.int64)
-    stretch = stretches(threads, ~weave.over)
-    place = strand_passes(weave)
-    group = groups[threads.thread_of_pass]
-    same = group[place[:, 0]] == group[place[:, 1]]
-    apart = crossing_pairs(weave, stretch)[np.repeat(same, 4)]
-    along = stretch[stretch[:, 0] != stretch[:, 1]]
-    near = _neighbours(apart[apart[:, 0] != apart[:, 1]], along, int(stretch.max()) + 1)
-    for count in (2, 3):
-        tone = _assigned(near, count)[stretch]
-        below, above = tone[place[same, 0]], tone[place[same, 1]]
-        alike = np.any(below[:, :, None] == above[:, None, :], axis=(1, 2))
-        if np.count_nonzero(alike) <= _MOST_ALIKE * len(alike):
-            break
-    order = np.argsort(-np.bincount(tone.ravel(), minlength=count), kind="stable")
-    return np.asarray(np.argsort(order, kind="stable")[tone])
-
-
 def _neighbours(apart: IntArray, along: IntArray, count: int) -> list[list[tuple[int, int]]]:
-    """Return for each stretch those it meets, and what it costs to have the same tone as they."""
+    """Return for each stretch those it meets, and what it costs to have the same shade as they."""
     pairs = np.concatenate((apart, along))
     costs = np.repeat((1, -_CHANGE), (len(apart), len(along)))
     both, number = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0, return_inverse=True)
@@ -265,33 +161,33 @@ def _neighbours(apart: IntArray, along: IntArray, count: int) -> list[list[tuple
 
 
 def _assigned(near: list[list[tuple[int, int]]], count: int) -> IntArray:
-    """Return a tone for each stretch: that first whose choice is clearest, then improved."""
-    tones = [-1] * len(near)
+    """Return a shade for each stretch: that first whose choice is clearest, then improved."""
+    shades = [-1] * len(near)
     costs = [[0] * count for _ in near]
     for start in range(len(near)):
         heap = [(0, start)]
         while heap:
             _, here = heapq.heappop(heap)
-            if tones[here] >= 0:
+            if shades[here] >= 0:
                 continue
-            tones[here] = costs[here].index(min(costs[here]))
+            shades[here] = costs[here].index(min(costs[here]))
             for other, cost in near[here]:
-                costs[other][tones[here]] += cost
-                if tones[other] < 0:
+                costs[other][shades[here]] += cost
+                if shades[other] < 0:
                     ranked = sorted(costs[other])
                     heapq.heappush(heap, (ranked[0] - ranked[1], other))
-    for _ in range(_TONE_SWEEPS):
+    for _ in range(_SWEEPS):
         moved = False
         for here, own in enumerate(costs):
             best = own.index(min(own))
-            if own[best] < own[tones[here]]:
+            if own[best] < own[shades[here]]:
                 for other, cost in near[here]:
-                    costs[other][tones[here]] -= cost
+                    costs[other][shades[here]] -= cost
                     costs[other][best] += cost
-                tones[here], moved = best, True
+                shades[here], moved = best, True
         if not moved:
             break
-    return np.array(tones, dtype=np.int64)
+    return np.array(shades, dtype=np.int64)
 
 
 #: Ways to choose the colours of threads.
@@ -466,7 +362,7 @@ def strand_colours(
     (P, 2, 3) uint8 array
         sRGB of each pass, as it comes and as it leaves; a pass leaves as the next one comes. Only
         where a thread lies below another does it leave in another colour than it came in, but for
-        stretches that cross themselves in ``safe``, ``direction`` and ``piece``.
+        stretches that cross themselves.
 
     Raises
     ------
@@ -515,13 +411,16 @@ def strand_colours(
             raise InputError("colours of materials are asked for, and no material is known")
         base, kind = np.unique(materials, axis=0, return_inverse=True)
         kind = kind.reshape(-1)
-    tone = strand_tones(weave, kind)
+    shade = shade_strands(weave, groups=kind)
     shown = base[kind[owner]][:, None].repeat(2, axis=1)
     for each, colour in enumerate(base):
         own = kind[owner] == each
+        used, tone = np.unique(shade[own], return_inverse=True)
         # A material that crosses others only has its very colour.
-        if np.any(tone[own]):
-            shown[own] = tones_of(colour, int(tone.max()) + 1)[tone[own]]
+        if len(used) > 1:
+            # The two most frequent are farthest apart, and a third tone lies between them.
+            tones = tones_of(colour, min(len(used), 3))[[0, -1, 1]]
+            shown[own] = tones[np.minimum(tone.reshape(-1, 2), 2)]
     return np.asarray(shown)
 
 

@@ -15,7 +15,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.remesh import auto, engines, tubes
+from fabweave.mesh.remesh import engines, tubes
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
@@ -140,53 +140,11 @@ def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
         remesh_tubes(star, 100)
 
 
-# The better of two ways.
-
-
-def _way(mesh):
-    def way(*_, **__):
-        if mesh is None:
-            raise CannotMakeError("it cannot be\nfor many reasons")
-        return auto.Remeshed(mesh, "some", ("made",), ())
-
-    return way
-
-
-@pytest.mark.parametrize(
-    ("quads", "others", "taken"),
-    [
-        (sphere(5, 50.0), sphere(5, 40.0), "quads"),
-        (sphere(5, 40.0), sphere(5, 50.0), "tubes"),
-        (None, sphere(5, 50.0), "tubes"),
-        (sphere(5, 50.0), None, "quads"),
-    ],
-)
-def test_the_better_way_is_taken_and_told(quads, others, taken, monkeypatch) -> None:
-    monkeypatch.setattr(auto, "remesh_quads", _way(quads))
-    monkeypatch.setattr(auto, "remesh_tubes", _way(others))
-    monkeypatch.setattr(auto, "_STEPS", 0)
-    found = auto.remesh_auto(sphere(16, 50.0), 150)
-    assert found.mesh is (quads if taken == "quads" else others)
-    first, *rest = found.notes
-    assert first.startswith(f"--remesh auto took {taken}: ")
-    assert all(f"--remesh {kind}:150 " in first for kind in ("quads", "tubes"))
-    assert rest == ["made"]
-
-
-def test_if_neither_way_serves_both_reasons_are_given(monkeypatch) -> None:
-    for way in ("remesh_quads", "remesh_tubes"):
-        monkeypatch.setattr(auto, way, _way(None))
-    with pytest.raises(CannotMakeError) as caught:
-        auto.remesh_auto(sphere(4, 50.0), 150)
-    assert str(caught.value).count("it cannot be") == 2
-
-
 def test_what_is_asked_for_is_read() -> None:
     assert parse_remesh("tubes:300") == Remesh("tubes", 300)
-    assert parse_remesh("auto:90") == Remesh("auto", 90)
     for text, said in (
         ("tubes", "tubes:300"),
-        ("auto", "auto:300"),
+        ("auto:300", "quads:3000 .* tubes:300"),
         ("tubes:5", "24 to 100000 quads"),
     ):
         with pytest.raises(InputError, match=said):

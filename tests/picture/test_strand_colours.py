@@ -23,7 +23,6 @@ from fabweave.weave.strand_colours import (
     crossing_colours,
     shade_strands,
     strand_colours,
-    strand_tones,
     tones_of,
 )
 
@@ -73,6 +72,13 @@ def flows(weave, strands):
     return np.array_equal(strands[here, 1], strands[following[here], 0])
 
 
+def alike(weave, shades):
+    """Whether the strands of each crossing have one shade somewhere, (X,)."""
+    by_crossing = crossing_colours(weave, np.repeat(shades[..., None], 3, axis=2))[..., 0]
+    below, above = by_crossing[:, 0], by_crossing[:, 1]
+    return np.any(below[:, :, None] == above[:, None, :], axis=(1, 2))
+
+
 @pytest.mark.parametrize("strategy", ["safe", "direction"])
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_strands_of_every_crossing_differ(name, strategy):
@@ -99,17 +105,19 @@ def test_a_mesh_of_one_thread_shows_its_weave(name, seed):
     assert flows(weave, strands)
 
 
-@given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.booleans())
-def test_they_differ_whoever_is_on_top(name, seed, turn):
+@given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.booleans(), st.integers(1, 3))
+def test_they_differ_whoever_is_on_top(name, seed, turn, n_groups):
     try:
         weave = woven(name, turn=turn, seed=seed)
     except InputError:
         return
-    shades = shade_strands(weave)
-    by_crossing = crossing_colours(weave, np.repeat(shades[..., None], 3, axis=2))[..., 0]
-    below, above = by_crossing[:, 0], by_crossing[:, 1]
-    assert np.all(below[:, :, None] != above[:, None, :])
-    assert shades.max() + 1 <= 24
+    groups = np.arange(weave.threads.n_threads) % n_groups
+    own = groups[weave.threads.thread_of_pass][strand_passes(weave)]
+    same = own[:, 0] == own[:, 1]
+    shades = shade_strands(weave, groups=groups)
+    assert not np.any(alike(weave, shades) & same)
+    assert flows(weave, shades[..., None])
+    assert shades.max() + 1 <= (24 if same.any() else 1)
     strands = strand_colours(weave, np.zeros(weave.threads.n_threads, dtype=int), "direction")
     assert np.isclose(least_difference(weave, strands), naive_least(weave, strands))
 
@@ -171,46 +179,26 @@ def test_a_piece_that_crosses_itself_is_parted_where_it_lies_below():
     assert not np.any(np.any(strands[:, 0] != strands[:, 1], axis=1) & weave.over)
 
 
-def alike(weave, tones):
-    """Whether the strands of each crossing have one tone somewhere, (X,)."""
-    by_crossing = crossing_colours(weave, np.repeat(tones[..., None], 3, axis=2))[..., 0]
-    below, above = by_crossing[:, 0], by_crossing[:, 1]
-    return np.any(below[:, :, None] == above[:, None, :], axis=(1, 2))
-
-
 @pytest.mark.parametrize("size", [(8, 6), (10, 4)])
 @pytest.mark.parametrize("seed", [None, 3])
-def test_two_tones_tell_warp_from_weft(size, seed):
+def test_two_shades_tell_warp_from_weft(size, seed):
     weave = woven("torus?m={}&n={}".format(*size), seed=seed)
-    tones = strand_tones(weave, np.zeros(weave.threads.n_threads))
-    assert not alike(weave, tones).any()
-    assert np.all(np.bincount(tones.ravel()) == [tones.size // 2] * 2)
+    shades = shade_strands(weave)
+    assert not alike(weave, shades).any()
+    assert np.all(np.bincount(shades.ravel()) == [shades.size // 2] * 2)
 
 
-@given(st.sampled_from(SHAPES), st.integers(0, 2**32 - 1), st.integers(1, 3))
-def test_tones_change_below_only_and_leave_few_crossings_alike(name, seed, n_groups):
-    weave = woven(name, seed=seed)
-    groups = np.arange(weave.threads.n_threads) % n_groups
-    tones = strand_tones(weave, groups)
-    assert flows(weave, tones[..., None])
-    changes = tones[:, 0] != tones[:, 1]
-    assert not np.any(changes & weave.over)
-    place = strand_passes(weave)
-    own = groups[weave.threads.thread_of_pass]
-    same = own[place[:, 0]] == own[place[:, 1]]
-    count = int(tones.max()) + 1
-    # A tone at random leaves as many alike.
-    assert np.count_nonzero(alike(weave, tones) & same) <= np.count_nonzero(same) / min(count, 2)
-    assert count <= 3
-    if not same.any():
-        assert count == 1
-
-
-def test_triangles_have_three_tones_by_direction():
-    weave = woven("icosahedron", steps=2)
-    tones = strand_tones(weave, np.zeros(weave.threads.n_threads))
+@pytest.mark.parametrize(("name", "steps"), [("icosahedron", 2), ("sphere", 0)])
+def test_a_material_has_three_tones_and_few_crossings_are_alike(name, steps):
+    weave = woven(name, steps=steps)
+    one = np.zeros(weave.threads.n_threads, dtype=int)
+    strands = strand_colours(weave, one, materials=np.full((len(one), 3), 128, dtype=np.uint8))
+    tones = np.unique(strands.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 2)
     assert tones.max() == 2
-    assert alike(weave, tones).mean() < 0.05
+    assert alike(weave, tones).mean() < 0.1
+    changes = tones[:, 0] != tones[:, 1]
+    assert changes.mean() <= 0.25
+    assert not np.any(changes & weave.over)
 
 
 @pytest.mark.parametrize("colour", [[255, 255, 255], [0, 0, 0], [255, 0, 0], *MATERIALS.tolist()])

@@ -83,7 +83,7 @@ def test_every_figure_of_the_accounts_stands_in_the_report(finished):
     cells = re.findall(r"<td>([^<]*)</td>", (folder / "waste.html").read_text("utf-8"))
     waste = json.loads((folder / "waste.json").read_text("utf-8"))
     told = waste["comparison"]
-    shares = told["gross"], told["net"], told["best"], told["rectangles"]["utilisation"]
+    shares = told["gross"], told["net"], told["best"]
     assert {f"{share:.1%}" for share in shares} <= {*cells}
     for account in (*waste["sheets"], waste["totals"]):
         row = [f"{account[key] / 100:.1f}" for key in ("piece_area_mm2", "waste_mm2")]
