@@ -21,8 +21,11 @@ from fabweave.weave.pattern import Weave, strand_passes
 SCHEMA = "fabweave.form/1"
 #: Decimals of millimetres and of radians.
 _MM, _RADIANS = 7, 9
-#: Ribbons keep their lengths to this share of their width, and are found in so many steps at most.
-_EXACT, _STEPS = 1e-9, 40
+#: Ribbons keep their lengths to this share of their width, or to the second at the worst, and are
+#: found in so many steps at most.
+_EXACT, _KEPT, _STEPS = 1e-9, 1e-6, 40
+#: Rungs unfold to where they are cut, seen from the rung before, to this.
+_UNFOLDS_MM = 0.002
 #: Strands of more crossings are laid one by one: all together would take minutes.
 _MOST_TOGETHER = 3000
 #: Into so many parts quads are parted along their strip, which bends between their rungs, too;
@@ -30,8 +33,19 @@ _MOST_TOGETHER = 3000
 PARTS = 2
 
 
-def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons:
+class _Flat(NamedTuple):
+    """A strip in the plane, at each rung, and where the quad that follows ends, as complex."""
+
+    right: ComplexArray
+    left: ComplexArray
+    next_right: ComplexArray
+    next_left: ComplexArray
+
+
+def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons | None:
     """Return the strips that are cut, laid along a state: they unfold as the ribbons do.
+
+    None where none are found that keep their lengths, as where strips turn back at a rim.
 
     Each quad of the ribbons is parted in ``PARTS`` along it, as the strip bends there, too. What is
     between two crossings goes as the net's strip does; then all points go to the nearest at which
@@ -55,16 +69,48 @@ def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) ->
         conditions.insert(0, _with_laps(lengths, fine, start, weave))
     for each in conditions:
         points, off = each.nearest(start, exact=_EXACT, steps=_STEPS)
-        if off <= _EXACT:
+        if off <= _KEPT:
             break
+    else:
+        return None
     right, left = (frozen(side.copy()) for side in np.split(points, 2))
-    return replace(
+    bands = replace(
         fine,
         right=right,
         left=left,
         normal=frozen(np.ascontiguousarray(state.bodies.axes[:, :, 2])),
         centre=frozen(state.bodies.origin),
     )
+    return bands if _unfolds_off(bands, flat) <= _UNFOLDS_MM else None
+
+
+def _unfolds_off(bands: Ribbons, flat: _Flat) -> float:
+    """Return how far a rung is at most from where it is cut, as the rung before sees it.
+
+    Triangles of the same sides may lie on the other side of one of them.
+    """
+    sizes = np.diff(bands.offsets)
+    laid = np.flatnonzero(sizes > 0)
+    last = (sizes - 1 + bands.closed)[laid]
+    offsets, rung = run_rungs(bands, laid, np.zeros_like(last), last)
+    strips = unfold(bands, offsets, rung)
+    plane = np.array([1.0, 1.0j])
+    right, left = strips.right @ plane, strips.left @ plane
+    at = np.delete(np.arange(len(rung)), offsets[1:] - 1)
+    own = rung[at]
+
+    def seen(here: ComplexArray, across: ComplexArray, there: ComplexArray) -> ComplexArray:
+        way = across - here
+        return np.asarray((there - here) * np.abs(way) / way)
+
+    off = [
+        np.abs(
+            seen(right[at], left[at], there[at + 1])
+            - seen(flat.right[own], flat.left[own], due[own])
+        )
+        for there, due in ((right, flat.next_right), (left, flat.next_left))
+    ]
+    return float(np.max(off, initial=0.0))
 
 
 def shown_relaxed(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons:
@@ -77,15 +123,6 @@ def shown_relaxed(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> R
     return replace(
         ribbons, right=right, left=left, normal=normal, centre=frozen(state.bodies.origin)
     )
-
-
-class _Flat(NamedTuple):
-    """A strip in the plane, at each rung, and where the quad that follows ends, as complex."""
-
-    right: ComplexArray
-    left: ComplexArray
-    next_right: ComplexArray
-    next_left: ComplexArray
 
 
 def _parted(ribbons: Ribbons) -> tuple[Ribbons, _Flat]:
@@ -323,7 +360,7 @@ class FormRecord:
         Which crossings bear a load, and how much.
     strips_mm : float
         How far the strips of ``model_relaxed.glb``, which keep their lengths, are from crossings of
-        the first state, at most.
+        the first state, at most; None where there is no such model.
     states : tuple of StateRecord
     """
 
@@ -333,11 +370,11 @@ class FormRecord:
     held: tuple[int, ...]
     held_n_mm: float
     load_n: tuple[tuple[int, float], ...]
-    strips_mm: float
+    strips_mm: float | None
     states: tuple[StateRecord, ...]
 
 
-def form_record(settled: Settled, strips_mm: float) -> FormRecord:
+def form_record(settled: Settled, strips_mm: float | None) -> FormRecord:
     """Return what :func:`fabweave.form.settle.settle` found, as it is written."""
     body, materials = settled.body, settled.body.materials
     held = np.flatnonzero(settled.held)
@@ -357,7 +394,7 @@ def form_record(settled: Settled, strips_mm: float) -> FormRecord:
         held=tuple(held.tolist()),
         held_n_mm=HELD_N_MM,
         load_n=tuple((at, float(-body.load[at, 2])) for at in bears.tolist()),
-        strips_mm=round(strips_mm, 3),
+        strips_mm=None if strips_mm is None else round(strips_mm, 3),
         states=tuple(
             StateRecord(
                 name=name,

@@ -35,15 +35,21 @@ class LetGo(NamedTuple):
     Parameters
     ----------
     settled : Settled
-    bands : Ribbons
+    bands : Ribbons or None
         Its strips then, see :func:`~fabweave.form.relaxed.relaxed_ribbons`.
     cure : str
         If it collapses: what holds it, as was tried; or that nothing was found.
     """
 
     settled: Settled
-    bands: Ribbons
+    bands: Ribbons | None
     cure: str
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is not shown of it."""
+        why = "no strips as they are cut were found that lie as it rests"
+        return () if self.bands is not None else (f"form: there is no model_relaxed.glb, as {why}",)
 
 
 def let_job_go(planned: PlannedJob) -> LetGo | None:

@@ -229,11 +229,12 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         woven_glb(woven.ribbons, woven.labels, job.colours, findings)
     )
     if job.let_go is not None:
-        bands = job.let_go.bands
-        (directory / "model_relaxed.glb").write_bytes(
-            woven_glb(bands, woven.labels, job.colours, parts=PARTS)
-        )
-        form = form_record(job.let_go.settled, off_crossings_mm(bands, job.weave))
+        off_mm = None
+        if (bands := job.let_go.bands) is not None:
+            model = woven_glb(bands, woven.labels, job.colours, parts=PARTS)
+            (directory / "model_relaxed.glb").write_bytes(model)
+            off_mm = off_crossings_mm(bands, job.weave)
+        form = form_record(job.let_go.settled, off_mm)
         _write(directory / "form.json", json_text(to_json(form)))
     _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
     _write(directory / "crossing_map.csv", crossing_table(crossing_map))

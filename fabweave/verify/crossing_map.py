@@ -429,7 +429,7 @@ class FormRecord(TypedDict):
     held: list[int]
     held_n_mm: float
     load_n: list[tuple[int, float]]
-    strips_mm: float
+    strips_mm: float | None
     states: list[StateRecord]
 
 

@@ -59,7 +59,7 @@ OFFCUT_STOCK = "offcuts/stock.toml"
 _DRAWN = ("sheets", READY, RIM, FORMER, OFFCUTS, SERVICE)
 #: The marks of straight strips.
 STICKS = "sticks.csv"
-_PART = re.compile(r"[a-z0-9-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
+_PART = re.compile(r"[a-z0-9.-]+_[0-9.]+mm/kind_[0-9]+_qty_[0-9]+\.dxf")
 _MICRO = re.compile(r"(\d+):([\d.]+)mm")
 
 
