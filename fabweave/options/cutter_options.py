@@ -189,15 +189,6 @@ CUTTER_OPTIONS = (
         making=True,
     ),
     Option(
-        "qr",
-        MACHINE,
-        choice(("paper", "none")),
-        "The QR code with the command that makes the job again. It stands on the first page of "
-        "the job, and on each sheet where nothing is cut.",
-        default="paper",
-        making=True,
-    ),
-    Option(
         "calibrate",
         MACHINE,
         calibration(),

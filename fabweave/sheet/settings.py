@@ -31,7 +31,6 @@ class MachineSettings:
     micro_joints: MicroJoints | None
     cut_order: str
     template: str
-    qr: str
     calibrate: Calibration
     bed: SheetSize | None
 

@@ -11,7 +11,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.drawing import Circle, Entity, Layer, SheetDrawing
 from fabweave.sheet.write.full_size import FullSizeCanvas
 
 #: Paper to tile on: width and height in millimetres, upright.
@@ -388,24 +388,11 @@ def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:
     for layer, (grey, width_mm) in _INK.items():
         path = canvas.beginPath()
         for entity in entities:
-            if entity.layer is layer and _shown_width(entity) is None:
+            if entity.layer is layer:
                 _trace(path, entity)
         canvas.setStrokeGray(grey)
         canvas.setLineWidth(width_mm * _POINTS)
         canvas.drawPath(path, stroke=1, fill=0)
-    canvas.setLineCap(0)
-    canvas.setStrokeGray(0.0)
-    for entity in entities:
-        if (shown_mm := _shown_width(entity)) is not None:
-            canvas.setLineWidth(shown_mm * _POINTS)
-            path = canvas.beginPath()
-            _trace(path, entity)
-            canvas.drawPath(path, stroke=1, fill=0)
-
-
-def _shown_width(entity: Entity) -> float | None:
-    """Return how wide an entity is to be shown, where it says so."""
-    return entity.width_mm if isinstance(entity, Polyline) else None
 
 
 def _trace(path: PDFPathObject, entity: Entity) -> None:
