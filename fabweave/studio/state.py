@@ -85,8 +85,8 @@ def state_of(settings: Settings) -> State:
 
     Examples
     --------
-    >>> state_of(Settings.of("shape:cube", size_mm=200.0, weld=False))
-    State(mesh='shape:cube', options={'weld': False, 'size': '200mm'})
+    >>> state_of(Settings.of("shape:cube", size_mm=200.0, effort="quick"))
+    State(mesh='shape:cube', options={'size': '200mm', 'effort': 'quick'})
     """
     usual = settings_table(settings_from_options(settings.mesh.source))
     told = settings_table(settings)
