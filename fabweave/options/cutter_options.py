@@ -182,18 +182,8 @@ CUTTER_OPTIONS = (
         MACHINE,
         choice(("sheet", "a4", "a3", "letter", "none")),
         "Sheets at full size as PDF, to cut by hand. sheet makes a page as large as the sheet. "
-        "a4, a3 and letter take as few pages of paper as show all pieces, and split none that "
-        "fits.",
+        "a4, a3 and letter part it into pages of paper, with crosses to lay on one another.",
         default="sheet",
-        making=True,
-    ),
-    Option(
-        "qr",
-        MACHINE,
-        choice(("paper", "none")),
-        "The QR code with the command that makes the job again. It stands on the first page of "
-        "the job, and on each sheet where nothing is cut.",
-        default="paper",
         making=True,
     ),
     Option(

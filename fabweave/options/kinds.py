@@ -425,7 +425,7 @@ def place(metavar: str, expected: str, write: Callable[[Any], Any] = as_it_is) -
         try:
             value.encode()
         except UnicodeEncodeError:
-            # job.toml, titles and the QR code have it, and are in UTF-8.
+            # job.toml and titles have it, and are in UTF-8.
             told = ascii(value)
             raise InputError(
                 f"the name {told} is not in UTF-8, and cannot be written down; rename the file"

@@ -12,7 +12,7 @@ from fabweave.core.errors import InputError
 from fabweave.core.files import write_files
 from fabweave.core.messages import closest_first, shown
 from fabweave.options.option import MACHINE, Option
-from fabweave.options.table import OPTIONS
+from fabweave.options.table import OPTIONS, still_known
 from fabweave.options.user_files import user_folder
 
 #: Programs that read an SVG in pixels of 1/96 inch.
@@ -73,7 +73,7 @@ def machine_profile(name: str) -> dict[str, Any]:
         )
     if path is None:
         return ours[name]
-    table = read_toml(path, "the machine profile")
+    table = still_known(read_toml(path, "the machine profile"), str(path))
     for key, value in table.items():
         # Files that it names lie beside it.
         if isinstance(value, str) and value.lower().endswith(".toml"):

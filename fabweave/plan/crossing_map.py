@@ -16,7 +16,6 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
 from fabweave.core.messages import few_of
 from fabweave.core.records import from_json, optional, read_json, record, to_json
-from fabweave.sheet.qr_code import Code
 from fabweave.weave.twill.conditions import Broken
 from fabweave.weave.weave_pattern import WeaveResult
 
@@ -93,7 +92,7 @@ class LayerRecord:
 
 @record
 class CutRecord:
-    """What the files for the cutter are like; ``code`` is the text of the sheets' QR code."""
+    """What the files for the cutter are like."""
 
     profile: str
     preset: str
@@ -102,7 +101,6 @@ class CutRecord:
     hairline_mm: float
     labels: str | None = optional()
     layers: tuple[LayerRecord, ...]
-    code: str
 
 
 #: x and y, or x, y and the bulge of the side that leaves the corner.
@@ -142,7 +140,6 @@ class SheetRecord:
     roll_mm: float | None = optional()
     material: str
     thickness_mm: float
-    code: Code | None = None
 
 
 @record

@@ -43,7 +43,6 @@ from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import Label
-from fabweave.sheet.qr_code import code_of
 from fabweave.weave.pattern import Weave
 
 #: Bulges are shares, and are told more finely.
@@ -158,7 +157,6 @@ def _sheets(
                 roll_mm=sheet.roll_mm,
                 material=material.name,
                 thickness_mm=material.thickness_mm,
-                code=code_of(drawing),
             )
         )
     return tuple(records)

@@ -30,7 +30,6 @@ from fabweave.sheet.kerf import kerf_notes
 from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
-from fabweave.sheet.qr_code import code_notes
 from fabweave.sheet.rim_sheets import rim_notes
 from fabweave.sheet.sheet_notes import left_out_notes
 from fabweave.stock.rotations import parse_rotations
@@ -99,7 +98,6 @@ def job_notes(
         ),
         order_note(order, steps, bill.clips),
         *layout.notes,
-        *(code_notes(drawings) if settings.machine.qr != "none" and not rolls else ()),
         *left_out_notes((*drawings, *beside)),
         *kerf_notes(
             kerfed,

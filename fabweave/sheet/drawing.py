@@ -43,15 +43,12 @@ class Polyline:
     bulges : (N,) float array or None
         The tangent of a quarter of the sweep of the side that leaves each point, positive to the
         left (the convention of DXF), 0 for straight; None if all are straight.
-    width_mm : float or None
-        How wide it is shown where a format has widths; None for a hairline. Only notes are wide.
     """
 
     layer: Layer
     points: FloatArray
     closed: bool = False
     bulges: FloatArray | None = None
-    width_mm: float | None = None
 
     def flattened(self, tolerance_mm: float) -> FloatArray:
         """Return points along the run so near that chords are within the tolerance of arcs."""

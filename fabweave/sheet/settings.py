@@ -30,7 +30,6 @@ class MachineSettings:
     micro_joints: MicroJoints | None
     cut_order: str
     template: str
-    qr: str
     calibrate: float
     bed: SheetSize | None
 

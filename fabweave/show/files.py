@@ -33,7 +33,6 @@ from fabweave.sheet import former_sheets, rim_sheets
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.former_sheets import former_record
 from fabweave.sheet.kerf import CUT_FOLDER
-from fabweave.sheet.qr_code import CODE_FILE, code_png
 from fabweave.sheet.rim_sheets import rim_record, rim_text
 from fabweave.sheet.service import PieceMaterial, kind_files, write_kind_files
 from fabweave.sheet.settings import MachineSettings
@@ -56,11 +55,11 @@ def job_map(job: Job) -> CrossingMap:
         job.steps,
         job.allotment,
         offcuts=job.offcuts,
-        cut=_cut_record(job.settings.machine, job.settings.pieces.labels, job.code),
+        cut=_cut_record(job.settings.machine, job.settings.pieces.labels),
     )
 
 
-def _cut_record(machine: MachineSettings, labels: str, code: str) -> CutRecord:
+def _cut_record(machine: MachineSettings, labels: str) -> CutRecord:
     """Return what the map says about the files for the cutter."""
     return CutRecord(
         profile=machine.profile,
@@ -73,7 +72,6 @@ def _cut_record(machine: MachineSettings, labels: str, code: str) -> CutRecord:
             LayerRecord(layer=layer.value, colour=entry.colour, aci=entry.aci)
             for layer, entry in machine.preset.colours.items()
         ),
-        code=code,
     )
 
 
@@ -114,8 +112,6 @@ def write_plan(
         _write(folder / former_sheets.RECORD, json_text(record))
         steps = [f"{at}. {text}\n" for at, text in enumerate(job.former_steps, start=1)]
         _write(folder / former_sheets.TEXT, "\n".join(steps))
-    if machine.qr != "none":
-        (directory / CODE_FILE).write_bytes(code_png(job.code))
     if machine.profile == "service":
         _write_service(job, directory / "service")
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)

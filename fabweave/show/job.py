@@ -16,13 +16,12 @@ from fabweave.form.settle import Form
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
-from fabweave.options.command import command_text, usual_settings
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import FORMER_BOARD, complete_settings, former_supply
+from fabweave.plan.ask import FORMER_BOARD, former_supply
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
@@ -41,7 +40,6 @@ from fabweave.sheet.former_sheets import former_sheets, former_steps, with_room
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
-from fabweave.sheet.qr_code import with_code
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
@@ -94,8 +92,6 @@ class Job(PlannedJob):
         it was not.
     drawings : tuple of SheetDrawing
         The nominal sheets.
-    code : str
-        What the QR code on the sheets says.
     kerfed : tuple of SheetDrawing
         The sheets with kerf and micro-joints; none where the others are to be cut as they are.
     costs : Costs
@@ -127,7 +123,6 @@ class Job(PlannedJob):
     portrait: Callable[[], bytes]
     likeness: Callable[[], bytes | None]
     drawings: tuple[SheetDrawing, ...]
-    code: str
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
     notes: tuple[str, ...]
@@ -343,9 +338,6 @@ def draw_job(
             ),
         ],
     )
-    usual = complete_settings(usual_settings(settings))[0]
-    code = "" if settings.machine.qr == "none" else command_text(settings, usual)
-    drawings = tuple(with_code(drawing, code) for drawing in drawings)
     machine = settings.machine
     kerfed = kerfed_sheets(
         drawings, machine.kerf_mm, machine.micro_joints, common=settings.common_cuts
@@ -382,7 +374,6 @@ def draw_job(
         likeness=side.likeness,
         let_go=let_go,
         drawings=drawings,
-        code=code,
         kerfed=kerfed,
         costs=job_costs(
             pieces,

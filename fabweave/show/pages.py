@@ -42,7 +42,7 @@ _WEAVES = {
 #: These are written when the page is there already.
 _LATER = ("verify.json", "contents.json")
 #: What is shown small beside its link.
-_SHOWN = {name: name for name in (LIKENESS, "qr_code.png")} | {"assembly.html": "render.png"}
+_SHOWN = {LIKENESS: LIKENESS, "assembly.html": "render.png"}
 _SECONDS_PER_HOUR = 3600.0
 #: A row of a chart: what it says, and from where to where its bar goes, of 1 in all.
 Bar: TypeAlias = tuple[str, float, float]

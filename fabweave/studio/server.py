@@ -117,7 +117,7 @@ _MOST_BYTES, _LONGEST_WISH = 256 * 2**20, 2**20
 #: What is under way is interrupted for a newer wish of the same page once it took so long, seconds.
 _PATIENCE_S = 0.8
 #: What may be dropped on a page.
-_TAKEN = (*READABLE, "toml", "png", "jpg", "jpeg")
+_TAKEN = (*READABLE, "toml")
 _TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 #: Pages may load what is served here and nothing else; finished jobs have their scripts in them.
@@ -362,8 +362,7 @@ async def _taken(request: Request, folder: Path) -> dict[str, Any]:
     name = _UNSAFE.sub("-", request.query_params.get("name", "")).strip(".-")[-80:]
     if name.rpartition(".")[2].lower() not in _TAKEN:
         raise InputError(
-            f"{name or 'this'} is no mesh, job.toml or photograph of a code; drop one of "
-            f"{', '.join(_TAKEN)}"
+            f"{name or 'this'} is no mesh or job.toml; drop one of {', '.join(_TAKEN)}"
         )
     data = bytearray()
     async for part in request.stream():

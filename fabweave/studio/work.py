@@ -38,7 +38,7 @@ from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.stations import Stations, views
 from fabweave.studio.controls import controls
-from fabweave.studio.state import state_of_command
+from fabweave.studio.state import state_of
 from fabweave.studio.worker import Told
 
 #: Meshes that are kept, so that what is undone is there at once; and bars of the histogram.
@@ -338,7 +338,7 @@ def designs(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         told = {
             "name": candidate.name,
             "words": f"{candidate.verdict.level}; {words(candidate.figures)}",
-            "state": state_of_command(candidate.command).to_json(),
+            "state": state_of(one).to_json(),
             "picture": f"data:image/png;base64,{b64encode(tried.picture).decode()}",
         }
         tell(({"design": told}, {}))

@@ -181,17 +181,13 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a file says that a layer of DXF is drawn, or ``count`` elements of SVG from ``name`` on.
-
-    ``wide`` are elements that are called so, which may be wider than a hairline.
-    """
+    """How a file says that a layer of DXF is drawn, or ``count`` SVG elements from ``name`` on."""
 
     layer: str
     stated: dict[str, str]
     name: str = ""
     count: int = 1
     width_mm: float = np.nan
-    wide: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -223,9 +223,7 @@ def test_sheets_of_what_is_far_away_are_the_same_bytes(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "bowl.obj").write_bytes(obj_bytes(mesh.with_vertices(places + by)))
-        fw.make(
-            folder / "bowl.obj", folder / "job", size="200mm", up="z", effort="quick", qr="none"
-        )
+        fw.make(folder / "bowl.obj", folder / "job", size="200mm", up="z", effort="quick")
         sheets.append({p.name: p.read_bytes() for p in (folder / "job" / "sheets").iterdir()})
     assert sheets[0] == sheets[1]
     back = fw.read(tmp_path / "far" / "bowl.obj")

@@ -1,6 +1,7 @@
 """The table of options: it fits Settings, and all that is made of it fits the table."""
 
 import math
+import re
 import shutil
 import tomllib
 from dataclasses import fields, replace
@@ -11,11 +12,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jobs import run
 
 from fabweave.cli.guide import options_page
 from fabweave.core.errors import InputError
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.nest.layout import effort_named
+from fabweave.options.machines import machine_profile
 from fabweave.options.option import SECTIONS
 from fabweave.options.settings import (
     Settings,
@@ -24,7 +27,7 @@ from fabweave.options.settings import (
     settings_from_options,
     settings_table,
 )
-from fabweave.options.table import OPTIONS, option_named, option_of_field
+from fabweave.options.table import GONE, LEAVE_OUT, OPTIONS, option_named, option_of_field
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.kerf import MicroJoints
 from fabweave.sheet.presets import preset_named
@@ -162,7 +165,6 @@ SPOILT = {
     "micro_joints": ("4", 4, MicroJoints(0), MicroJoints(4, math.nan), MicroJoints(2, 9.0)),
     "cut_order": ("long", None),
     "template": ("a5", None),
-    "qr": ("phone", None),
     "calibrate": (*NO_NUMBERS, 0, "1.3", 51.0, None),
     "bed": ("600x400mm", 600.0, SheetSize(0.0, 5.0), SheetSize(9.0, 9.0, 2),
             SheetSize(9.0, 9.0, bunch="warp"), (SheetSize(9.0, 9.0), SheetSize(8.0, 8.0)), ()),
@@ -463,6 +465,31 @@ def test_a_job_toml_that_is_none_gets_one_message(text, place, tmp_path) -> None
     (tmp_path / "job.toml").write_text(text)
     with pytest.raises(InputError, match=place):
         settings_from_job(tmp_path / "job.toml")
+
+
+def test_files_of_older_versions_are_read_without_what_is_not_missed(tmp_path) -> None:
+    job, profile = tmp_path / "job.toml", tmp_path / "k40.toml"
+    job.write_text(
+        job_toml(Settings.of("shape:cube"), {}).replace("[job]\n", '[job]\nqr = "none"\n')
+    )
+    assert settings_from_job(job) == Settings.of("shape:cube")
+    profile.write_text('qr = "paper"\nkerf = "0.15mm"\n')
+    assert machine_profile(str(profile)) == {"kerf": "0.15mm"}
+
+
+@pytest.mark.parametrize("name", GONE)
+def test_an_option_that_went_is_refused_with_what_to_do(name, tmp_path, capsys) -> None:
+    assert all(option.name != name for option in OPTIONS)
+    with pytest.raises(InputError, match=re.escape(GONE[name])):
+        settings_from_options("shape:cube", **{name: "3"})
+    for words in ((f"--{name.replace('_', '-')}", "3"), ("--set", f"{name}=3")):
+        assert run("make", "shape:cube", *words, "-o", tmp_path / "job") == 2
+        assert GONE[name] in capsys.readouterr().err
+    job = tmp_path / "job.toml"
+    job.write_text(f"[job]\nmesh = 'shape:cube'\n{name} = '3'\n")
+    if GONE[name] != LEAVE_OUT:
+        with pytest.raises(InputError, match=re.escape(GONE[name])):
+            settings_from_job(job)
 
 
 def test_own_values_may_be_given_to_settings_themselves() -> None:

@@ -75,7 +75,6 @@ PLACES = st.deferred(lambda: st.sampled_from(list(places(json.loads(document_tex
 #: What may be absent, so that older files can be read.
 OPTIONAL = {
     ("sheets", "rest"),
-    ("sheets", "code"),
     ("layout", "recorded"),
     ("pieces", "hidden"),
     ("cut", "labels"),

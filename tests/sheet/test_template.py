@@ -1,12 +1,16 @@
 """A sheet at full size is a PDF in true millimetres, whole or in tiles."""
 
-import re
+import io
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import example, given
+from hypothesis import strategies as st
 from pypdf import PdfReader
 from pypdf.generic import ContentStream
 from read_template import read_template
+from strategies import at_most
 
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
 from fabweave.sheet.write.template import PAPERS_MM, page_tiles, template_pdf, window_sizes
@@ -69,10 +73,6 @@ def sheet(*pieces, size=(600.0, 400.0)):
     return SheetDrawing("sheet_01", *size, pieces, ())
 
 
-def shown_by(tiles):
-    return np.array([window.corners for window in tiles.windows])
-
-
 @pytest.mark.parametrize("paper", sorted(PAPERS_MM))
 def test_pages_show_a_paper_upright_or_on_its_side_within_its_border(drawing, paper, tmp_path):
     (tmp_path / "a.pdf").write_bytes(template_pdf(drawing, paper))
@@ -95,59 +95,81 @@ def test_pages_show_a_paper_upright_or_on_its_side_within_its_border(drawing, pa
         ([(10, 10, 280, 180)], 1),  # fits on its side alone
         ([(10, 10, 180, 280)], 1),  # upright alone
         ([(10, 10, 90, 180), (105, 10, 90, 180), (200, 10, 90, 180)], 1),
-        ([(10, 10, 280, 180), (10, 200, 280, 180), (300, 10, 280, 180), (300, 200, 280, 180)], 4),
-        ([(10, 10, 180, 10), (400, 380, 180, 10)], 2),
+        ([(10, 10, 180, 10), (400, 380, 180, 10)], 2),  # the other four are empty
+        ([(10, 10, 580, 380)], 6),
         ([], 1),
     ],
 )
-def test_pieces_that_fit_are_whole_on_as_few_pages_as_can_be(pieces, count):
+def test_pages_are_a_grid_without_the_empty_ones(pieces, count):
     drawing = sheet(*(strip(f"A{at}", *piece) for at, piece in enumerate(pieces)))
-    tiles = page_tiles(drawing, "a4")
-    assert len(tiles.windows) == count
-    assert tiles.pairs == ()
-    shown = shown_by(tiles)
-    for x, y, wide, high in pieces:
-        box = np.array([x - 1, y - 1, x + wide + 1, y + high + 1])
-        assert np.any(np.all((shown[:, :2] <= box[:2]) & (box[2:] <= shown[:, 2:]), axis=1))
+    assert len(page_tiles(drawing, "a4").windows) == count
 
 
-def test_a_sheet_full_of_long_pieces_takes_six_pages_not_eight():
-    drawing = sheet(*(strip(f"A{at}", 10, 10 + 20 * at, 580, 18) for at in range(19)))
-    tiles = page_tiles(drawing, "a4")
-    # A regular tiling with upright pages takes four times two.
-    assert len(tiles.windows) == 6
-    # Each place of a piece, with 5 mm around it as far as there is any, is on one page.
-    shown = shown_by(tiles)
-    for x in np.arange(10.0, 590.0, 2.0):
-        for at in range(19):
-            for y in 10 + 20 * at + np.array([0.0, 9.0, 18.0]):
-                low = np.maximum([x - 5, y - 5], [9, 9 + 20 * at])
-                high = np.minimum([x + 5, y + 5], [591, 29 + 20 * at])
-                assert np.any(np.all((shown[:, :2] <= low) & (high <= shown[:, 2:]), axis=1))
-    # Every page is laid to another, and all hang together.
-    joined = {0}
-    for _ in tiles.windows:
-        joined |= {page for pair in tiles.pairs if set(pair) & joined for page in pair}
-    assert joined == set(range(6))
+def some_pieces():
+    places = st.tuples(st.integers(0, 500), st.integers(0, 320))
+    sizes = st.tuples(st.integers(5, 90), st.integers(5, 70)) | st.just((95, 5))
+    return st.lists(st.tuples(places, sizes, st.integers(1, 5)), min_size=1, max_size=5)
 
 
-def test_pages_that_are_laid_together_have_crosses_at_the_same_places_of_the_sheet(tmp_path):
+@given(some_pieces(), st.sampled_from(sorted(PAPERS_MM)))
+# A piece that ends just where the next page begins to be the only one.
+@example([((93, 0), (95, 5), 2), ((0, 60), (95, 5), 1), ((300, 320), (95, 5), 2)], "a4")
+@at_most(25)
+def test_each_line_of_a_piece_is_on_a_page_and_marks_join_the_pages(told, paper):
+    pieces = [
+        strip(f"A{at}", x, y, wide * times, high)
+        for at, ((x, y), (wide, high), times) in enumerate(told)
+    ]
+    drawing = sheet(*pieces, size=(1000.0, 400.0))
+    read = read_template(io.BytesIO(template_pdf(drawing, paper)))
+    outlines = [shapely.Polygon(piece.entities[0].points) for piece in pieces]
+    corner = read.windows[:, :2] - read.origins
+    pages = shapely.box(*corner.T, *(corner + read.windows[:, 2:]).T)
+    # What is read of the form is what was drawn, and each place of it is on a page, with 5 mm of
+    # what is around it, as far as anything is there.
+    assert {(*point,) for point in read.points.round(3).tolist()} == {
+        (*point,) for outline in outlines for point in outline.exterior.coords
+    }
+    places = shapely.get_coordinates(shapely.segmentize(outlines, 3.0))
+    least, most = shapely.total_bounds(outlines).reshape(2, 2)
+    near = shapely.box(
+        *np.maximum(places - 4.999, least - 0.999).T, *np.minimum(places + 4.999, most + 0.999).T
+    )
+    assert shapely.covers(pages[:, None], near).any(axis=0).all()
+    # No page is empty.
+    assert shapely.intersects(pages[:, None], outlines).any(axis=1).all()
+    # Each number is on two pages, where both show the same places of the sheet.
+    joined = {}
+    for page, crosses in enumerate(read.crosses):
+        for number, places in crosses.items():
+            joined.setdefault(number, []).append((page, places))
+    for (one, places), (other, same) in joined.values():
+        assert places == pytest.approx(same, abs=1e-3)
+        assert len(places) == 2
+        arms = shapely.buffer(shapely.points(places), 4.0)
+        assert shapely.covers(pages[[one, other], None], arms).all()
+        beside = np.concatenate([*read.crosses[one].values()])
+        apart = np.linalg.norm(places[:, None] - beside, axis=2)
+        assert np.sort(apart, axis=1)[:, 1:].min(initial=99.0) > 20.0  # no two are mistaken
+    # Pages that are pasted together by them show each piece whole.
+    patches = [{page} for page in range(len(pages))]
+    for (one, _), (other, _) in joined.values():
+        parts = [patch for patch in patches if patch & {one, other}]
+        patches = [patch for patch in patches if patch not in parts] + [set.union(*parts)]
+    pasted = [shapely.union_all(pages[sorted(patch)]) for patch in patches]
+    for outline in outlines:
+        assert shapely.covers(pasted, outline).any()
+
+
+def test_a_page_says_which_it_is_and_has_a_bar_to_measure(tmp_path):
     drawing = sheet(strip("A1", 10, 10, 500, 40))
     (tmp_path / "a.pdf").write_bytes(template_pdf(drawing, "a4"))
     assert page_tiles(drawing, "a4").pairs == ((0, 1),)
-    origins = read_template(tmp_path / "a.pdf").origins
-    places = []
-    for page, origin in zip(PdfReader(tmp_path / "a.pdf").pages, origins, strict=True):
-        content = page.get_contents().get_data().decode()
-        lines = re.findall(r"n ([-\d.]+) ([-\d.]+) m ([-\d.]+) ([-\d.]+) l S", content)
-        ends = np.array(lines, dtype=float).reshape(-1, 2, 2) / MM - origin
-        level = ends[np.abs(np.ptp(ends, axis=1) - [8.0, 0.0]).max(axis=1) < 1e-2]
-        places.append(level.mean(axis=1))
-        assert f"page {len(places)} of 2, to print at 100 %" in page.extract_text()
-        bar = np.ptp(ends, axis=1)[:, 0].max()
+    lines = read_template(tmp_path / "a.pdf").lines
+    for number, page in enumerate(PdfReader(tmp_path / "a.pdf").pages):
+        assert f"page {number + 1} of 2, to print at 100 %" in page.extract_text()
+        bar = np.ptp(lines[number], axis=1)[:, 0].max()
         assert bar == pytest.approx(50.0, abs=1e-3)
-    assert len(places[0]) == 2
-    assert places[0] == pytest.approx(places[1], abs=0.01)
 
 
 def test_the_same_sheet_is_the_same_file(drawing, tmp_path):

@@ -6,8 +6,6 @@ import re
 
 import pypdf
 import pytest
-import zxingcpp
-from PIL import Image
 from random_jobs import random_job
 from viewer_tab import Page, Tab
 
@@ -66,12 +64,6 @@ def test_tables_name_the_pieces_and_joints_of_the_map(job, plan, name, columns):
     if "joint" in rows[0]:
         joints = {row["joint"] for row in rows} - {""}
         assert joints == {str(joint["id"]) for joint in plan["joints"]}
-
-
-def test_the_code_on_sheets_is_that_of_the_map(job, plan):
-    pictures = [job / "qr_code.png", *sorted((job / "sheets").glob("*.png"))]
-    codes = [found.text for path in pictures for found in zxingcpp.read_barcodes(Image.open(path))]
-    assert set(codes) == {plan["cut"]["code"]}
 
 
 @pytest.mark.apt

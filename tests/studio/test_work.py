@@ -5,6 +5,7 @@ import random
 
 import numpy as np
 import pytest
+from jobs import typed
 from live_studio import unpacked
 from meshes_shared import shared_mesh
 
@@ -14,7 +15,7 @@ from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
 from fabweave.stations import Stations
 from fabweave.studio.controls import controls
-from fabweave.studio.state import State, state_of_command, state_of_job
+from fabweave.studio.state import State, state_of_job
 from fabweave.studio.work import look, make, plan
 from fabweave.studio.worker import framed
 
@@ -184,8 +185,7 @@ def same_from_its_files(state, seen, folder):
     assert settings_from_job(path) == settings
     again = state_of_job(path)
     assert settings_from_options(again.mesh, **again.options) == settings
-    command = state_of_command(seen["command"])
-    assert settings_from_options(command.mesh, **command.options) == settings
+    assert typed(seen["command"]) == settings
 
 
 def test_walks_over_the_controls_end_in_what_job_toml_says(tmp_path):

@@ -38,7 +38,6 @@ def small_map(**parts):
                 svg_units="mm",
                 hairline_mm=0.025,
                 layers=(),
-                code="",
             ),
             "assembly": AssemblyRecord(effort=1.0, by_thread=1.0, by_number=1.0, last_tenth=1.0),
             **dict.fromkeys(lists, ()),

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shlex
 import shutil
 import time
 from collections.abc import Iterable, Iterator
@@ -11,7 +12,8 @@ from unittest import mock
 
 from fabweave import job as pipeline
 from fabweave.cli import inspect
-from fabweave.cli.main import main
+from fabweave.cli.main import cli, main
+from fabweave.cli.options import job_settings
 from fabweave.design import making
 from fabweave.options.settings import Settings
 from fabweave.picture import object_picture
@@ -47,6 +49,15 @@ def run(*words: object) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     return 0
+
+
+def typed(text: str) -> Settings:
+    """Return the settings that a command line means."""
+    words = shlex.split(text)
+    assert words[:2] == ["fabweave", "make"]
+    context = cli.commands["make"].make_context("make", words[2:])
+    with context:
+        return job_settings(context.params.pop("mesh"), context.params)
 
 
 def laid(asked, given_mesh=None, **options):

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from pypdf import PdfReader
 from pypdf.generic import ContentStream
 
@@ -16,11 +17,12 @@ def read_template(path):
 
     All in millimetres: the sizes of the ``pages``, (P, 2), where on each the sheet's origin stands
     (``origins``), the ``windows`` through which the sheet is seen, (P, 4: left, lower, width,
-    height), and all ``points`` that are drawn of it, (N, 2).
+    height), and all ``points`` that are drawn of it, (N, 2). For each page its own ``lines``,
+    (L, 2, 2), and the places on the sheet of its ``crosses``, by their number: {number: (C, 2)}.
     """
     reader = PdfReader(path, strict=True)
     sizes = [[float(side) for side in page.mediabox.upper_right] for page in reader.pages]
-    origins, windows = [], []
+    origins, windows, lines, crosses = [], [], [], []
     for page, size in zip(reader.pages, sizes, strict=True):
         steps = ContentStream(page["/Contents"], reader).operations
         moves = [tuple(map(float, values)) for values, name in steps if name == b"cm"]
@@ -31,6 +33,9 @@ def read_template(path):
         origins.append(moves[0][4:] if moves else (0.0, 0.0))
         seen = [[float(each) for each in values] for values, name in steps if name == b"re"]
         windows.append(seen[0] if seen else [0.0, 0.0, *size])
+        drawn, numbered = _marks(steps)
+        lines.append(drawn)
+        crosses.append({name: at - _MM * np.array(origins[-1]) for name, at in numbered.items()})
     form = reader.pages[0]["/Resources"]["/XObject"]["/FormXob.sheet"]
     points = []
     for values, name in ContentStream(form, reader).operations:
@@ -44,4 +49,20 @@ def read_template(path):
         origins=_MM * np.array(origins),
         windows=_MM * np.array(windows),
         points=_MM * np.array(points),
+        lines=lines,
+        crosses=crosses,
     )
+
+
+def _marks(steps):
+    """Return the lines of a page, and where its crosses are: two lines, and then their number."""
+    lines, crosses = [], {}
+    for values, name in steps:
+        if name in (b"m", b"l"):
+            lines.append([_MM * float(each) for each in values])
+        if name == b"Tj" and values[0].isdigit():
+            level, upright = np.array(lines[-4:]).reshape(2, 2, 2)
+            assert level.mean(axis=0) == pytest.approx(upright.mean(axis=0), abs=1e-3)
+            assert abs(np.diff(level, axis=0)[0] @ np.diff(upright, axis=0)[0]) < 1e-3
+            crosses.setdefault(int(values[0]), []).append(level.mean(axis=0))
+    return np.array(lines).reshape(-1, 2, 2), {n: np.array(at) for n, at in crosses.items()}

@@ -93,12 +93,6 @@ OF_SVG = {
     "a width in pixels": (swap(WIDTH, 'stroke-width="0.05px"'), "colours"),
     "a width that is no number": (swap(WIDTH, 'stroke-width="nan"'), "colours"),
     "a wide note": (swap(f"{NOTE} {WIDTH}", f'{NOTE} stroke-width="5"'), "colours"),
-    "a dot as wide as a hand": (
-        lambda text: re.sub(
-            rf'id="note[^"]*"(.*?){NOTE} {WIDTH}',
-            rf'id="wide.note"\1{NOTE} stroke-width="90"', text, count=1,
-        ), "colours",
-    ),
     "transparent lines": (added('stroke-opacity="0"'), "outlines-svg"),
     "a transparent shape": (added('opacity="0"'), "outlines-svg"),
     "a hidden shape": (added('visibility="hidden"'), "outlines-svg"),

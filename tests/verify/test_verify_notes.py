@@ -5,7 +5,6 @@ import pytest
 from sealing import found_by
 
 from fabweave.sheet.labels.lettering import characters, place_text
-from fabweave.sheet.qr_code import Code, draw_code
 from fabweave.sheet.sheet_notes import sheet_notes
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.check.notes import check_notes
@@ -33,7 +32,6 @@ def test_all_that_sheets_are_lettered_with_is_good(job):
     legend = "● THIS PIECE PASSES OVER, ○ UNDER"
     lines = place_text(legend, 1.0, FREE, 0.0)
     lines += place_text("".join(characters())[:40], 1.0, (300.0, 392.0), 0.0)
-    lines += [line.points for line in draw_code("HELLO", Code(30.0, 370.0, 0.6))]
     assert found(job(), lines) == ""
 
 

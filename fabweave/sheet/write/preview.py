@@ -34,7 +34,6 @@ SHEET: _Colour = (255, 255, 255)
 _EDGE: _Colour = (150, 156, 166)
 _FILLS: tuple[_Colour, ...] = ((253, 240, 221), (227, 240, 250), (232, 245, 228), (246, 233, 247))
 _NOTE: _Colour = (160, 165, 173)
-_DARK: _Colour = (38, 43, 51)
 # Chords of arcs are painted; they stand off by no more than this, millimetres.
 _FLAT_MM = 0.01
 # Pictures are flat areas, so that harder compression gains little.
@@ -59,8 +58,7 @@ class Painter:
     def __init__(self, frame: "PreviewFrame", factor: int, preset: Preset) -> None:
         size = (frame.width_px * factor, frame.height_px * factor)
         lines = {layer: preset.colours[layer].rgb for layer in Layer} | {Layer.NOTES: _NOTE}
-        self._colours = [_TABLE, SHEET, _EDGE, _DARK, *_FILLS, *lines.values()]
-        self._dark = self._colours.index(_DARK)
+        self._colours = [_TABLE, SHEET, _EDGE, *_FILLS, *lines.values()]
         self._lines = {layer: self._colours.index(colour) for layer, colour in lines.items()}
         self._fills = [self._colours.index(colour) for colour in _FILLS]
         self._image = Image.new("L", size, self._colours.index(_TABLE))
@@ -81,11 +79,7 @@ class Painter:
             # Places come last: zip must not take those of the next piece.
             self._piece(list(zip(piece.entities, places, strict=False)), fill)
         for note, place in zip(drawing.notes, places, strict=False):
-            width_mm = note.width_mm if isinstance(note, Polyline) else None
-            if width_mm is None:
-                self._line(note, place, self._lines[Layer.NOTES], 1.0)
-            else:
-                self._block(place, width_mm * self._frame.pixels_per_mm * self._factor)
+            self._line(note, place, self._lines[Layer.NOTES], 1.0)
 
     def picture(self) -> Image.Image:
         """Return what was painted in its colours and its size."""
@@ -129,12 +123,6 @@ class Painter:
         for entity, places in drawn:
             cut = entity.layer in (Layer.CUT_INNER, Layer.CUT_OUTER)
             self._line(entity, places, self._lines[entity.layer], 2.0 if cut else 1.0)
-
-    def _block(self, places: _Places, thick: float) -> None:
-        """Paint a level line as dark as a code must be, and exactly as thick as it is."""
-        left, y, right, _ = places
-        low, high = round(y - thick / 2.0), round(y + thick / 2.0)
-        self._draw.rectangle((round(left), low, round(right) - 1, high - 1), self._dark)
 
     def _line(self, entity: Entity, places: _Places, colour: int, width: float) -> None:
         """Paint the line of an entity."""

@@ -6,10 +6,9 @@ no transforms, no style sheets, no units but one. The y axis of SVG points down:
 the sheet stands at (x, height - y), so that the file looks like the DXF.
 """
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from itertools import groupby, islice, pairwise
+from itertools import islice, pairwise
 from typing import TypeAlias
 from xml.sax.saxutils import escape, quoteattr
 
@@ -42,8 +41,6 @@ _WORDS = {
 }
 
 _INNER, _OUTER = Layer.CUT_INNER, Layer.CUT_OUTER
-
-_STROKE_WIDTH = re.compile('stroke-width="[^"]*"')
 
 # Takes points of the sheet to points of the file.
 _Map: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -156,15 +153,8 @@ def _layers(
             identity = quoteattr(f"{piece.piece_id}.{name}")
             end = "/>" if title is None else f"{title}{tag}>"
             layers[layer].append(f"<{tag} id={identity} {looks[layer]} {attributes}{end}")
-    hairline = looks[Layer.NOTES]
-    for width_mm, notes in groupby(drawing.notes, lambda note: getattr(note, "width_mm", None)):
-        group = tuple(notes)
-        look, prefix = hairline, "notes"
-        if width_mm is not None:
-            width = f'stroke-width="{_number(width_mm * scale)}"'
-            look, prefix = _STROKE_WIDTH.sub(width, hairline), "wide"
-        for layer, name, (tag, attributes) in _shapes(group, islice(written, len(group))):
-            layers[layer].append(f'<{tag} id="{prefix}.{name}" {look} {attributes}/>')
+    for layer, name, (tag, attributes) in _shapes(drawing.notes, written):
+        layers[layer].append(f'<{tag} id="notes.{name}" {looks[layer]} {attributes}/>')
     return layers
 
 

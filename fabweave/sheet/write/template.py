@@ -6,33 +6,24 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.sheet.drawing import Circle, Entity, Layer, SheetDrawing
 from fabweave.sheet.write.full_size import FullSizeCanvas
 
 #: Paper to tile on: width and height in millimetres, upright.
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 #: Printers leave so much of the paper white; the foot holds a line of text, too.
 BORDER_MM, FOOT_MM = 5.0, 9.0
-#: So much on either side of a cut through a piece is on both pages.
+#: So much of the sheet is on both of two neighbouring pages.
 LAP_MM = 10.0
-# Around a piece so much is shown, too.
+# Around the pieces so much is shown, too.
 _AROUND_MM = 1.0
-# Pieces that no page holds are parted into cells so large, or larger where they would be too many.
-_CELL_MM, _MOST_CELLS = 10.0, 4000
 _FLAT_MM, _SAME_MM = 0.1, 1e-6
-# Pieces are kept whole if that takes no more than so many times the pages.
-_WHOLE_WORTH = 1.5
-# A box that is a piece, and no part of one.
-_WHOLE = -1
-#: From which side a sweep comes: which coordinates of boxes are compared, and then which.
-_WAYS = ((1, 0), (0, 1), (3, 0), (2, 1), (1, 2), (0, 3), (3, 2), (2, 3))
-#: What a box is worth: this power of its area.
-_POWERS = (1.0, 0.5, 0.0)
 
 
 class Window(NamedTuple):
@@ -79,197 +70,53 @@ def window_sizes(paper: str) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def page_tiles(drawing: SheetDrawing, paper: str) -> Tiles:
-    """Return the pages of a paper, upright or on their side, that show all pieces of a sheet.
+    """Return a grid of pages that shows all pieces of a sheet, without pages on which none lies.
 
-    A piece that fits on a page is whole on one, unless that takes far more pages. Others are
-    parted: what is within 5 mm of a place of such a piece is on one page with it.
+    Pages are upright or on their side, whichever are fewer. What is within 5 mm of a place of a
+    piece is on one page with it.
 
     Parameters
     ----------
     drawing : SheetDrawing
     paper : str
         One of ``PAPERS_MM``.
-
-    Notes
-    -----
-    To cover boxes by as few rectangles of two sizes as can be is a set cover. Each sweep takes the
-    page that shows most of what is left beside the outermost box; pages that show nothing alone
-    are left out in the end. Of sweeps from all sides the fewest pages win.
     """
-    sizes = window_sizes(paper)
-    whole = _cover(_boxes(drawing, sizes, keep=True), sizes)
-    least = np.ceil(_area_mm2(drawing) / max(wide * high for wide, high in sizes))
-    if len(whole.windows) <= _WHOLE_WORTH * least:
-        return whole  # no pages show more than their area
-    parted = _cover(_boxes(drawing, sizes, keep=False), sizes)
-    return whole if len(whole.windows) <= _WHOLE_WORTH * len(parted.windows) else parted
+    shapes = [shapely.Polygon(piece.outlines(_FLAT_MM)[0]) for piece in drawing.pieces]
+    grids = (_grid(np.array(shapes), size) for size in window_sizes(paper))
+    return min(grids, key=lambda tiles: len(tiles.windows))
 
 
-def _cover(boxes: "_Boxes", sizes: tuple[tuple[float, float], ...]) -> Tiles:
-    """Return pages that show all boxes."""
-    if not len(boxes.corners):
-        return Tiles((Window(0.0, 0.0, *sizes[0]),), ())
-    candidates = [_Candidates(boxes.corners, size) for size in sizes]
-    found = (
-        _pruned(boxes.corners, _sweep(boxes.corners, candidates, way, power))
-        for way in _WAYS
-        for power in _POWERS
-    )
-    apart = _apart(boxes.corners, min(found, key=len))
-    windows = tuple(sorted(apart, key=lambda one: (round(one.low, 3), one.left)))
-    shown = _shown(boxes.corners, windows)
-    parts = [set(boxes.piece[row].tolist()) - {_WHOLE} for row in shown]
-    pairs = tuple(
+def _grid(shapes: NDArray[np.object_], size: tuple[float, float]) -> Tiles:
+    """Return the pages of one size that show shapes."""
+    if not len(shapes):
+        return Tiles((Window(0.0, 0.0, *size),), ())
+    low, high = shapely.total_bounds(shapes).reshape(2, 2)
+    (left, x), (foot, y) = map(_row, low - _AROUND_MM, high + _AROUND_MM, size)
+    cells = shapely.box(x[:-1], y[:-1, None], x[1:], y[1:, None])
+    shown = shapely.intersects(cells[..., None], shapes)
+    places = np.argwhere(shown.any(axis=2)).tolist()
+    pairs = (
         (first, second)
-        for first, second in combinations(range(len(windows)), 2)
-        if parts[first] & parts[second] and _laps(windows[first], windows[second])
+        for (first, one), (second, other) in combinations(enumerate(places), 2)
+        if abs(one[0] - other[0]) + abs(one[1] - other[1]) == 1
+        and np.any(shown[*one] & shown[*other])
     )
-    return Tiles(windows, pairs)
+    windows = (Window(float(left[column]), float(foot[row]), *size) for row, column in places)
+    return Tiles(tuple(windows), tuple(pairs))
+
+
+def _row(low: float, high: float, side: float) -> tuple[FloatArray, FloatArray]:
+    """Return where pages that lap begin, and the ends of what each is for: up to amid its laps."""
+    step = side - LAP_MM
+    count = max(int(np.ceil((high - low - LAP_MM - _SAME_MM) / step)), 1)
+    starts = low + step * np.arange(count, dtype=np.float64)
+    return starts, np.concatenate(([low], starts[1:] + LAP_MM / 2.0, [high]))
 
 
 def overlap(first: Window, second: Window) -> FloatArray:
     """Return the rectangle that two pages both show: left, low, right, top."""
     one, other = first.corners, second.corners
     return np.concatenate((np.maximum(one[:2], other[:2]), np.minimum(one[2:], other[2:])))
-
-
-def _laps(first: Window, second: Window) -> bool:
-    """Say whether two pages lap enough to be laid together."""
-    left, low, right, top = overlap(first, second).tolist()
-    return bool(min(right - left, top - low) >= LAP_MM - _SAME_MM)
-
-
-@frozen_value
-class _Boxes:
-    """What is to be on a page as a whole: corners (B, 4), and the parted piece of each, (B,)."""
-
-    corners: FloatArray
-    piece: IntArray
-
-
-def _boxes(drawing: SheetDrawing, sizes: tuple[tuple[float, float], ...], *, keep: bool) -> _Boxes:
-    """Return the boxes around pieces that fit and are kept whole, and those of parts of others."""
-    cell = max(_CELL_MM, float(np.sqrt(drawing.width_mm * drawing.height_mm / _MOST_CELLS)))
-    corners, owner = [np.zeros((0, 4))], [np.zeros(0, dtype=np.int64)]
-    for number, piece in enumerate(drawing.pieces):
-        outline = piece.outlines(_FLAT_MM)[0]
-        low, high = outline.min(axis=0) - _AROUND_MM, outline.max(axis=0) + _AROUND_MM
-        if keep and any(np.all(high - low <= size) for size in sizes):
-            corners.append(np.concatenate((low, high))[None])
-            owner.append(np.array([_WHOLE]))
-            continue
-        x, y = (
-            np.arange(first, last) * cell
-            for first, last in np.column_stack((np.floor(low / cell), np.ceil(high / cell)))
-        )
-        corner = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        squares = shapely.box(*corner.T, *(corner + cell).T)
-        shape = shapely.Polygon(outline)
-        shapely.prepare(shape)
-        touched = corner[shapely.intersects(shape, squares)]
-        grown = (
-            np.maximum(touched - LAP_MM / 2.0, low),
-            np.minimum(touched + cell + LAP_MM / 2.0, high),
-        )
-        corners.append(np.concatenate(grown, axis=1))
-        owner.append(np.full(len(touched), number))
-    return _Boxes(np.concatenate(corners), np.concatenate(owner))
-
-
-class _Candidates:
-    """Pages of one size whose left and lower edges are those of boxes, and what each shows.
-
-    Others need not be tried: a page may be moved to the right and up until it is such a one.
-    """
-
-    def __init__(self, boxes: FloatArray, size: tuple[float, float]) -> None:
-        self.size = size
-        self.starts, self._shows = [], []
-        for axis in (0, 1):
-            low, high = boxes[:, axis].round(6), boxes[:, axis + 2]
-            start = np.unique(low)
-            self.starts.append(start)
-            ends = start[:, None] + size[axis] + _SAME_MM
-            self._shows.append((start[:, None] <= low) & (high <= ends))
-
-    def best(self, worth: FloatArray, left: IntArray, must: int) -> tuple[float, Window]:
-        """Return the page that shows most of what is left, and a certain box; and how much."""
-        places = [np.flatnonzero(shows[:, must]) for shows in self._shows]
-        across, up = (
-            shows[np.ix_(at, left)].astype(np.float64)
-            for shows, at in zip(self._shows, places, strict=True)
-        )
-        if not across.size or not up.size:
-            return 0.0, Window(0.0, 0.0, *self.size)
-        value = ((across * worth) @ up.T).round(6)
-        at, over = np.unravel_index(int(np.argmax(value)), value.shape)
-        x, y = self.starts[0][places[0][at]], self.starts[1][places[1][over]]
-        return float(value[at, over]), Window(float(x), float(y), *self.size)
-
-
-def _sweep(
-    boxes: FloatArray, candidates: list[_Candidates], way: tuple[int, int], power: float
-) -> list[Window]:
-    """Take pages until all boxes are shown, always one with the outermost box of those left."""
-    area = (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
-    first, second = (boxes[:, side] * (-1.0 if side > 1 else 1.0) for side in way)
-    left = np.lexsort((second, first))
-    windows: list[Window] = []
-    while len(left):
-        worth = area[left] ** power
-        found = (one.best(worth, left, int(left[0])) for one in candidates)
-        windows.append(max(found, key=lambda pair: pair[0])[1])
-        left = left[~_shown(boxes[left], windows[-1:])[0]]
-    return windows
-
-
-def _pruned(boxes: FloatArray, windows: list[Window]) -> list[Window]:
-    """Leave out pages all of whose boxes others show, those that show least first."""
-    shown = _shown(boxes, windows)
-    kept = np.ones(len(windows), dtype=bool)
-    for at in np.argsort(shown.sum(axis=1), kind="stable").tolist():
-        others = kept.copy()
-        others[at] = False
-        if shown[others].any(axis=0).all():
-            kept = others
-    return [window for window, stays in zip(windows, kept.tolist(), strict=True) if stays]
-
-
-def _apart(boxes: FloatArray, windows: list[Window]) -> list[Window]:
-    """Move pages that show alone what others do not, so that they show little twice."""
-    windows = list(windows)
-    for at, (_, _, *size) in enumerate(windows):
-        others = windows[:at] + windows[at + 1 :]
-        own = boxes[~_shown(boxes, others).any(axis=0)]
-        ends = np.array([own[:, 2:].max(axis=0) - size, own[:, :2].min(axis=0)]).tolist()
-        places = [windows[at], *(Window(x, y, *size) for (x, y) in _corners(ends))]
-        twice = [sum(_area(overlap(place, other)) for other in others) for place in places]
-        windows[at] = places[int(np.argmin(np.round(twice, 3)))]
-    return windows
-
-
-def _corners(ends: list[list[float]]) -> list[tuple[float, float]]:
-    """Return the four places between which a page may be moved."""
-    return [(x, y) for x in (ends[0][0], ends[1][0]) for y in (ends[0][1], ends[1][1])]
-
-
-def _area(box: FloatArray) -> float:
-    """Return the area of a rectangle: left, low, right, top; nothing if it is none."""
-    return float(np.prod(np.maximum(box[2:] - box[:2], 0.0)))
-
-
-def _shown(boxes: FloatArray, windows: tuple[Window, ...] | list[Window]) -> BoolArray:
-    """Return which boxes each page shows as a whole, (P, B)."""
-    corners = np.array([window.corners for window in windows]).reshape(-1, 4)[:, None]
-    return np.asarray(
-        (corners[..., :2] <= boxes[:, :2] + _SAME_MM).all(axis=-1)
-        & (boxes[:, 2:] - _SAME_MM <= corners[..., 2:]).all(axis=-1)
-    )
-
-
-def _area_mm2(drawing: SheetDrawing) -> float:
-    """Return the area of all pieces, which pages have to show at least."""
-    return sum(float(shapely.Polygon(piece.outlines(_FLAT_MM)[0]).area) for piece in drawing.pieces)
 
 
 _POINTS = 72.0 / 25.4
@@ -295,9 +142,9 @@ def template_pdf(drawing: SheetDrawing, paper: str = "sheet") -> bytes:
     ----------
     drawing : SheetDrawing
     paper : str
-        ``"sheet"`` for one page as large as the sheet, or one of ``PAPERS_MM``: as few pages of it
-        as show all pieces, upright or on their side, with the pieces that fit whole. Pages that
-        show parts of one piece have crosses with the same number, to be laid on one another.
+        ``"sheet"`` for one page as large as the sheet, or one of ``PAPERS_MM``: a grid of pages
+        that shows all pieces. Neighbours that show parts of one piece have crosses with the same
+        number, to be laid on one another.
 
     Examples
     --------
@@ -361,14 +208,11 @@ def _tile(canvas: Canvas, name: str, tiles: Tiles, number: int) -> None:
 
 
 def _crosses(first: Window, second: Window) -> FloatArray:
-    """Return where two pages have crosses: near opposite corners of what both show."""
-    left, low, right, top = overlap(first, second).tolist()
-    inset = _CROSS_MM[0] + 0.5
-    if right - left < top - low:
-        x = (left + right) / 2.0
-        return np.array([[x, low + inset], [x, top - inset]])
-    y = (low + top) / 2.0
-    return np.array([[left + inset, y], [right - inset, y]])
+    """Return where two pages have crosses: amid what both show, a quarter of it from its ends."""
+    corners = overlap(first, second).reshape(2, 2)
+    share = np.full((2, 2), 0.5)
+    share[:, np.argmax(corners[1] - corners[0])] = 0.25, 0.75
+    return corners[0] + share * (corners[1] - corners[0])
 
 
 def _cross(canvas: Canvas, name: str, x_mm: float, y_mm: float) -> None:
@@ -388,24 +232,11 @@ def _draw(canvas: Canvas, drawing: SheetDrawing) -> None:
     for layer, (grey, width_mm) in _INK.items():
         path = canvas.beginPath()
         for entity in entities:
-            if entity.layer is layer and _shown_width(entity) is None:
+            if entity.layer is layer:
                 _trace(path, entity)
         canvas.setStrokeGray(grey)
         canvas.setLineWidth(width_mm * _POINTS)
         canvas.drawPath(path, stroke=1, fill=0)
-    canvas.setLineCap(0)
-    canvas.setStrokeGray(0.0)
-    for entity in entities:
-        if (shown_mm := _shown_width(entity)) is not None:
-            canvas.setLineWidth(shown_mm * _POINTS)
-            path = canvas.beginPath()
-            _trace(path, entity)
-            canvas.drawPath(path, stroke=1, fill=0)
-
-
-def _shown_width(entity: Entity) -> float | None:
-    """Return how wide an entity is to be shown, where it says so."""
-    return entity.width_mm if isinstance(entity, Polyline) else None
 
 
 def _trace(path: PDFPathObject, entity: Entity) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import PurePosixPath
 
 from fabweave.verify.crossing_map import Cut
-from fabweave.verify.drawing import LAYERS, NOTES, OUTLINES, PLAIN_LAYER, Drawing
+from fabweave.verify.drawing import LAYERS, OUTLINES, PLAIN_LAYER, Drawing
 from fabweave.verify.read.job_files import FORMER, READY, RIM, SERVICE, Job, required
 from fabweave.verify.read.preset import Preset, wanted_preset
 from fabweave.verify.report import Place, Tally
@@ -15,8 +15,6 @@ _VERSIONS = {"R2010": "AC1024", "R2000": "AC1015", "R12": "AC1009"}
 _NO_COLOUR, _NO_WIDTH = "7", "-3"
 #: Widths in the SVG have four decimals, in millimetres or in pixels.
 _ROUNDED_MM = 6e-5
-#: Dots of a code are notes, and no wider.
-_WIDEST_NOTE_MM = 2.0
 
 
 def check_colours(job: Job, tally: Tally) -> None:
@@ -101,8 +99,4 @@ def _check_svg(drawing: Drawing, preset: Preset, place: Place, *, plain: bool) -
         more = f" and {look.count - 1} more" if look.count > 1 else ""
         one = place.at(look.layer, f"{look.name}{more}") if look.layer else place.at(look.name)
         one.equal("stroke", look.stated.get("stroke"), preset.colours[layer][0])
-        width = look.width_mm
-        if layer == NOTES and look.wide:
-            one.expect(preset.line_mm <= width <= _WIDEST_NOTE_MM, f"a dot is {width:g} mm wide")
-        else:
-            one.number("stroke-width, in mm,", width, preset.line_mm, within=_ROUNDED_MM)
+        one.number("stroke-width, in mm,", look.width_mm, preset.line_mm, within=_ROUNDED_MM)

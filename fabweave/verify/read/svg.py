@@ -28,8 +28,6 @@ ALLOWED = {
 
 #: What a coordinate may count, by its length in millimetres.
 _UNITS = {"mm": 1.0, "px96": 25.4 / 96.0}
-#: Elements whose lines may be wider than a hairline are called so: the dots of a code.
-_WIDE = "wide."
 
 _LENGTH = re.compile(r"\s*([0-9.eE+-]+)\s*mm\s*")
 _NUMBER = r"-?[0-9]+(?:\.[0-9]+)?"
@@ -101,8 +99,8 @@ def read_svg(path: Path, *, layered: bool = True) -> Drawing:
         problems=tuple(reader.problems),
         layers=tuple(reader.layers),
         looks=tuple(
-            Look(layer, dict(stated), names[0], len(names), reader.width_mm(dict(stated)), wide)
-            for (layer, stated, wide), names in reader.looks.items()
+            Look(layer, dict(stated), names[0], len(names), reader.width_mm(dict(stated)))
+            for (layer, stated), names in reader.looks.items()
         ),
         form=next(
             (name for name, mm in _UNITS.items() if abs(scale[0] / mm - 1.0) < 1e-4),
@@ -153,8 +151,8 @@ class _Reader:
     shapes: list[Shape] = field(default_factory=list)
     layers: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
-    #: The elements of each layer that look alike, by name; and whether these are called wide.
-    looks: dict[tuple[str, _Stated, bool], list[str]] = field(default_factory=dict)
+    #: The elements of each layer that look alike, by name.
+    looks: dict[tuple[str, _Stated], list[str]] = field(default_factory=dict)
 
     def width_mm(self, stated: dict[str, str]) -> float:
         """Return how wide lines are; not a number if their width is none."""
@@ -202,7 +200,7 @@ class _Reader:
         if element.get("fill") != "none":
             self.problems.append(f"{name} is filled with {element.get('fill', 'black')}")
         stated = tuple((key, element.attrib[key]) for key in _LOOK if key in element.attrib)
-        self.looks.setdefault((layer, stated, name.startswith(_WIDE)), []).append(name)
+        self.looks.setdefault((layer, stated), []).append(name)
         radius = None
         if kind == "path":
             runs = path_runs(element.get("d", ""))
