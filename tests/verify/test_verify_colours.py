@@ -296,13 +296,17 @@ def entities_turned_round(text):
     return head + mark + "".join(reversed(entities)) + end + tail
 
 
+#: Pieces that share no cuts.
+KERFED = (
+    "shape:octahedron", "--size", "200mm", "--kerf", "0.2mm", "--effort", "quick", "--template",
+    "none",
+)  # fmt: skip
+
 BLACK, RED, BLUE = 'stroke="#000000"', 'stroke="#FF0000"', 'stroke="#0000FF"'
 ELSEWHERE = [
     ("cut/*.svg", every(BLUE, BLACK), "colours"),
     ("cut/*.svg", every('stroke-width="0.025"', 'stroke-width="5"'), "colours"),
     ("cut/*.svg", swap(BLUE, f'{BLUE} opacity="0"'), "cut"),
-    ("cut/*.svg", layers_turned_round, "order"),
-    ("cut/*.dxf", entities_turned_round, "order"),
     ("cut/*.dxf", every("CUT_OUTER\n 70\n0\n 62\n5\n", "CUT_OUTER\n 70\n0\n 62\n7\n"), "colours"),
     ("service/*/*.svg", every(BLUE, RED), "colours"),
     ("service/*/*.svg", every('stroke-width="0.025"', 'stroke-width="1"'), "colours"),
@@ -344,6 +348,17 @@ def test_spoilt_files_of_other_kinds_are_found(strips, tmp_path, pattern, change
         edited(path, change)
     # A service's drawings are told by the names of their DXF files.
     found_in(folder, path.name.replace(".svg", "") if check == "service" else path.name, check)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "change"),
+    [("cut/*.svg", layers_turned_round), ("cut/*.dxf", entities_turned_round)],
+)
+def test_sheets_to_cut_keep_the_order_of_cutting(finished, pattern, change, tmp_path):
+    folder = shutil.copytree(finished(*KERFED), tmp_path / "job")
+    path = one_of(folder, pattern)
+    edited(path, change)
+    found_in(folder, path.name, "order")
 
 
 def test_every_preset_is_known_to_the_proof_as_it_is():
