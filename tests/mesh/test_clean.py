@@ -144,6 +144,25 @@ def test_faces_are_parted_at_edges_of_more_than_two():
     assert (report.n_components, report.n_boundary_loops, report.manifold) == (2, 1, True)
 
 
+def test_quads_that_end_at_a_pole_with_two_corners_are_triangles_there():
+    m, n = 8, 5
+    turn, rise = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, m + 1), np.linspace(0.0, np.pi, n + 1), indexing="ij"
+    )
+    places = np.stack(
+        [np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=-1
+    )
+    places[:, [0, -1], :2] = 0.0
+    places[-1] = places[0]
+    corner = np.arange((m + 1) * (n + 1)).reshape(m + 1, n + 1)
+    faces = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=-1)
+    report = check_mesh(
+        clean_mesh(PolyMesh.from_faces(places.reshape(-1, 3), faces.reshape(-1, 4))).mesh
+    )
+    assert (report.closed, report.component_genus) == (True, (0,))
+    assert report.face_sizes == ((3, 2 * m), (4, m * (n - 2)))
+
+
 def test_what_hangs_together_around_both_ends_of_an_edge_is_parted_in_its_middle():
     # Faces around the edge 0–1 at these angles: inside out, they bound one solid, and not two.
     a, b, c, d, e, f = range(6)
@@ -177,6 +196,7 @@ STRANGERS = {
     "obj_dupface.obj": (8, 6, (0,)),
     "obj_far.obj": (8, 6, (0,)),
     "obj_nan_unused.obj": (8, 6, (0,)),
+    "obj_rgb.obj": (8, 6, (0,)),
     "obj_repeat_closed.obj": (8, 6, (0,)),
     "obj_tri_as_quad.obj": (8, 12, (0,)),
     "ply_nan_unused.ply": (8, 6, (0,)),
