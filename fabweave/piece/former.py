@@ -60,6 +60,8 @@ _OF_WAY, _SLIT_MM, _SLIT_WIDE_MM, _BRIDGE_MM, _SOLID_MM = 0.9, 8.0, 0.6, 1.5, 9.
 _BESIDE_CROSSING = 0.25
 #: Slots begin so far outside their plates, millimetres.
 _OUT_MM = 3.0
+#: Plates of one plane are half their thickness apart, and so much.
+_APART_MM = 0.2
 #: Points and notches of plates are twice as wide, and slots are wider, millimetres.
 _CUT_MM = 0.2
 #: A former on which fewer of the pieces lie is none.
@@ -550,10 +552,14 @@ def _slotted(
                 mine, its = parts[row][0].flat(meet)[:, :2], across.flat(meet)[:, :2]
                 joins[row].append(Join(at, mine[0], mine[1] - mine[0]))
                 joins[at].append(Join(row, its[0], its[0] - its[1]))
-    left = []
-    for (_, outline), cuts_of in zip(parts, gone, strict=True):
+    left = list[shapely.Polygon]()
+    for (plane, outline), cuts_of in zip(parts, gone, strict=True):
         rest = shapely.get_parts(outline.difference(shapely.union_all(cuts_of))).tolist()
-        left.append(_cuttable(max(rest, key=lambda one: one.area)))
+        whole = _cuttable(max(rest, key=lambda one: one.area))
+        beside = [one for (other, _), one in zip(parts, left, strict=False) if other is plane]
+        taken = shapely.buffer(shapely.union_all(beside), thick / 2.0 + _APART_MM)
+        free = shapely.get_parts(whole.difference(taken)).tolist() if beside else [whole]
+        left.append(max(free, key=lambda one: one.area, default=shapely.Polygon()))
     # What falls off takes its slots with it.
     there = {
         (part, join.plate)

@@ -55,12 +55,15 @@ def _boxes(plan: CrossingMap, sheet: Sheet) -> tuple[dict[str, Floats], int]:
     for piece in plan.on_sheet(sheet.number):
         corners = piece.placed(piece.outline)
         boxes[piece.id] = np.stack([corners.min(axis=0), corners.max(axis=0)])
-    return boxes, int(np.argmax(np.ptp(next(iter(boxes.values())), axis=0)))
+    first = next(iter(boxes.values()), np.zeros((2, 2)))
+    return boxes, int(np.argmax(np.ptp(first, axis=0)))
 
 
 def _lie_in_rows(plan: CrossingMap, sheet: Sheet) -> bool:
     """Return whether strips, all of one width, lie in rows the gap apart, beyond doubt."""
     boxes, along = _boxes(plan, sheet)
+    if not boxes:
+        return False
     low, high = np.array(sorted(tuple(box[:, 1 - along]) for box in boxes.values())).T
     step, wide = np.diff(low), high - low
     apart = step - wide.max() - plan.layout.gap_mm
