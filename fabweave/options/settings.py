@@ -148,10 +148,15 @@ class Settings:
         Straight ones do that are parted by a kerf at most, and lie a kerf apart then; those with
         square ends do if nobody says otherwise.
         """
-        joint = self.pieces.joint.partition(",")[0].partition(":")[0]
-        square = joint in ("rivet", "glue", "tuck", "none")
+        square = self.square_ends
         near = all(self._near(gap) if gap is not None else square for gap in self._gaps_mm)
         return self.ribbons.straight and near and self.machine.micro_joints is None
+
+    @property
+    def square_ends(self) -> bool:
+        """Whether straight strips are rectangles, whatever joins them."""
+        joint = self.pieces.joint.partition(",")[0].partition(":")[0]
+        return joint in ("rivet", "glue", "tuck", "none")
 
     @property
     def _gaps_mm(self) -> set[float | None]:
@@ -236,6 +241,8 @@ def _roll_at_odds(settings: Settings) -> Iterator[str]:
         yield f"width: the roll is {told} wide, and so are its strips; leave out --width"
     if settings.machine.kerf_mm or settings.machine.micro_joints is not None:
         yield "kerf: scissors cut rolls, and burn nothing; leave out --kerf and --micro-joints"
+    if not settings.square_ends:
+        yield "joint: strips from a roll end square; use --joint rivet, glue, tuck or none"
     if settings.mesh.rim != "none":
         yield "rim: a ring is cut from a sheet, and there are only rolls; leave out --rim"
     if stock.rotations.startswith("across"):

@@ -27,7 +27,7 @@ SPOILED = {
     "infinite": ([outline([[0, 0], [np.inf, 0], [0, 9]])], "not finite.*Q7"),
     "nan centre": ([Circle(Layer.CUT_INNER, np.nan, 1.0, 1.0), TRIANGLE], "not finite.*Q7"),
     "nan radius": ([Circle(Layer.CUT_INNER, 1.0, 1.0, np.nan), TRIANGLE], "not finite.*Q7"),
-    "metres": ([outline([[0, 0], [1e6, 0], [0, 9]])], "100 m away.*Q7"),
+    "metres": ([outline([[0, 0], [1e6, 0], [0, 9]])], "500 m away.*Q7"),
     "open outline": ([outline([[0, 0], [9, 0], [0, 9]], closed=False)], "cut are open.*Q7"),
     "open hole": ([outline([[0, 0], [9, 0]], Layer.CUT_INNER, False), TRIANGLE], "open.*Q7"),
     "hole last": ([TRIANGLE, HOLE], "not in cutting order.*Q7"),

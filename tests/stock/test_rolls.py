@@ -40,6 +40,8 @@ def test_strips_are_as_wide_as_the_roll_and_fill_it(tmp_path):
         (["roll:12mm:5m"], {"sheet": ["600x400mm"]}),
         (["roll:12mm:5m", "roll:15mm:5m"], {}),
         (["roll:12mm:5m"], {"kerf": "0.1mm"}),
+        (["roll:12mm:5m"], {"joint": "dovetail"}),
+        (["roll:12mm:5m"], {"joint": "slot"}),
         (["roll:12mm:5m"], {"micro_joints": "4"}),
         (["roll:12mm:5m"], {"rim": "ring", "leave_out": "top:80mm"}),
         (["roll:12mm:5m"], {"rotations": "across:10deg"}),
