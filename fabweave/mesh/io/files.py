@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path, PurePath
+from pathlib import Path
 
 from fabweave.core.errors import InputError
 from fabweave.core.files import MOST_BYTES, read_input
@@ -27,8 +27,6 @@ _READERS: dict[str, Callable[[bytes, Path], MeshFile]] = {
 }
 #: Formats that hold triangles whose corners may be vertices of their own.
 _TRIANGLES = ("stl", "glb", "gltf", "3mf")
-#: Formats whose standard says which way is up.
-_STATE_UP = ("glb", "gltf")
 
 #: Formats that can be read.
 READABLE = tuple(_READERS)
@@ -179,17 +177,6 @@ def _called(kind: str) -> str:
     ('an STL file', 'a 3MF file')
     """
     return f"{'an' if kind in ('obj', 'off', 'stl') else 'a'} {kind.upper()} file"
-
-
-def states_up(name: str) -> bool:
-    """Tell whether a file's format says which way is up; in others anything may be.
-
-    Examples
-    --------
-    >>> states_up("cow.glb"), states_up("cow.OBJ")
-    (True, False)
-    """
-    return PurePath(name).suffix[1:].lower() in _STATE_UP
 
 
 def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
