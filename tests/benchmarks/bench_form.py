@@ -12,10 +12,10 @@ import sys
 import time
 
 from fabweave.estimate.costs import pieces_costs
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.letting_go import let_job_go
+from fabweave.job.planned import plan_job
 from fabweave.options.settings import settings_from_options
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
-from fabweave.plan.letting_go import let_job_go
-from fabweave.plan.planned_job import plan_job
 
 SHARED, MODELS = "../shared/meshes/", "examples/meshes/"
 OBJECTS = {

@@ -24,9 +24,9 @@ from fabweave.form.hold import Foresight
 from fabweave.form.net import State
 from fabweave.form.screw import Frames
 from fabweave.form.settle import let_go
+from fabweave.job.ask import brief_of, complete_settings, lay_asked, load_asked
 from fabweave.options.settings import settings_from_options
 from fabweave.picture.model_files import woven_glb
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked
 from fabweave.verify.measure.geometry import lay_steps, unfold
 from fabweave.verify.read.glb import read_model
 from fabweave.weave.pattern import strand_passes

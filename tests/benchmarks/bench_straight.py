@@ -22,7 +22,7 @@ import numpy as np
 import trimesh
 
 from fabweave.core.errors import FabweaveError
-from fabweave.job import make_job
+from fabweave.job.run import make_job
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import plain_triangles

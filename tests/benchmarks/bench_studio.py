@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from live_studio import Studio
 from viewer_tab import ARGUMENTS, CHROMIUM
 
-from fabweave.stations import Stations
+from fabweave.job.stations import Stations
 
 SIZES = {500: "shape:torus?m=25&n=10", 2000: "shape:torus?m=40&n=25", 8000: "shape:torus?m=80&n=50"}
 #: Sets a control as a hand does, and waits until what it changes is drawn.

@@ -7,7 +7,7 @@ from hypothesis import given
 from strategies import broken_meshes
 
 from fabweave.core.messages import agree
-from fabweave.job import make_job
+from fabweave.job.run import make_job
 from fabweave.mesh.check import check_mesh
 from fabweave.options.settings import Settings
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fabweave.job import run_job
+from fabweave.job.run import run_job
 from fabweave.options.settings import Settings
 from fabweave.weave.strand_colours import crossing_colours
 

@@ -13,12 +13,12 @@ from jobs import laid
 from spoiling import edit_json, put, swap
 
 from fabweave.core.errors import InputError
-from fabweave.job import run_job
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.run import run_job
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import compare_pieces
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.project import crossing_heights
 from fabweave.ribbon.rules.rules import measure_along, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch

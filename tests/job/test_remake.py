@@ -11,9 +11,9 @@ from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import InputError
+from fabweave.job.remake import remake_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.remake import remake_job
 
 OWN = ("--library", Path(__file__).parents[2] / "examples" / "materials.toml")
 #: One job of each kind of setting that could be lost between job.toml and the files.

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from viewer_scene import make_page
 
 from fabweave.core.errors import InputError
+from fabweave.job.write import json_text
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
-from fabweave.show.files import json_text
 
 JOBS = {
     "octahedron": ("shape:octahedron", {}),
