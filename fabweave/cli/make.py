@@ -178,8 +178,9 @@ def make(
         from fabweave.core.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.executors import processes
         from fabweave.design.making import make_or_advise, meet_wishes
-        from fabweave.design.search import Trials
+        from fabweave.design.search import Search
         from fabweave.design.wishes import parse_wishes
+        from fabweave.job.stations import Stations
 
     wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
@@ -197,15 +198,14 @@ def make(
 
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            trials = Trials(settings, progress, processes(workers), better=better)
-            settings, why = meet_wishes(trials, wishes)
+            search = Search(
+                settings, progress=progress, executors=processes(workers), better=better,
+                wishes=wishes, partly=True,
+            )  # fmt: skip
+            settings, why = meet_wishes(search)
+        job = Stations(settings, progress=progress)
         made, _, coarser = make_or_advise(
-            settings,
-            output,
-            progress,
-            workers=workers,
-            replaced=replaced,
-            better=better,
+            job, output, workers=workers, replaced=replaced, better=better
         )
     why = "\n".join(filter(None, (why, coarser)))
     if as_json:

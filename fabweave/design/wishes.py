@@ -8,7 +8,8 @@ from typing import Any
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import closest_first, shown
 from fabweave.core.units import parse_length
-from fabweave.design.candidate import Candidate, Figures
+from fabweave.design.tried import Tried
+from fabweave.job.figures import Figures
 
 #: Nobody wishes for more of anything.
 MOST_WISHED = 1e9
@@ -47,6 +48,10 @@ class Wishes:
     def __bool__(self) -> bool:
         """Return whether anything is wished."""
         return any(getattr(self, field.name) is not None for field in fields(self))
+
+
+#: Where nothing is wished for.
+NO_WISHES = Wishes()
 
 
 def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
@@ -102,6 +107,9 @@ _KINDS = {
 _LIMIT = 4.0
 #: An aim is met within this share, as a logarithm.
 _MET = math.log(1.25)
+#: So many hours are an evening's work, at worst; a point goes for twice as many, and for such a
+#: share of the faces that are left open.
+EVENING_H, _OPENED = 6.0, 0.02
 #: The rank of what cannot be built.
 UNBUILT = (4, math.inf)
 #: A design of this grade or more is good: of those, one is taken where no wish can be met.
@@ -137,7 +145,7 @@ def misses(figures: Figures, wishes: Wishes) -> dict[str, float]:
     return found
 
 
-def distance(candidate: Candidate, wishes: Wishes) -> float:
+def distance(candidate: Tried, wishes: Wishes) -> float:
     """Return how far a design is from what is wished: 0 if it meets all, infinite if unbuildable.
 
     What is aimed at counts by its ratio, whichever way; a limit counts only where it is passed,
@@ -153,12 +161,15 @@ def distance(candidate: Candidate, wishes: Wishes) -> float:
     return total + 0.01 * len(candidate.verdict.reasons)
 
 
-def rank(candidate: Candidate, wishes: Wishes) -> tuple[int, float]:
+def rank(candidate: Tried, wishes: Wishes) -> tuple[int, float]:
     """Return what sorts designs, the best for some wishes first.
 
     First come those that meet all wishes, good ones before others. Where a wish cannot be met, what
-    is nearest is often what is worst: then all that are good come before those that are not.
+    is nearest is often what is worst: then all that are good come before those that are not. Where
+    nothing is wished for, those that are like the model go first, by their score.
     """
+    if not wishes and candidate.makeable:
+        return 2 * (not candidate.like), -score(candidate)
     away = distance(candidate, wishes)
     if candidate.figures is None or math.isinf(away):
         return UNBUILT
@@ -168,6 +179,20 @@ def rank(candidate: Candidate, wishes: Wishes) -> tuple[int, float]:
     )
     good = candidate.figures.grade is None or candidate.figures.grade >= GOOD
     return 2 * (not met) + (not good), away
+
+
+def score(candidate: Tried) -> float:
+    """Return how good a design is that can be built, beside others of its model.
+
+    It is the grade that the maker reads; limbs that are lost, faces that are left open and more
+    than an evening's work take points from it.
+    """
+    figures = candidate.figures
+    if figures is None or figures.grade is None:
+        return 0.0
+    hours = max(figures.hours or (0.0,))
+    late = math.log2(max(hours / EVENING_H, 1.0))
+    return figures.grade - candidate.limbs - candidate.opened / _OPENED - late
 
 
 def values_text(figures: Figures, wishes: Wishes) -> str:
@@ -185,7 +210,7 @@ def values_text(figures: Figures, wishes: Wishes) -> str:
     return ", ".join(parts)
 
 
-def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, str]:
+def choose(candidates: Sequence[Tried], wishes: Wishes) -> tuple[Tried, str]:
     """Choose the design that is best for what is wished, as `rank` says, and say why.
 
     Raises

@@ -4,10 +4,10 @@ import re
 
 import pytest
 from hypothesis import given
+from jobs import make_job
 from strategies import broken_meshes
 
 from fabweave.core.messages import agree
-from fabweave.job.run import make_job
 from fabweave.mesh.check import check_mesh
 from fabweave.options.settings import Settings
 

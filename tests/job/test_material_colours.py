@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.weave.strand_colours import crossing_colours
 
@@ -11,7 +12,7 @@ from fabweave.weave.strand_colours import crossing_colours
 @pytest.mark.slow
 def test_a_job_with_crossings_of_one_tone_is_proved(tmp_path):
     settings = Settings.of("shape:cube?n=2", size_mm=300.0, effort="quick", material="card:white")
-    made = run_job(settings, tmp_path / "job")
+    made = run_job(Stations(settings), tmp_path / "job")
     assert made.proof.ok
     shown = crossing_colours(made.job.weave, made.job.colours)
     below, above = shown[:, 0, :, None], shown[:, 1, None, :]

@@ -3,6 +3,7 @@
 import pytest
 
 from fabweave.design.inspection.facts import inspect_mesh
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.stock.material import (
     formed_radius_mm,
@@ -41,4 +42,4 @@ def test_it_is_told_where_a_material_is_too_stiff_and_softening_helps(size, help
     torus = Settings.of("shape:torus?m=8&n=4", size_mm=size, **options)
     veneer = material_named("birch-veneer")
     advice = forming_advice(veneer, formed_radius_mm(veneer)).lower()
-    assert (advice in inspect_mesh(torus).facts["pieces"]["because"].lower()) == helps
+    assert (advice in inspect_mesh(Stations(torus)).facts["pieces"]["because"].lower()) == helps

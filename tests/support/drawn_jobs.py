@@ -3,7 +3,8 @@
 from functools import cache
 from types import SimpleNamespace
 
-from fabweave.job.run import make_job
+from jobs import make_job
+
 from fabweave.job.write import job_map
 from fabweave.options.settings import Settings
 from fabweave.show.manual.painting import build_scene

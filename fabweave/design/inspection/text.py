@@ -7,7 +7,7 @@ from msgspec import convert
 
 from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
-from fabweave.design.candidate import Figures, words
+from fabweave.job.figures import Figures, words
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
@@ -18,6 +18,8 @@ _SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
 #: Notes on ribbons that mean nothing where these cannot be built: the advice says what to do.
 _OF_NO_USE = ("checks: ", "bend: ", "twist: ")
 
+#: How many reasons against building an answer tells.
+_REASONS = 2
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
 #: A mirror stands straight if its normal is this much along an axis.
@@ -40,11 +42,8 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*first_rows(facts), *further_rows(facts), *design_rows(facts)]
 
 
-def first_rows(facts: Mapping[str, Any], *, reasons: int | None = None) -> list[tuple[str, str]]:
-    """Return what the mesh is in a line, and whether it can be built as asked, and why not.
-
-    ``reasons`` is how many of them are told; all where it is None.
-    """
+def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what the mesh is, in a line."""
     mesh, sides = facts["mesh"], (f"{side:.0f}" for side in facts["mesh"]["size_mm"])
     genus = "" if mesh["genus"] is None else f", genus {mesh['genus']}"
     bounds = agree(mesh["boundary_loops"], "{n} boundary loop[|s]")
@@ -52,15 +51,20 @@ def first_rows(facts: Mapping[str, Any], *, reasons: int | None = None) -> list[
         f"{agree(mesh['faces'], '{n} [face|faces]')}, {mesh['vertices']} vertices, "
         f"{bounds if mesh['boundary_loops'] else 'closed'}{genus}; {' × '.join(sides)} mm"
     )
-    return [("mesh", text), *_verdict_rows(facts["verdict"], reasons)]
+    return [("mesh", text)]
 
 
 def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what would help, with the command, and what it comes to: the rest of an answer."""
+    """Return whether it can be built, what would help, and what it comes to: the rest of an answer.
+
+    Few of the reasons are told.
+    """
     threads, pieces = facts["threads"], facts["pieces"]
     told = f"{threads['count']}, {agree(threads['crossings'], '{n} crossing[|s]')}"
     built = facts["verdict"]["level"] != "not makeable"
     return [
+        *_chosen_rows(facts["chosen"]),
+        *_verdict_rows(facts["verdict"], _REASONS),
         *_advice_rows(facts["advice"]),
         ("threads", told),
         (
@@ -82,11 +86,13 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what would help, what can be woven, and figures: all but the designs."""
+    """Return whether it can be built, what would help, and figures: all but the designs."""
     told = {finding["text"] for finding in facts["checks"]["findings"]}  # the verdict's reasons
     built = facts["verdict"]["level"] != "not makeable"
     checks = [note for note in facts["checks"]["notes"] if note not in told]
     return [
+        *_chosen_rows(facts["chosen"]),
+        *_verdict_rows(facts["verdict"]),
         *_advice_rows(facts["advice"]),
         *_mesh_notes(facts),
         *_mesh_rows(facts["mesh"], facts["symmetry"]),
@@ -110,8 +116,9 @@ def _form_rows(form_mm: float | None, *, collapses: bool) -> list[tuple[str, str
         return []
     if collapses:
         text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
-        return [("form", f"{text}; make says exactly")]
-    return [("form", f"let go, it goes about {form_mm:.1f} mm from its form; make says exactly")]
+        return [("form", f"{text}, as foretold; make works it out")]
+    text = f"let go, it goes about {form_mm:.1f} mm from its form"
+    return [("form", f"{text}, as foretold; make works it out")]
 
 
 def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
@@ -276,7 +283,7 @@ def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     if costs is None:
         return []
     rows = [(name.lower(), text) for name, text in costs["told"].items()]
-    return [*rows, ("", "your own hours are not in this cost")]
+    return [*rows, ("", "foretold, as nothing is nested yet; your own hours are not in this cost")]
 
 
 def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
@@ -286,7 +293,12 @@ def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
     return [("left out", f"{'; '.join(left_out)}. --thorough tells that too, and takes longer")]
 
 
-def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[str, str]]:
+def _chosen_rows(chosen: str) -> list[tuple[str, str]]:
+    """Say on which mesh it is woven, where that is not its own."""
+    return [("choice", chosen)] if chosen else []
+
+
+def _verdict_rows(verdict: Mapping[str, Any], most: int | None = None) -> list[tuple[str, str]]:
     """Say whether it can be built as it is asked for, and what wants care."""
     rows = [("buildable", VERDICTS[verdict["level"]])]
     for reason in verdict["reasons"][:most]:
