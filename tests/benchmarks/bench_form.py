@@ -12,9 +12,8 @@ import sys
 import time
 
 from fabweave.estimate.costs import pieces_costs
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
 from fabweave.job.letting_go import let_job_go
-from fabweave.job.planned import plan_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_options
 
 SHARED, MODELS = "../shared/meshes/", "examples/meshes/"
@@ -53,17 +52,17 @@ def main(names):
           "mm/N apart     N stretch  plan    let go")  # fmt: skip
     for name in names or OBJECTS:
         source, options = OBJECTS[name]
-        settings, supplies = complete_settings(settings_from_options(source, force=True, **options))
-        woven = lay_asked(load_asked(settings), settings, supplies)
+        job = Stations(settings_from_options(source, force=True, **options))
+        _ = job.ribbons
         for fasten in ("joints", "form", "all"):
             begun = time.perf_counter()
-            planned = plan_job(woven, settings.but(fasten=fasten), supplies)
+            planned = job.instead(job.asked.but(fasten=fasten)).planned
             made = time.perf_counter()
-            form = let_job_go(planned).form
+            form = let_job_go(planned).settled.form
             ended = time.perf_counter()
             pieces = planned.piece_set
             hands = pieces_costs(
-                pieces, planned.woven, planned.settings.pieces, supplies, 1.0
+                pieces, planned.woven, planned.settings.pieces, planned.supplies, 1.0
             ).assembly
             print(
                 f"{name:14} {fasten:7} {len(pieces.fastened):6} {pieces.fastened.sum():8} "

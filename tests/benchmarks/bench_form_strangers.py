@@ -24,7 +24,7 @@ from fabweave.form.hold import Foresight
 from fabweave.form.net import State
 from fabweave.form.screw import Frames
 from fabweave.form.settle import let_go
-from fabweave.job.ask import brief_of, complete_settings, lay_asked, load_asked
+from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_options
 from fabweave.picture.model_files import woven_glb
 from fabweave.verify.measure.geometry import lay_steps, unfold
@@ -224,9 +224,9 @@ def main():
         return
     print("object        pins      OpenSees, mm   first order, mm   let go, mm    ratios")
     for name, (source, options) in OBJECTS.items():
-        settings, supplies = complete_settings(settings_from_options(source, **options))
-        woven = lay_asked(load_asked(settings), settings, supplies)
-        body = body_of(woven, brief_of(settings, supplies))
+        job = Stations(settings_from_options(source, **options))
+        woven = job.ribbons
+        body = body_of(woven, job.brief)
         for stiffness in (25.0, 10_000.0):
             pins = np.full(len(body.places), stiffness)
             there = distances(body.places + moves_there(woven, body, pins), body.places)

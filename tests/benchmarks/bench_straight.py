@@ -22,7 +22,8 @@ import numpy as np
 import trimesh
 
 from fabweave.core.errors import FabweaveError
-from fabweave.job.run import make_job
+from fabweave.job.run import draw_stations
+from fabweave.job.stations import Stations
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import plain_triangles
@@ -178,7 +179,7 @@ def row(name, dense, strips, size):
     start = time.perf_counter()
     settings = settings_from_options("mesh" if mesh is not None else str(source), **words)
     try:
-        job = make_job(settings, mesh=mesh)
+        job = draw_stations(Stations(settings, mesh))
     except FabweaveError as error:
         return f"| {name} | {dense} | {strips} | {str(error)[:90]} |"
     form, rested = job.form, None

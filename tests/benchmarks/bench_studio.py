@@ -77,7 +77,7 @@ def opened(browser, studio):
 
 def bound_s(mesh):
     """Return how long the ribbons take to be laid anew in this process."""
-    stations = Stations(mesh, {"size": "300mm"})
+    stations = Stations.read(mesh, {"size": "300mm"})
     _ = stations.ribbons
     times = []
     for share in (0.3, 0.4, 0.5):

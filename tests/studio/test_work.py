@@ -145,7 +145,7 @@ def walked(steps, seed, mesh, options, most_crossings=math.inf):
     told(look, state.mesh, kept, **state.options)
     for _ in range(steps):
         stations = kept["stations"]
-        one = draw.choice(controls(stations.settings, stations.completed[0], stations.ribbons))
+        one = draw.choice(controls(stations.asked, stations.completed[0], stations.ribbons))
         if one.option == "up" and draw.random() < 0.5:
             value = ",".join(f"{draw.uniform(-1.0, 1.0):.3g}" for _ in range(3))
         elif one.kind == "choice":
