@@ -141,7 +141,7 @@ class Search:
         self.told(tried)
         if (away := rank(tried, self.wishes)) < self._best:
             self._best = away
-            self._better(f"best so far: {tried.text}")
+            self._better(f"best so far: {tried.brief}")
 
     def _one_of_each_mesh(
         self, left: dict[str, Settings], found: dict[str, Tried]

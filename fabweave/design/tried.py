@@ -9,6 +9,7 @@ from fabweave.core.arrays import frozen_value
 from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.finding import Finding
 from fabweave.core.records import to_json
+from fabweave.estimate.texts import hours_text
 from fabweave.form.settle import STANDS
 from fabweave.job.figures import Figures, figures_of, words
 from fabweave.job.stations import Stations
@@ -98,6 +99,18 @@ class Tried:
         """The share of its faces that are left out."""
         gone = len(parse_leave_out(self.design.mesh.leave_out).faces)
         return gone / max(gone + (0 if self.loaded is None else self.loaded.mesh.n_faces), 1)
+
+    @property
+    def brief(self) -> str:
+        """What it came to, in few words, for whoever waits."""
+        figures = self.figures
+        if figures is None:
+            return f"{self.name}: {self.verdict.headline}"
+        hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
+        return (
+            f"{self.name}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
+            f"{hours}, grade about {figures.grade or 0.0:.1f}; {self.verdict.level}"
+        )
 
     @property
     def text(self) -> str:

@@ -10,7 +10,7 @@ from fabweave.estimate.comparison import MOST_PIECES
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
-from fabweave.form.settle import STANDS
+from fabweave.form.settle import BOUND, STANDS
 from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations
 from fabweave.piece.on_stock import rough_nesting
@@ -31,7 +31,7 @@ class Figures:
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
     foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
-    that; and ``grade`` tells how good it is before. ``hours`` are those of the assembly,
+    that; and ``grade`` is foretold from all of that. ``hours`` are those of the assembly,
     ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a range, None
     where it is not known.
     """
@@ -68,8 +68,12 @@ def figures_of(stations: Stations) -> Figures:
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
     machine, form = costs.machine_s, stations.foretold
-    most_mm = STANDS * planned.woven.size_mm
+    woven_mm = planned.woven.size_mm
+    most_mm = STANDS * woven_mm
     collapses = form is not None and form.most_mm > most_mm
+    far = None
+    if form is not None:
+        far = form.settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -88,7 +92,7 @@ def figures_of(stations: Stations) -> Figures:
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
         form_mm=None if form is None else round(min(form.most_mm, most_mm), 2),
-        grade=grade(pieces, planned.verdict, like).score,
+        grade=grade(pieces, planned.verdict, like, foretold=far).score,
         collapses=collapses or None,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),

@@ -398,8 +398,8 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
-        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``form_mm``, ``checks``,
-        ``verdict``, ``advice`` (what would help, with the command that does it),
+        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``form_mm``, ``grade``,
+        ``checks``, ``verdict``, ``advice`` (what would help, with the command that does it),
         ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
         ``left_out`` (what only a thorough inspection tells) and ``notes``; ``chosen``, which says
         on which mesh ``make`` would weave the model if that is not its own, ``likeness`` where the
@@ -549,6 +549,7 @@ def _inspected(
         "costs": None if figures is None else _costs(job.costs),
         "form_mm": None if figures is None else figures.form_mm,
         "collapses": figures is not None and bool(figures.collapses),
+        "grade": None if figures is None else figures.grade,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [

@@ -80,7 +80,7 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
             (name, text.partition(";")[0] if name == "time" else text)
             for name, text in (_cost_rows(facts["costs"])[:-1] if built else [])
         ),
-        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
+        *_form_rows(facts["form_mm"], facts["grade"], collapses=facts["collapses"]),
         ("more", "-v prints all that is known; --designs tries designs from coarse to fine"),
     ]
 
@@ -105,20 +105,24 @@ def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         # What cannot be built need not be priced; the facts hold it.
         *(_choices(facts["pieces"]) if built else []),
         *(_cost_rows(facts["costs"]) if built else []),
-        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
+        *_form_rows(facts["form_mm"], facts["grade"], collapses=facts["collapses"]),
         *_left_out_rows(facts["left_out"]),
     ]
 
 
-def _form_rows(form_mm: float | None, *, collapses: bool) -> list[tuple[str, str]]:
-    """Say about how far the object goes from its form; nothing where that is not known."""
-    if form_mm is None:
-        return []
-    if collapses:
-        text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
-        return [("form", f"{text}, as foretold; make works it out")]
-    text = f"let go, it goes about {form_mm:.1f} mm from its form"
-    return [("form", f"{text}, as foretold; make works it out")]
+def _form_rows(
+    form_mm: float | None, grade: float | None, *, collapses: bool
+) -> list[tuple[str, str]]:
+    """Say what is foretold of form and grade; nothing where that is not known."""
+    rows = []
+    if form_mm is not None:
+        text = f"let go, it goes about {form_mm:.1f} mm from its form"
+        if collapses:
+            text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
+        rows.append(("form", f"{text}, as foretold; make works it out"))
+    if grade is not None:
+        rows.append(("grade", f"about {grade:.1f} of 10, as foretold"))
+    return rows
 
 
 def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
