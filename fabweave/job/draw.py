@@ -8,6 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
@@ -96,7 +97,7 @@ class Job(PlannedJob):
         The sheets with kerf and micro-joints; none where the others are to be cut as they are.
     costs : Costs
         Times and money: what waste.json, the manual and the terminal say.
-    notes : tuple of str
+    notes : tuple of Note
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
@@ -125,7 +126,7 @@ class Job(PlannedJob):
     drawings: tuple[SheetDrawing, ...]
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     grain_cost: GrainCost | None = None
     rim: SideSheets | None = None
     former: SideSheets | None = None

@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Note
 from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 
@@ -127,6 +128,6 @@ class Layout:
     placements: tuple[Placement, ...]
     margin_mm: float
     gap_mm: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     recorded: bool = False
     rotations: Rotations = FREE

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
@@ -39,7 +40,7 @@ class Remeshed:
         note says so.
     method : str
         ``unchanged``, ``pairing``, ``unrefining``, or the name of the remesher.
-    notes : tuple of str
+    notes : tuple of Note
         What a person should know.
     irregular : Irregular
         The irregular vertices that remain: inside, those with other than four edges in meshes of
@@ -48,17 +49,17 @@ class Remeshed:
 
     mesh: PolyMesh
     method: str
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     irregular: Irregular
 
 
-def finished_quads(mesh: PolyMesh, method: str, notes: Sequence[str]) -> Remeshed:
+def finished_quads(mesh: PolyMesh, method: str, notes: Sequence[Note]) -> Remeshed:
     """Return a mesh of quads as a result, with a note on its irregular vertices."""
     irregular = find_irregular(mesh)
     return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
 
 
-def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
+def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[Note]]:
     """Join vertices at the same place and orient the faces, so that remeshers can see the mesh.
 
     Parameters
@@ -70,7 +71,7 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
     -------
     source : PolyMesh
         An oriented manifold surface.
-    notes : list of str
+    notes : list of Note
         What was done.
 
     Raises
@@ -81,12 +82,12 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
     if check_mesh(mesh).rules & {"index-range", "small-face"} or not mesh.n_faces:
         prepare_mesh(mesh)  # says what is wrong
     welded, joined, dropped = weld_mesh(mesh)
-    notes: list[str] = []
+    done: list[str] = []
     source = mesh
     # Bodies that only touch are better left apart than joined to something that cannot be woven.
     if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
         source = welded
-        notes.append(
+        done.append(
             agree(
                 joined,
                 "{n} [vertex was|vertices were] at the same place as another vertex and merged "
@@ -95,7 +96,7 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
             + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
         )
     source, _, repairs = prepare_mesh(source)
-    return source, [*notes, *repairs]
+    return source, [Note("repaired", text) for text in (*done, *repairs)]
 
 
 def cut_surface(source: PolyMesh) -> PolyMesh:
