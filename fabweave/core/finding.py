@@ -1,5 +1,6 @@
 """Hold what was found of a mesh or a job, whoever found it, and who has to know it."""
 
+from collections.abc import Iterable
 from typing import Any, Literal, Self, TypeAlias
 
 from fabweave.core.records import record
@@ -89,6 +90,11 @@ class Note(str):
         note = super().__new__(cls, f"{text}. {more}" if more else text)
         note.rule, note.text, note.more, note.detail = rule, text, more, detail
         return note
+
+    @classmethod
+    def each(cls, rule: str, texts: Iterable[str]) -> list[Self]:
+        """Return texts as notes of a rule; those that are notes already stay what they are."""
+        return [text if isinstance(text, cls) else cls(rule, text) for text in texts]
 
     def __getnewargs__(self) -> tuple[Any, ...]:
         """Return what it is made of, for processes."""

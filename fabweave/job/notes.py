@@ -101,7 +101,7 @@ def job_notes(
             )
         ),
         order_note(order, steps, bill.clips),
-        *layout.notes,
+        *Note.each("layout", layout.notes),
         *left_out_notes((*drawings, *beside)),
         *kerf_notes(
             kerfed,
@@ -215,7 +215,7 @@ def _weave_notes(weave: Weave) -> list[Note]:
             notes.append(
                 agree(empty, f"{{n}} thread[|s] {what}, cross[es|] nothing, and [is|are] left out")
             )
-    return [Note("weave", text) for text in notes]
+    return Note.each("weave", notes)
 
 
 def _width_text(width: FloatArray) -> str:

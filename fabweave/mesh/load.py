@@ -186,11 +186,9 @@ def load_mesh(
         raise InputError(f"{error}{done}{helps}") from None
     clashes = self_intersections(mesh)
     notes = [
-        *(Note("file", text) for text in file.notes),
-        *(Note("up", text) for text in said),
-        *(Note("cleaned", text) for text in cleaned.notes),
-        *(Note("bodies", text) for text in kept),
-        *(Note("repaired", text) for text in repairs),
+        *Note.each("file", file.notes),
+        *Note.each("up", said),
+        *Note.each("repaired", (*cleaned.notes, *kept, *repairs)),
         *mesh_notes(report, clashes),
     ]
     if settings.size_mm is None:
@@ -311,7 +309,7 @@ def _changed(
     if wanted.kind != NONE:
         if remeshed is None:
             remeshed = _remeshed(mesh, wanted, progress, seed=seed)
-        notes += remeshed.notes
+        notes += Note.each("remeshed", remeshed.notes)
         if remeshed.method != "unchanged":
             model = given
             if remeshed.mesh.n_faces < mesh.n_faces:
@@ -372,7 +370,7 @@ def _opened(
     openings: tuple[Opening, ...] = ()
     if left_out is not None:
         mesh, openings = leave_out(mesh, parse_leave_out(left_out))
-        notes += [Note("opening", opening.note) for opening in openings]
+        notes += Note.each("opening", (opening.note for opening in openings))
         done.append("opened")
     n_old_vertices = 0
     if triaxial:
@@ -388,7 +386,7 @@ def _prepared(
     """Make a mesh ready to weave after what was done to it, and note what that was."""
     if done:
         mesh, report, repairs = prepare_mesh(mesh)
-        notes += [Note("repaired", text) for text in repairs]
+        notes += Note.each("repaired", repairs)
         told = f"the mesh was {', '.join(done)}: {mesh_counts(report)}"
         notes.append(Note("changed", told, detail=detail))
     return mesh

@@ -6,7 +6,6 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import InputError
-from fabweave.core.finding import Note
 from fabweave.stock.rotations import FREE, Rotations
 from fabweave.stock.sheet_size import SheetSize
 
@@ -128,6 +127,6 @@ class Layout:
     placements: tuple[Placement, ...]
     margin_mm: float
     gap_mm: float
-    notes: tuple[Note, ...] = ()
+    notes: tuple[str, ...] = ()
     recorded: bool = False
     rotations: Rotations = FREE

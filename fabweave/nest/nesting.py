@@ -18,7 +18,6 @@ from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import FloatArray, Progress, no_progress
 from fabweave.core.errors import InputError
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.nest.container import container_of
@@ -453,7 +452,7 @@ def nest(
     )
     require_fitting(job)
     plan: Plan | None = None
-    notes: tuple[Note, ...] = ()
+    notes: list[str] = []
     try:
         for better in _plans(job, seed, executors, progress):
             plan = better
@@ -463,11 +462,10 @@ def nest(
         if plan is None:
             raise
         # The best plan so far is complete: it is kept.
-        told = (
+        notes.append(
             f"nesting was cut short: the pieces are on {agree(len(plan.sheets), '{n} sheet[|s]')}; "
             "given more time it might need fewer, and the same settings may give another layout"
         )
-        notes = (Note("layout", told),)
     if plan is None:
         raise RuntimeError("nesting ended without a plan")
     return Layout(
@@ -476,7 +474,7 @@ def nest(
         margin_mm=margin_mm,
         gap_mm=gap_mm,
         rotations=rotations,
-        notes=notes,
+        notes=tuple(notes),
         recorded=bool(notes),
     )
 

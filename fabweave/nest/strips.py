@@ -142,7 +142,7 @@ def nest_strips(
             f"{few_of([ids[at] for at in left])}; a larger or another --sheet, or a smaller "
             "--max-length, would help"
         )
-    notes: tuple[Note, ...] = ()
+    notes: tuple[str, ...] = ()
     if any(sheet.is_roll for sheet in used):
         longest = max(sheet.width_mm for sheet in sheets)
         notes = (_roll_note(used, float(shapes[:, 0].sum()), longest),)

@@ -27,13 +27,12 @@ def extent_notes(n_crossings: int, n_steps: int) -> list[Note]:
     >>> extent_notes(100, 2_001)[0][:48]
     'assembly.pdf tells its 2,001 steps without a pic'
     """
-    notes = []
+    notes: list[str] = []
     if n_steps > MOST_PICTURED:
-        told = (
+        notes.append(
             f"assembly.pdf tells its {n_steps:,} steps without a "
             f"picture of each: more than {MOST_PICTURED:,} pictures are too many to leaf through"
         )
-        notes.append(Note("extent", told))
     if n_crossings > MOST_VIEWED:
         told = (
             f"assembly.html is left out: {n_crossings:,} crossings are more than a browser shows "
@@ -44,4 +43,4 @@ def extent_notes(n_crossings: int, n_steps: int) -> list[Note]:
             "station by station"
         )
         notes.append(Note("extent", told, instead))
-    return notes
+    return Note.each("extent", notes)

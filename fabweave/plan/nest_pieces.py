@@ -10,7 +10,6 @@ import shapely
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, no_progress, offsets_of
 from fabweave.core.errors import InputError
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.search import Search
@@ -207,7 +206,7 @@ def read_layout(
         placements=tuple(_placement(number, records[name]) for number, name in enumerate(ids)),
         margin_mm=margin_mm,
         gap_mm=gap_mm,
-        notes=tuple(Note("layout", text) for text in crossing_map.layout.notes),
+        notes=crossing_map.layout.notes,
         recorded=True,
         rotations=rotations,
     )
@@ -361,13 +360,7 @@ def nest_pieces(
     if len(parts) == 1:
         return parts[0]
     named = [
-        replace(
-            part,
-            notes=tuple(
-                Note(note.rule, f"{supply.material.caption}: {note.text}", note.more)
-                for note in part.notes
-            ),
-        )
+        replace(part, notes=tuple(f"{supply.material.caption}: {note}" for note in part.notes))
         for part, supply in zip(parts, supplies.each, strict=True)
     ]
     return joined(named, groups)

@@ -207,7 +207,7 @@ def former_notes(laid: Laid | None) -> list[Note]:
     if laid is None:
         return []
     stays = [STAYS] if laid.way is None else []
-    return [Note("former", f"former: {text}") for text in (*_unnamed(laid), *stays)]
+    return Note.each("former", (f"former: {text}" for text in (*_unnamed(laid), *stays)))
 
 
 def _unnamed(laid: Laid) -> list[str]:

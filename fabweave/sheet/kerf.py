@@ -633,4 +633,4 @@ def kerf_notes(
             f"{agree(len(whole), '{n} piece[ has|s have]')} no micro-joints, because no side is "
             f"long and straight enough: {few_of(whole)}"
         )
-    return [Note("kerf", text) for text in notes]
+    return Note.each("kerf", notes)

@@ -297,4 +297,4 @@ def twill_notes(twill: Twill) -> list[Note]:
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
         "mesh",
     )
-    return [Note("twill", text) for text in told]
+    return Note.each("twill", told)

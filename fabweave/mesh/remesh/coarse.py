@@ -4,7 +4,6 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, Progress, flags, no_progress, places_in_groups
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
@@ -221,9 +220,10 @@ def remesh_coarse(
             f"coarse:{4 * cage.n_faces}"
         )
     others = ", ".join(str(other.n_faces) for other in found if other is not cage)
-    note = cage_note(paired, fitted, steps)
-    note += f"; other cages have {others} faces" if others else ""
-    return finished_quads(fitted, "unrefining", [*notes, Note("cage", note)])
+    notes.append(
+        cage_note(paired, fitted, steps) + (f"; other cages have {others} faces" if others else "")
+    )
+    return finished_quads(fitted, "unrefining", notes)
 
 
 def cage_of_quads(source: PolyMesh, n_quads: int) -> tuple[PolyMesh, str] | None:

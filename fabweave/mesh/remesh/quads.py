@@ -291,8 +291,7 @@ def remesh_quads(
     surface = cut_surface(source)
     wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
-        aim = f"no number of quads was given, so about {wanted} were aimed for"
-        notes.append(Note("quads", aim))
+        notes.append(f"no number of quads was given, so about {wanted} were aimed for")
     failures: list[str] = []
     surface = _reduced(surface, wanted)
     for engine in engines:
@@ -302,46 +301,41 @@ def remesh_quads(
         best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
         failures += failed
         if best is not None:
-            notes += _failed(failures)
+            notes += [f"another attempt failed: {text}" for text in failures]
             chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
             return finished_quads(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
 
 def _kept(
-    source: PolyMesh, paired: PolyMesh, n_quads: int | None, notes: list[Note]
+    source: PolyMesh, paired: PolyMesh, n_quads: int | None, notes: list[str]
 ) -> Remeshed | None:
     """Return the quads that a mesh has already, or those of its cage, if they are about so many."""
     if _about(paired.n_faces, n_quads):
         return _from_pairing(source, paired, notes)
     cage = None if n_quads is None else cage_of_quads(source, n_quads)
-    if cage is None:
-        return None
-    return finished_quads(cage[0], "unrefining", [*notes, Note("cage", cage[1])])
+    return None if cage is None else finished_quads(cage[0], "unrefining", [*notes, cage[1]])
 
 
-def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> Note:
+def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> str:
     """Say why the quads that a mesh has are not taken."""
     if kept is None:
-        return Note(
-            "pairs",
+        return (
             f"the triangles pair up into {paired.n_faces} quads with "
             f"{len(find_irregular(paired))} irregular vertices, but about {n_quads} quads were "
-            "asked for; --remesh quads keeps the pairs",
+            "asked for; --remesh quads keeps the pairs"
         )
-    return Note(
-        "pairs",
+    return (
         f"the mesh has {kept.mesh.n_faces} quads of its own, but some are much smaller than "
         "others, and would make narrow ribbons; --remesh quads keeps its quads, --remesh coarse "
-        "its cage",
-        detail=True,
+        "its cage"
     )
 
 
 def _mirrored(
     engine: Engine, source: PolyMesh, surface: PolyMesh, wanted: int, best: Candidate, seed: int,
     progress: Progress,
-) -> tuple[PolyMesh, list[Note]]:  # fmt: skip
+) -> tuple[PolyMesh, list[str]]:  # fmt: skip
     """Return a mirror-symmetric result in place of another where it is as good; and notes."""
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
@@ -354,8 +348,8 @@ def _mirrored(
         return symmetric, [Note("quads", told, detail=True)]
     if symmetric is not None:
         why = "they would keep its shape worse, or be less regular"
-    missed = Note("mirror", f"the model is mirror-symmetric, and the quads are not: {why}")
-    return best.mesh, [*([missed] if why else []), best.note]
+    missed = [f"the model is mirror-symmetric, and the quads are not: {why}"] if why else []
+    return best.mesh, [*missed, best.note]
 
 
 def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:
@@ -378,43 +372,37 @@ def _about(found: int, wanted: int | None) -> bool:
     return wanted is None or wanted / _ABOUT <= found <= wanted * _ABOUT
 
 
-def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[Note]) -> Remeshed:
+def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remeshed:
     """Describe a mesh that pairing gave."""
     merged = source.n_faces - paired.n_faces
     stray = np.flatnonzero(paired.face_sizes != 4)
-    told = []
+    notes = list(notes)
     if merged:
-        told.append(
+        notes.append(
             f"{2 * merged} triangles were paired into {agree(merged, '{n} quad[|s]')}; "
             "every vertex stays where it was"
         )
     else:
         share = "nearly all faces are" if len(stray) else "all faces are"
-        told.append(f"{share} quads already, so the mesh was left as it is")
+        notes.append(f"{share} quads already, so the mesh was left as it is")
     if len(stray):
         some = few_of(stray.tolist(), 5)
-        told.append(
+        notes.append(
             agree(len(stray), "{n} [face is not a quad|faces are not quads] (face ")
             + f"{some}); one Catmull-Clark step turns all faces into quads"
         )
-    notes = [*notes, *(Note("pairs", text) for text in told)]
     return finished_quads(paired, "pairing" if merged else "unchanged", notes)
 
 
-def _failed(failures: list[str]) -> list[Note]:
-    """Say which attempts failed before one that did not."""
-    return [Note("failed", f"another attempt failed: {text}") for text in failures]
-
-
 def _last_resort(
-    source: PolyMesh, n_quads: int | None, notes: list[Note], failures: list[str]
+    source: PolyMesh, n_quads: int | None, notes: list[str], failures: list[str]
 ) -> Remeshed:
     """Take pairs that do not look like split quads, or say that nothing helped."""
     paired = merge_pairs(source, pair_triangles(source, repair=True))
     stray = int(np.count_nonzero(paired.face_sizes != 4))
     if not stray and _about(paired.n_faces, n_quads):
-        skewed = "the triangles do not look like split quads, so the new quads may be skewed"
-        notes = [*notes, *_failed(failures), Note("pairs", skewed)]
+        notes = notes + [f"another attempt failed: {text}" for text in failures]
+        notes.append("the triangles do not look like split quads, so the new quads may be skewed")
         return _from_pairing(source, paired, notes)
     if stray:
         text = agree(stray, "{n} [face would not be a quad|faces would not be quads]")

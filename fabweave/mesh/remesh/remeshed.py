@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
@@ -40,7 +39,7 @@ class Remeshed:
         note says so.
     method : str
         ``unchanged``, ``pairing``, ``unrefining``, or the name of the remesher.
-    notes : tuple of Note
+    notes : tuple of str
         What a person should know.
     irregular : Irregular
         The irregular vertices that remain: inside, those with other than four edges in meshes of
@@ -49,17 +48,17 @@ class Remeshed:
 
     mesh: PolyMesh
     method: str
-    notes: tuple[Note, ...]
+    notes: tuple[str, ...]
     irregular: Irregular
 
 
-def finished_quads(mesh: PolyMesh, method: str, notes: Sequence[Note]) -> Remeshed:
+def finished_quads(mesh: PolyMesh, method: str, notes: Sequence[str]) -> Remeshed:
     """Return a mesh of quads as a result, with a note on its irregular vertices."""
     irregular = find_irregular(mesh)
     return Remeshed(mesh, method, (*notes, irregular_note(irregular)), irregular)
 
 
-def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[Note]]:
+def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[str]]:
     """Join vertices at the same place and orient the faces, so that remeshers can see the mesh.
 
     Parameters
@@ -71,7 +70,7 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[Note]]:
     -------
     source : PolyMesh
         An oriented manifold surface.
-    notes : list of Note
+    notes : list of str
         What was done.
 
     Raises
@@ -82,12 +81,12 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[Note]]:
     if check_mesh(mesh).rules & {"index-range", "small-face"} or not mesh.n_faces:
         prepare_mesh(mesh)  # says what is wrong
     welded, joined, dropped = weld_mesh(mesh)
-    done: list[str] = []
+    notes: list[str] = []
     source = mesh
     # Bodies that only touch are better left apart than joined to something that cannot be woven.
     if joined and (not check_mesh(welded).fatal or check_mesh(mesh).fatal):
         source = welded
-        done.append(
+        notes.append(
             agree(
                 joined,
                 "{n} [vertex was|vertices were] at the same place as another vertex and merged "
@@ -96,7 +95,7 @@ def ready_source(mesh: PolyMesh) -> tuple[PolyMesh, list[Note]]:
             + (agree(dropped, "; {n} [face|faces] vanished as a result") if dropped else "")
         )
     source, _, repairs = prepare_mesh(source)
-    return source, [Note("repaired", text) for text in (*done, *repairs)]
+    return source, [*notes, *repairs]
 
 
 def cut_surface(source: PolyMesh) -> PolyMesh:

@@ -5,7 +5,6 @@ from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, Progress, flags, no_progress, unit
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.finding import Note
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import nearly_as_like
@@ -468,8 +467,10 @@ def remesh_triangles(
     surface = cut_surface(source)
     if surface.n_faces <= n_triangles:
         coarse = surface
-        few = f"the mesh has {surface.n_faces} triangles, no more than the {n_triangles} asked for"
-        notes.append(Note("triangles", f"{few}: long edges were split", detail=True))
+        notes.append(
+            f"the mesh has {surface.n_faces} triangles, no more than the {n_triangles} asked for: "
+            "long edges were split"
+        )
     else:
         progress("taking triangles away", 0, 1)
         try:
@@ -483,14 +484,12 @@ def remesh_triangles(
     result = whole
     if symmetric is not None and (faults or _not_worse(source, symmetric, whole)):
         result = symmetric
-        mirrored = "the model is mirror-symmetric, and so are the triangles: half was remeshed"
-        notes.append(Note("mirror", mirrored))
+        notes.append("the model is mirror-symmetric, and so are the triangles: half was remeshed")
     elif faults:
         raise _refused("; ".join(faults))
     irregular = find_irregular(result, REGULAR)
     made = f"{engine.title} and flips of edges made {result.n_faces} triangles"
-    notes += [Note("triangles", text) for text in (made, _valence_note(result))]
-    return Remeshed(result, engine.name, tuple(notes), irregular)
+    return Remeshed(result, engine.name, (*notes, made, _valence_note(result)), irregular)
 
 
 def symmetric_triangles(

@@ -23,7 +23,6 @@ from fabweave.core.arrays import (
     unit,
 )
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
@@ -624,12 +623,12 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     if found is None:
         raise _failed("; ".join([*faults, *told]))
     made = found[1]
-    told.insert(
-        0,
+    notes.append(
         f"PyGEL found a skeleton with {agree(bones.n_tips, '{n} tip[|s]')}; tubes around it have "
-        f"{made.n_faces} quads ({n_quads} were wanted)",
+        f"{made.n_faces} quads ({n_quads} were wanted)"
     )
-    return finished_quads(made, "tubes", [*notes, *(Note("tubes", text) for text in told)])
+    notes += told
+    return finished_quads(made, "tubes", notes)
 
 
 def _failed(why: str) -> CannotMakeError:
