@@ -383,7 +383,7 @@ def why_few(search: Search) -> str:
     failed = near or next(one for one in tried if not one.makeable)
     which = f"{'The' if not built else 'Of the others, the'} nearest, {failed.name}"
     # What was tried says more than the size that a refusal computes.
-    reason = failed.verdict.reasons[0].text.partition(": use ")[0]
+    reason = failed.verdict.reasons[0].text
     told += f" {which}, fails by this: {reason}."
     if not helps:
         return told

@@ -269,4 +269,4 @@ def _reason(error: CannotMakeError) -> str:
     """Return why something cannot be built, without what would help."""
     if isinstance(error, NotMakeableError):
         return error.verdict.stops[0].text
-    return str(error).partition(": use ")[0]
+    return error.reason

@@ -225,7 +225,7 @@ def former_of(planned: PlannedJob) -> Former | None:
     try:
         return _built_of(planned, supply)
     except CannotMakeError as error:
-        raise CannotMakeError(f"{error}; {_former_cure(planned)}") from None
+        raise CannotMakeError(error.reason, _former_cure(planned)) from None
 
 
 def _built_of(planned: PlannedJob, supply: Supply) -> Former:
@@ -261,8 +261,7 @@ def _former_on_sheets(planned: PlannedJob, laid: Laid | None) -> SideSheets | No
         return _sheets_of(planned, laid, supply)
     except CannotMakeError as error:
         # What that proposes would not change a former.
-        told = str(error).partition(". ")[0]
-        raise CannotMakeError(f"of the former, {told}; {_former_cure(planned)}") from None
+        raise CannotMakeError(f"of the former, {error.reason}", _former_cure(planned)) from None
 
 
 def _former_cure(planned: PlannedJob) -> str:

@@ -550,7 +550,8 @@ def require_wide(woven: WovenObject) -> None:
     try:
         require_width(woven.ribbons, woven.labels, woven.size_mm)
     except TooFineError as error:
-        raise TooFineError(". ".join([str(error), *opening_notes(woven)])) from None
+        cures = ". ".join([error.cure, *opening_notes(woven)])
+        raise TooFineError(error.reason, cures) from None
 
 
 def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies) -> list[Note]:

@@ -151,7 +151,8 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
         f"ribbons are narrower than {NARROWEST_MM:g} mm in "
         f"{agree(len(narrow), '{n} place[|s]')} "
         f"({agree(len(threads), 'thread[|s]')} {names}; "
-        f"the narrowest is {least:.3g} mm wide) and would burn away: use {COARSER}{larger}"
+        f"the narrowest is {least:.3g} mm wide) and would burn away",
+        f"use {COARSER}{larger}",
     )
 
 
