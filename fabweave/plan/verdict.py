@@ -82,7 +82,7 @@ class NotMakeableError(CannotMakeError):
             f"this cannot be built as asked:\n{stops}\n{ways}"
             "--force makes the files anyway, and says so on every sheet"
         )
-        self.verdict = verdict
+        self.verdict, self.reason = verdict, verdict.stops[0].text
 
 
 def judge(
