@@ -382,9 +382,7 @@ def why_few(search: Search) -> str:
     told = f"Only one of {whose}." if built else f"None of {whose}."
     failed = near or next(one for one in tried if not one.makeable)
     which = f"{'The' if not built else 'Of the others, the'} nearest, {failed.name}"
-    # What was tried says more than the size that a refusal computes.
-    reason = failed.verdict.reasons[0].text.partition(": use ")[0]
-    told += f" {which}, fails by this: {reason}."
+    told += f" {which}, fails by this: {failed.verdict.reasons[0].text}."
     if not helps:
         return told
     ways = [one.name for one in helps if one.makeable]

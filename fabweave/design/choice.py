@@ -87,7 +87,7 @@ def choose_mesh(
         try:
             _ = job.buildable
         except (NotMakeableError, TooFineError) as error:
-            refused, why = error, f"cannot be built ({_reason(error)})"
+            refused, why = error, f"cannot be built ({error.reason})"
         else:
             return Choice(job)
     if not (free and has_coarser(job.loaded)):
@@ -263,10 +263,3 @@ def _none_of_them(settings: Settings) -> str:
         "Coarser meshes of quads, tubes and triangles were tried, and cannot be built either. A "
         f"larger --size{softer} leaves more room.\n"
     )
-
-
-def _reason(error: CannotMakeError) -> str:
-    """Return why something cannot be built, without what would help."""
-    if isinstance(error, NotMakeableError):
-        return error.verdict.stops[0].text
-    return str(error).partition(": use ")[0]

@@ -217,7 +217,7 @@ def _try_once(
         if looks and figures is not None:
             picture = _picture(job)
     except FabweaveError as error:
-        return _Once(Tried(design, name, refused(str(error)), None, far, loaded))
+        return _Once(Tried(design, name, refused(error.reason, cure=error.cure), None, far, loaded))
     hopeless = _hopeless_faces(woven, check, verdict) if verdict.stops else ()
     bodies = count_bodies(woven.weave.threads)
     return _Once(Tried(design, name, verdict, figures, far, loaded, picture), hopeless, bodies)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.finding import Note
 from fabweave.form.body import body_of
 from fabweave.form.hold import Foresight, pins_of
 from fabweave.form.relaxed import relaxed_ribbons
@@ -40,10 +41,11 @@ class LetGo(NamedTuple):
     cure: str
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> list[Note]:
         """What is not shown of it."""
         why = "no strips as they are cut were found that lie as it rests"
-        return () if self.bands is not None else (f"form: there is no model_relaxed.glb, as {why}",)
+        missing = Note("form", f"form: there is no model_relaxed.glb, as {why}")
+        return [missing] if self.bands is None else []
 
 
 def let_job_go(planned: PlannedJob) -> LetGo | None:

@@ -15,6 +15,7 @@ from fabweave.core.arrays import (
     frozen_value,
 )
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
 from fabweave.design.beside import apart, why_few
@@ -522,7 +523,7 @@ def _inspected(
         pieces |= {"kinds": figures.kinds}
     elif planned is not None:
         left_out.append("times and costs")
-    notes: list[str] = []
+    notes: list[Note] = []
     if depth == Depth.SEARCHED:
         job.progress("widths", 0, 1)
         notes = width_notes(woven, job.settled[0].ribbons, job.settled[1])

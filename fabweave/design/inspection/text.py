@@ -5,7 +5,7 @@ from typing import Any
 
 from msgspec import convert
 
-from fabweave.core.finding import Finding
+from fabweave.core.finding import Finding, Note
 from fabweave.core.messages import agree
 from fabweave.job.figures import Figures, words
 from fabweave.mesh.remesh.engines import lacking
@@ -13,10 +13,8 @@ from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 from fabweave.weave.pattern import exact_text
 
-#: Topics of the job's own notes that the facts say better.
-_SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
 #: Notes on ribbons that mean nothing where these cannot be built: the advice says what to do.
-_OF_NO_USE = ("checks: ", "bend: ", "twist: ")
+_OF_NO_USE = {"checks", "bend", "twist"}
 
 #: How many reasons against building an answer tells.
 _REASONS = 2
@@ -100,7 +98,7 @@ def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_twill_rows(facts["twill"], facts["mesh"]),
         *_fabric_rows(facts["fabrics"]),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
-        *(_topic(note) for note in checks if built or not note.startswith(_OF_NO_USE)),
+        *(_topic(note) for note in checks if built or note.rule not in _OF_NO_USE),
         ("pieces", _pieces(facts["pieces"])),
         # What cannot be built need not be priced; the facts hold it.
         *(_choices(facts["pieces"]) if built else []),
@@ -137,19 +135,15 @@ def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
 
 def _mesh_notes(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the notes on mesh and weave that nothing else says."""
-    counted = f"{facts['mesh']['faces']} faces, "
-    return [
-        _topic(note)
-        for note in facts["notes"]
-        if not note.startswith(_SAID_OTHERWISE)
-        and not (note.startswith("mesh: ") and counted in note)
-    ]
+    changed = any(note.rule == "changed" for note in facts["notes"])
+    said = {"twill"} if changed else {"twill", "mesh"}
+    return [_topic(note) for note in facts["notes"] if note.rule not in said]
 
 
-def _topic(note: str) -> tuple[str, str]:
-    """Split a note at its topic, if it names one."""
-    topic, colon, text = note.partition(": ")
-    return (topic, text) if colon and topic.isalpha() else ("note", note)
+def _topic(note: Note) -> tuple[str, str]:
+    """Return the topic of a note, if it begins with its rule, and the rest."""
+    rest = note.removeprefix(f"{note.rule}: ")
+    return ("note", note) if rest == note else (note.rule, rest)
 
 
 def _mesh_rows(mesh: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tuple[str, str]]:
