@@ -7,11 +7,12 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree, few_of
+from fabweave.former.plates import Laid
+from fabweave.former.sheets import former_notes
 from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import ribbon_notes
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
-from fabweave.piece.former import Laid
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
@@ -25,7 +26,6 @@ from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_notes
 from fabweave.sheet.kerf import kerf_notes
 from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks

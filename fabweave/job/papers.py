@@ -14,12 +14,12 @@ from fabweave.estimate.assembly_time import step_seconds
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.texts import cost_rows
 from fabweave.estimate.waste import WasteReport
+from fabweave.former.plates import Laid
 from fabweave.job.draw import Job
 from fabweave.job.write import offcut_entries
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials

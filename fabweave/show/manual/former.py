@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.former.plates import Laid
+from fabweave.former.way_out import Leaving
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import object_frame, render_scene
-from fabweave.piece.former import Laid
-from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import POINTS_PX, Painted, Scene, packed
 from fabweave.show.manual.step_pictures import Mark, seen_mark

@@ -9,11 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
-from fabweave.job.planned import plan_job
-from fabweave.options.settings import settings_from_options
-from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import (
+from fabweave.former.plates import (
     Former,
     Laid,
     Mark,
@@ -25,8 +21,12 @@ from fabweave.piece.former import (
     rim_loops,
     snapped,
 )
-from fabweave.plan.way_out import leaving, let_out
-from fabweave.sheet.former_sheets import former_notes, with_room
+from fabweave.former.sheets import former_notes, with_room
+from fabweave.former.way_out import leaving, let_out
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.planned import plan_job
+from fabweave.options.settings import settings_from_options
+from fabweave.piece.development import piece_stretches
 
 LAYER, THICK = 0.4, 1.2
 
