@@ -10,8 +10,8 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_
 from fabweave.form.net import Net, State
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
+from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.symmetry import best_motions
 from fabweave.mesh.topology import label_links
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load

@@ -16,7 +16,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.symmetry import EXACT
+from fabweave.mesh.automorphisms import EXACT
 from fabweave.nest.container import Container, clear_rectangle, container_of
 from fabweave.nest.fits import fits_rectangle
 from fabweave.nest.item_shape import shape_of

@@ -19,6 +19,7 @@ from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
 from fabweave.mesh.fair.energy import Energy, State, Wish
 from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.mirror import Mirror, find_partners
 from fabweave.mesh.polymesh import (
     PolyMesh,
     corner_sines,
@@ -29,7 +30,6 @@ from fabweave.mesh.polymesh import (
     previous_corner,
 )
 from fabweave.mesh.remesh.fit import Model
-from fabweave.mesh.symmetry import Mirror, find_partners
 from fabweave.mesh.triangulate import fans
 
 #: Steps that are worth their time: after six, nine tenths of the gain are there.
