@@ -30,7 +30,7 @@ from fabweave.options.settings import Settings, settings_table
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
-from fabweave.piece.on_stock import rough_nesting
+from fabweave.piece.stock_fit import rough_nesting
 from fabweave.plan.grade import grade
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check

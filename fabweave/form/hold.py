@@ -12,7 +12,7 @@ from fabweave.form.body import HELD_N_MM, Body, body_of, rigid_motions
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
-from fabweave.piece.joined_strands import JoinedObject
+from fabweave.piece.joined_object import JoinedObject
 from fabweave.piece.joint.fastening import parse_fastening
 
 #: The largest distance is taken for a mean of such powers, which tells whose turning adds to it.

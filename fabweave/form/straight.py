@@ -35,7 +35,7 @@ from fabweave.form.woven_net import woven_net
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import face_centres
 from fabweave.mesh.triangulate import plain_triangles
-from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import Ribbons, better_diagonals, crossing_heights, following_rung
 from fabweave.ribbon.rules.rules import measure_clearance
@@ -75,18 +75,6 @@ _NARROWER, _TRIES = 0.93, 8
 _EXACT, _STEPS = 1e-11, 25
 #: Crossings lie no farther from the middle of their quad than this share of its size.
 _PLACE = 0.2
-
-
-def lay_strips(
-    woven: WovenMesh, settings: RibbonSettings, supplies: Supplies, progress: Progress = no_progress
-) -> WovenObject:
-    """Lay the ribbons of a woven mesh as asked: as wide, and wavy or straight.
-
-    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
-    at any.
-    """
-    laid = lay_object(woven, settings, supplies, progress)
-    return straightened(laid, settings, supplies, progress) if settings.straight else laid
 
 
 def straightened(

@@ -13,9 +13,9 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.piece import Piece
-from fabweave.plan.access import shut_from
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.order import Order
+from fabweave.plan.reach import shut_from
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 

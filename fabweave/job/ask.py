@@ -5,14 +5,15 @@ from pathlib import Path
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.form.straight import lay_strips
+from fabweave.job.lay import lay_strips
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.load import LoadedMesh, load_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.settings import Settings
-from fabweave.piece.brief import Brief, chosen_grain, make_brief
-from fabweave.piece.joined_strands import split_object
+from fabweave.piece.brief import Brief, make_brief
+from fabweave.piece.grain import chosen_grain
+from fabweave.piece.joined_object import split_object
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons

@@ -11,8 +11,8 @@ from fabweave.form.body import Body, body_of
 from fabweave.form.hold import Foresight
 from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import STANDS, Settled, settle
-from fabweave.form.straight import lay_strips
 from fabweave.job.ask import brief_of, complete_settings
+from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob, plan_job
 from fabweave.options.settings import Settings
 from fabweave.piece.brief import Brief

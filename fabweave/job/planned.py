@@ -16,11 +16,11 @@ from fabweave.job.ask import brief_of, settle_grain, try_refinement
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import spare_pieces, spared
-from fabweave.piece.cut_up import joined_pieces, with_grain
-from fabweave.piece.joined_strands import check_joined, split_object
+from fabweave.piece.grain import with_grain
+from fabweave.piece.joined_object import check_joined, split_object
 from fabweave.piece.joint.holes import HoleRule
 from fabweave.piece.piece import Piece
-from fabweave.piece.pieces import PieceSet
+from fabweave.piece.pieces import PieceSet, joined_pieces
 from fabweave.piece.split.length_curve import SplitPlan
 from fabweave.plan.colours import piece_colours, woven_colours
 from fabweave.plan.nest_pieces import nest_pieces

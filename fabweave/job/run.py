@@ -20,9 +20,9 @@ from fabweave.core.parallel.executors import (
     processes,
     side_workers,
 )
-from fabweave.form.straight import lay_strips
 from fabweave.job.ask import complete_settings, load_asked
 from fabweave.job.draw import Job, draw_job, start_side_work
+from fabweave.job.lay import lay_strips
 from fabweave.job.papers import show_job
 from fabweave.job.planned import nest_job, plan_job, recorded_layout
 from fabweave.job.write import write_plan, write_proof

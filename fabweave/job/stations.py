@@ -7,8 +7,8 @@ from typing import Any
 
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
-from fabweave.form.straight import lay_strips
 from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob, nest_job, plan_job
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh

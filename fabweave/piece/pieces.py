@@ -1,6 +1,7 @@
 """Build pieces from runs: outlines, stations, cut-outs and joints."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -8,6 +9,7 @@ import shapely
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
+from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import (
     DECIMALS,
     FIT_MM,
@@ -18,13 +20,21 @@ from fabweave.piece.congruence import (
     equal_pieces,
 )
 from fabweave.piece.development import Runs
+from fabweave.piece.joined_object import JoinedObject
 from fabweave.piece.joint.ends import CutStrips, Stations, cut_strips, guide_lines
+from fabweave.piece.joint.fastening import (
+    fastened_crossings,
+    hanging_crossings,
+    parse_fastening,
+    parse_hanging,
+)
 from fabweave.piece.joint.holes import Drilled, HoleRule, drill, middle_room, slot_path
-from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule
+from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule, parse_joint
 from fabweave.piece.joint.planning import JointPlan, plan_joints
 from fabweave.piece.outline import Frame, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
-from fabweave.piece.rim_ring import RimRing
+from fabweave.piece.rim_ring import RimRing, beside_opening, plan_rings
+from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave, strand_passes
 
@@ -261,6 +271,40 @@ def build_pieces(
         same,
         fit_mm,
     )
+
+
+def joined_pieces(joined: JoinedObject, brief: Brief, hold: Hold | None = None) -> PieceSet:
+    """Build the pieces of an object, with their holes and joints; ``hold`` may add fasteners."""
+    woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
+    fastened = fastened_crossings(
+        parse_fastening(brief.fasten), woven.weave, woven.halfedges, joined.joints.crossing
+    )
+    openings = woven.source.rims
+    beside = [beside_opening(woven, opening) for opening in openings]
+    for crossings in beside:
+        fastened |= crossings
+    hanging = np.zeros_like(fastened)
+    if asked.hang is not None:
+        hanging = hanging_crossings(parse_hanging(asked.hang), woven.ribbons.centre)
+    fastened |= hanging
+    piece_set = build_pieces(
+        woven.ribbons,
+        woven.weave,
+        joined.plan.runs,
+        woven.labels,
+        brief.rules,
+        joined.joints,
+        slots=parse_joint(asked.joint).slots,
+        cut=joined.cut,
+        fastened=fastened,
+        hold=hold,
+        holed=np.ones_like(fastened) if brief.holes == "all" else None,
+        alike=brief.holes == "alike",
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[asked.kinds] is not None,
+    )
+    rings = plan_rings(woven, brief, beside, piece_set.fastened, piece_set.rules, piece_set.size_mm)
+    return replace(piece_set, rings=rings, hanging=hanging)
 
 
 def _joint_kinds(plan: JointPlan, drilled: Drilled) -> list[JointKind]:

@@ -8,8 +8,7 @@ import numpy as np
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout, Placement
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.on_stock import FLAT_MM
-from fabweave.piece.rim_ring import RimRing, RingPiece
+from fabweave.piece.rim_ring import FLAT_MM, RimRing, RingPiece
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, draw_flat
 from fabweave.sheet.labels.lettering import place_text
 from fabweave.sheet.settings import MachineSettings

@@ -5,7 +5,7 @@ from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.job.ask import REFINEMENTS, brief_of, try_refinement
-from fabweave.piece.joined_strands import split_object
+from fabweave.piece.joined_object import split_object
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.broken_rule import sentence, written
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck

@@ -6,8 +6,8 @@ from jobs import laid
 
 from fabweave.job.ask import settle_grain
 from fabweave.job.planned import plan_job
-from fabweave.piece import joined_strands
-from fabweave.piece.brief import ACROSS, grain_notes, tight_along
+from fabweave.piece import joined_object
+from fabweave.piece.grain import ACROSS, grain_notes, tight_along
 from fabweave.stock.material import (
     along_radius_mm,
     laid_across,
@@ -124,7 +124,7 @@ def test_what_is_asked_for_room_lies_as_the_pieces_do(monkeypatch):
         asked.extend(outlines)
         return np.ones(len(outlines), dtype=np.bool_)
 
-    monkeypatch.setattr(joined_strands, "outlines_with_place", placed)
+    monkeypatch.setattr(joined_object, "outlines_with_place", placed)
     woven, settings, supplies = laid(
         "shape:hypar?n=6", size_mm=300.0, rotations="grain:10deg", force=True
     )

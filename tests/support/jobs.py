@@ -19,7 +19,7 @@ from fabweave.job import run as pipeline
 from fabweave.job.ask import complete_settings, lay_asked, load_asked
 from fabweave.options.settings import Settings
 from fabweave.picture import object_picture
-from fabweave.piece import joined_strands as split_job
+from fabweave.piece.split import split_plan
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
@@ -85,7 +85,7 @@ _QUICK = [
         (pipeline, "_MOST_WORKERS", 0),
         (drawn, "portrait_png", _small_portrait),
         (drawn, "likeness_png", _small_likeness),
-        (split_job, "rough_nesting", lambda *_, **__: None),
+        (split_plan, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
         (making, "_MESHES", 2),
         (inspect, "_DESIGNS", 1),

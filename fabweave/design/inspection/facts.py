@@ -56,10 +56,9 @@ from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
-from fabweave.piece.brief import grain_notes
-from fabweave.piece.cut_up import joined_pieces, with_grain
-from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
-from fabweave.piece.pieces import PieceSet
+from fabweave.piece.grain import grain_notes, with_grain
+from fabweave.piece.joined_object import JoinedObject, check_joined, split_object
+from fabweave.piece.pieces import PieceSet, joined_pieces
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.piece.split.repeats import Repeats
 from fabweave.plan.verdict import NARROW_MM, judge, refused
