@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import HELD_N_MM, Body, body_of, rigid_motions
+from fabweave.form.body import HELD_N_MM, ElasticBody, body_of, rigid_motions
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
@@ -67,7 +67,7 @@ class Foresight:
     is near to all of them, at a hundredth of their time.
     """
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: ElasticBody) -> None:
         """Find forces and stiffness, but for those of pins."""
         free = replace(body.net, weight=0 * body.net.weight, pins=0 * body.net.pins)
         self._solver = Solver(free, body.wished)
@@ -137,8 +137,8 @@ class Foresight:
         return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
 
 
-def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "Hold | None":
-    """Return what fastens an object as :class:`Hold` does; None where that is not asked for.
+def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "FormHold | None":
+    """Return what fastens an object as :class:`FormHold` does; None where that is not asked for.
 
     Parameters
     ----------
@@ -155,16 +155,16 @@ def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "H
     riveted = joints.crossing if joints.rule.fasteners > 1 else joints.crossing[:0]
     bound_mm = fastening.bound_mm or BOUND * body.size_mm
     closely = closely and len(body.places) <= _MOST_CLOSELY
-    return Hold(body, riveted, bound_mm, closely, strict=fastening.bound_mm is not None)
+    return FormHold(body, riveted, bound_mm, closely, strict=fastening.bound_mm is not None)
 
 
 @frozen_value
-class Hold:
+class FormHold:
     """Fasten as few crossings as keep the form of an object: see :meth:`__call__`.
 
     Parameters
     ----------
-    body : Body
+    body : ElasticBody
     riveted : (R,) int array
         The crossings of two fasteners or more.
     bound_mm : float
@@ -175,7 +175,7 @@ class Hold:
         Whether the bound was asked for; else most of the way is enough where the rest costs dear.
     """
 
-    body: Body
+    body: ElasticBody
     riveted: IntArray
     bound_mm: float
     closely: bool = True
@@ -240,7 +240,9 @@ class Hold:
 class _Choices:
     """Groups of alike crossings that may be fastened, and what becomes of any choice of them."""
 
-    def __init__(self, hold: Hold, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> None:
+    def __init__(
+        self, hold: FormHold, fastened: BoolArray, alike: IntArray, roomy: BoolArray
+    ) -> None:
         self._hold, self._foresee = hold, Foresight(hold.body)
         self._fastened, self._alike, self._roomy = fastened, alike, roomy
         self._more = roomy & ~fastened

@@ -27,7 +27,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.form.body import MOST_CROSSINGS, elastic_threads
-from fabweave.form.net import Net, State, cut_inner, end_frames, strains
+from fabweave.form.net import Net, NetState, cut_inner, end_frames, strains
 from fabweave.form.products import Products
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
@@ -233,14 +233,14 @@ def _straight(net: Net, height: FloatArray) -> Net:
 
 def _drawn(
     net: Net,
-    state: State,
+    state: NetState,
     spans: _Spans,
     pull: FloatArray,
     weave: Weave,
     surface: Surface,
     motions: WeaveSymmetry,
     progress: Progress,
-) -> tuple[Net, State]:
+) -> tuple[Net, NetState]:
     """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
 
     Strips that resist no stretch are taken to be as long as they are, time and again: so crossings
@@ -291,7 +291,7 @@ def _drawn(
 
 
 def _laid(
-    ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: State, width: float
+    ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: NetState, width: float
 ) -> Ribbons:
     """Return ribbons of one width along the strips of a net, with the rungs of others."""
     threads = weave.threads

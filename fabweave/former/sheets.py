@@ -9,7 +9,7 @@ import shapely
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
-from fabweave.former.plates import Former, Laid, Mark, Plate
+from fabweave.former.plates import Former, Laid, Plate, StripMark
 from fabweave.nest.layout import Layout, Placement
 from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.piece import Piece
@@ -86,14 +86,14 @@ def with_room(laid: Laid, pieces: Sequence[Piece]) -> Laid:
 
 def _lettered(
     former: Former, plate: Plate, pieces: Sequence[Piece]
-) -> tuple[list[FloatArray], tuple[Mark, ...]]:
+) -> tuple[list[FloatArray], tuple[StripMark, ...]]:
     """Return the strokes of all names on a plate, and the marks whose names have room.
 
     A name stands at its place, or, where another is in the way, behind that one.
     """
     room = plate.outline.buffer(-_ROOM_MM)
     strokes: list[FloatArray] = []
-    named: list[Mark] = []
+    named: list[StripMark] = []
     taken: list[shapely.Geometry] = []
 
     def place(name: str, point: FloatArray, way: FloatArray, height: float, off: float) -> bool:

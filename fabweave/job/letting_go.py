@@ -7,7 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.form.body import Body, body_of
+from fabweave.form.body import ElasticBody, body_of
 from fabweave.form.hold import Foresight
 from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import STANDS, Settled, settle
@@ -126,7 +126,7 @@ def foretold(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | N
     return Foretold(round(min(far_mm, most_mm), 2), far_mm > most_mm)
 
 
-def _pins(body: Body, pieces: PieceSet) -> FloatArray:
+def _pins(body: ElasticBody, pieces: PieceSet) -> FloatArray:
     """Return how crossings resist turning, as they are fastened."""
     riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
     return body.pins(pieces.fastened, np.array(riveted, dtype=np.int64))

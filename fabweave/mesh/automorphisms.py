@@ -434,7 +434,7 @@ def find_symmetry(
         seed, sort = _rarest(scene)
         known = reached_from(generators, signs, (seed, 0, 0), count)
         done = flags(4 * count, known.keys)
-        search = _Search(scene, seed)
+        search = _MotionSearch(scene, seed)
         for image, reverses, mirrors in search.candidates(sort, reflections=reflections):
             if done[key_of(image, reverses, mirrors)]:
                 continue
@@ -518,7 +518,7 @@ def _rarest(scene: _Scene) -> tuple[int, IntArray]:
     return seed, np.flatnonzero(sort == sort[seed])
 
 
-class _Search:
+class _MotionSearch:
     """Candidates for motions, and the trial of one."""
 
     def __init__(self, scene: _Scene, seed: int) -> None:

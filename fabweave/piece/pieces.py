@@ -31,7 +31,7 @@ from fabweave.piece.joint.fastening import (
 from fabweave.piece.joint.holes import Drilled, HoleRule, drill, middle_room, slot_path
 from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule, parse_joint
 from fabweave.piece.joint.planning import JointPlan, plan_joints
-from fabweave.piece.outline import Frame, resting_frame
+from fabweave.piece.outline import RigidMotion, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
 from fabweave.piece.rim_ring import RimRing, beside_opening, plan_rings
 from fabweave.piece.split.preferences import KIND_PRICES
@@ -39,7 +39,7 @@ from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave, strand_passes
 
 #: Says which crossings take a fastener, as :func:`build_pieces` has it.
-Hold: TypeAlias = Callable[[BoolArray, IntArray, BoolArray], BoolArray]
+FastenerChoice: TypeAlias = Callable[[BoolArray, IntArray, BoolArray], BoolArray]
 #: Less of a panel than this is no cover, square millimetres.
 _LEAST_MM2 = 0.01
 _POLYGON = shapely.GeometryType.POLYGON
@@ -166,7 +166,7 @@ def build_pieces(
     slots: bool = False,
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
-    hold: Hold | None = None,
+    hold: FastenerChoice | None = None,
     holed: BoolArray | None = None,
     alike: bool = False,
     supply: IntArray | None = None,
@@ -273,7 +273,9 @@ def build_pieces(
     )
 
 
-def joined_pieces(joined: JoinedObject, brief: Brief, hold: Hold | None = None) -> PieceSet:
+def joined_pieces(
+    joined: JoinedObject, brief: Brief, hold: FastenerChoice | None = None
+) -> PieceSet:
     """Build the pieces of an object, with their holes and joints; ``hold`` may add fasteners."""
     woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
     fastened = fastened_crossings(
@@ -356,7 +358,7 @@ def _pieces(
     return tuple(pieces)
 
 
-def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
+def _more_holes(drilled: Drilled, rows: slice, frame: RigidMotion) -> FloatArray:
     """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
     low, high = np.searchsorted(drilled.more_station, (rows.start, rows.stop))
     points = drilled.more_point[low:high]
@@ -367,7 +369,7 @@ def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
 
 
 def _slots(
-    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: Frame
+    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: RigidMotion
 ) -> tuple[Slot, ...]:
     """Return the slots of a piece."""
     stations, slots = cut.stations, []

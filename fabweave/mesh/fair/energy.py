@@ -176,7 +176,7 @@ _Rows: TypeAlias = tuple[FloatArray, sparse.csr_array]
 
 
 @frozen_value
-class State:
+class QuadraticModel:
     """The energy at some positions, half its gradient, (3V,), and half its curvature, (3V, 3V)."""
 
     positions: FloatArray
@@ -287,14 +287,14 @@ class Energy:
         ends = _rows(mesh.n_vertices + pairs[kept], signs, self._all.shape[0])
         self._sides = ends @ self._all
 
-    def at(self, positions: FloatArray) -> State:
+    def at(self, positions: FloatArray) -> QuadraticModel:
         """Return the energy near some positions, (V, 3)."""
         linked, alone = self._portal_rows(positions)
         alone += [*self._face_rows(positions), *self._distance_rows(positions)]
         values, slopes = _stacked(linked)
         pulled = self._together @ values
         others, by_others = _stacked(alone)
-        return State(
+        return QuadraticModel(
             positions,
             value=float(values @ pulled + others @ others),
             gradient=slopes.T @ pulled + by_others.T @ others,

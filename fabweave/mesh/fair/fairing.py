@@ -17,7 +17,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.mesh.fair.energy import Energy, State, Wish
+from fabweave.mesh.fair.energy import Energy, QuadraticModel, Wish
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.mirror import Mirror, find_partners
 from fabweave.mesh.polymesh import (
@@ -190,9 +190,9 @@ def _step(
     energy: Energy,
     guard: "Guard",
     partners: tuple[Mirror, IntArray] | None,
-    here: State,
+    here: QuadraticModel,
     damping: float,
-) -> tuple[State | None, BoolArray, float]:
+) -> tuple[QuadraticModel | None, BoolArray, float]:
     """Return where a step leads, which vertices it holds, and the damping of the next one."""
     held = np.zeros(len(here.positions), dtype=bool)
     for _ in range(_TRIES):
@@ -216,7 +216,7 @@ def _step(
     return None, held, damping
 
 
-def _solve(here: State, damping: float, held: BoolArray) -> FloatArray:
+def _solve(here: QuadraticModel, damping: float, held: BoolArray) -> FloatArray:
     """Return the damped step of least squares in which some vertices stay, (V, 3)."""
     free = np.tile(~held, 3)
     stiff = here.curvature.diagonal()

@@ -11,7 +11,7 @@ from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import object_frame, render_scene
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import POINTS_PX, Painted, Scene, packed
-from fabweave.show.manual.step_pictures import Mark, seen_mark
+from fabweave.show.manual.step_pictures import PictureLabel, seen_mark
 from fabweave.show.manual.tags import place_tags
 
 SECTION = "Former"
@@ -34,7 +34,7 @@ class FormerPages:
 
     texts: tuple[str, ...]
     pictures: tuple[Painted, ...]
-    marks: tuple[Mark, ...]
+    marks: tuple[PictureLabel, ...]
     leaving: Leaving
 
 
