@@ -386,17 +386,17 @@ def touching_points(spines: Spines, *, enough: int | None = None) -> IntArray:
     around = np.where(spines.closed, around, np.inf)
     middle = (ends[0] + ends[1]) / 2
     found, count = [np.zeros((0, 2), dtype=np.int64)], 0
-    for one, other in _near_pairs(middle, radius + length / 2):
-        same = thread[one] == thread[other]
-        away = np.abs((past - length / 2)[one] - (past - length / 2)[other])
-        away = np.minimum(away, around[thread[one]] - away) - (length[one] + length[other]) / 2
-        reach = np.maximum(radius[one], radius[other])
+    for first, second in _near_pairs(middle, radius + length / 2):
+        same = thread[first] == thread[second]
+        away = np.abs((past - length / 2)[first] - (past - length / 2)[second])
+        away = np.minimum(away, around[thread[first]] - away) - (length[first] + length[second]) / 2
+        reach = np.maximum(radius[first], radius[second])
         apart = np.flatnonzero(~same | (away >= np.pi * reach))
-        one, other = one[apart], other[apart]  # noqa: PLW2901 - the batch, thinned out
-        segments = (end[of].T for of in (one, other) for end in ends)
+        first, second = first[apart], second[apart]  # noqa: PLW2901 - the batch, thinned out
+        segments = (end[of].T for of in (first, second) for end in ends)
         distance, _ = segment_distances(*segments)
-        bad = np.flatnonzero(distance <= radius[one] + radius[other])
-        found.append(np.column_stack((here[one[bad]], here[other[bad]])))
+        bad = np.flatnonzero(distance <= radius[first] + radius[second])
+        found.append(np.column_stack((here[first[bad]], here[second[bad]])))
         count += len(bad)
         if enough is not None and count > enough:
             break
@@ -416,12 +416,12 @@ def _near_pairs(middle: FloatArray, reach: FloatArray) -> Iterator[tuple[IntArra
         for first in range(0, len(upto), _BATCH):
             rows = upto[first : first + _BATCH]
             found = tree.query_ball_point(middle[rows], reach[rows] + most)
-            one = np.repeat(rows, [len(near) for near in found])
+            ball = np.repeat(rows, list(map(len, found)))
             other = own[np.concatenate(found).astype(np.int64)]
-            away = middle[one] - middle[other]
-            near = np.einsum("ij,ij->i", away, away) <= (reach[one] + reach[other]) ** 2
-            kept = near & ((level[one] < size) | (one < other))
-            yield one[kept], other[kept]
+            away = middle[ball] - middle[other]
+            overlapping = np.einsum("ij,ij->i", away, away) <= (reach[ball] + reach[other]) ** 2
+            kept = overlapping & ((level[ball] < size) | (ball < other))
+            yield ball[kept], other[kept]
 
 
 def sweep(spines: Spines, sides: int) -> FloatArray:

@@ -302,19 +302,19 @@ class Energy:
         """Find faces that look at one another or away from one another, and their least gaps."""
         thick = CONFIG.thick * min(self._wish.least_mm, CONFIG.usual * usual * self.unit)
         normals = face_normals(mesh)
-        near = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
-        pairs = np.concatenate([near, near[:, ::-1]]).astype(np.int64)
-        one, two = normals[pairs[:, 0]], normals[pairs[:, 1]]
-        way = centres[pairs[:, 0]] - centres[pairs[:, 1]]
-        away = np.einsum("nd,nd->n", one, way) > 0
-        opposed = np.flatnonzero(np.einsum("nd,nd->n", one, two) < CONFIG.opposed)
-        order = opposed[np.argsort(np.linalg.norm(way[opposed], axis=1), kind="stable")]
+        close = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
+        pairs = np.concatenate([close, close[:, ::-1]]).astype(np.int64)
+        own, facing = normals[pairs[:, 0]], normals[pairs[:, 1]]
+        offset = centres[pairs[:, 0]] - centres[pairs[:, 1]]
+        away = np.einsum("nd,nd->n", own, offset) > 0
+        opposed = np.flatnonzero(np.einsum("nd,nd->n", own, facing) < CONFIG.opposed)
+        order = opposed[np.argsort(np.linalg.norm(offset[opposed], axis=1), kind="stable")]
         # Of all that are opposite to a face on either side of it, the nearest.
         side = 2 * pairs[order, 0] + away[order]
         kept = order[np.unique(side, return_index=True)[1]]
-        self._across = np.where(away[kept], 1.0, -1.0)[:, None] * unit(one[kept] - two[kept])
+        self._across = np.where(away[kept], 1.0, -1.0)[:, None] * unit(own[kept] - facing[kept])
         # A part gets thicker; ribbons on two parts come no nearer.
-        gap = np.einsum("nd,nd->n", way[kept], self._across)
+        gap = np.einsum("nd,nd->n", offset[kept], self._across)
         self._gap = np.where(away[kept], thick, np.minimum(gap, thick))
         signs = np.broadcast_to([1.0, -1.0], (len(kept), 2))
         ends = _rows(mesh.n_vertices + pairs[kept], signs, self._all.shape[0])

@@ -567,15 +567,15 @@ def _near_pairs(course: WholeStrips, most_passes: int) -> tuple[IntArray, IntArr
     low, high = _bounds(np.minimum, course, first, last), _bounds(np.maximum, course, first, last)
     low, high = low + moved - SELF_CLEARANCE_MM / 2, high + moved + SELF_CLEARANCE_MM / 2
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    one, other = shapely.STRtree(boxes).query(boxes)
+    box, other = shapely.STRtree(boxes).query(boxes)
     # Neighbours touch always; only what is further apart along the strand is looked at closely.
-    apart = member[other] - member[one]
+    apart = member[other] - member[box]
     far = (apart > 1) & (apart < most_passes)
-    one, other = one[far], other[far]
-    involved, place = np.unique(np.concatenate((one, other)), return_inverse=True)
+    box, other = box[far], other[far]
+    involved, place = np.unique(np.concatenate((box, other)), return_inverse=True)
     rings = _rings(right, left, first[involved], last[involved], moved[involved])
-    near = shapely.dwithin(rings[place[: len(one)]], rings[place[len(one) :]], SELF_CLEARANCE_MM)
-    pairs = np.unique(np.column_stack((member[one[near]], member[other[near]])), axis=0)
+    close = shapely.dwithin(rings[place[: len(box)]], rings[place[len(box) :]], SELF_CLEARANCE_MM)
+    pairs = np.unique(np.column_stack((member[box[close]], member[other[close]])), axis=0)
     return pairs[:, 0], pairs[:, 1]
 
 
