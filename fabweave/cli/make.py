@@ -63,10 +63,11 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     told = [one for one in found.findings if one.rule not in ("width", "bend")]
     for line in finding_lines(told) if found.findings else [found.all_clear]:
         console.print(f"preflight: {line}", markup=False)
-    if job.former is not None and job.laid is not None:
+    if job.laid is not None:
+        plates = job.beside[-1]
         console.print(
-            f"former: {agree(len(job.laid.former.plates), '{n} plate[|s]')} on "
-            f"{agree(len(job.former.drawings), '{n} sheet[|s]')} in {output / job.former.folder}; "
+            f"former: {agree(len(plates.areas_mm2), '{n} plate[|s]')} on "
+            f"{agree(len(plates.drawings), '{n} sheet[|s]')} in {output / plates.folder}; "
             f"former.txt says how it goes together{' and comes out' if job.laid.way else ''}",
             markup=False,
         )

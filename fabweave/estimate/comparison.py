@@ -12,8 +12,8 @@ from fabweave.core.records import optional, record
 from fabweave.estimate.accounts import SheetSums
 from fabweave.estimate.offcuts import KeptOffcut
 from fabweave.nest.layout import Layout
-from fabweave.piece.on_stock import rough_nesting
 from fabweave.piece.piece import Piece
+from fabweave.piece.stock_fit import rough_nesting
 from fabweave.plan.allotment import Allotment
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import usable_size

@@ -20,7 +20,7 @@ _NOTHING_MM = 1e-9
 
 
 @frozen_value
-class Runs:
+class ToolPaths:
     """Runs of sides and arcs, one after another.
 
     Parameters
@@ -45,7 +45,7 @@ class Runs:
     count: int
 
 
-def runs_of(entities: Sequence[Entity]) -> Runs:
+def runs_of(entities: Sequence[Entity]) -> ToolPaths:
     """Return entities as runs, one each, in their order."""
     points, bulges, sizes = _sides(entities)
     # What leads from the end of a run to the start of the next is no side.
@@ -65,7 +65,7 @@ def runs_of(entities: Sequence[Entity]) -> Runs:
     first = run != np.roll(run, 1)
     first[:1] = True
     corner[first] = np.nan
-    return Runs(straight * stretch(bulges), radius, corner, run, len(sizes))
+    return ToolPaths(straight * stretch(bulges), radius, corner, run, len(sizes))
 
 
 def _sides(entities: Sequence[Entity]) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -91,13 +91,13 @@ def _sides(entities: Sequence[Entity]) -> tuple[FloatArray, FloatArray, IntArray
 
 
 def run_times(
-    runs: Runs, speed_mm_s: float, acceleration_mm_s2: float, deviation_mm: float
+    runs: ToolPaths, speed_mm_s: float, acceleration_mm_s2: float, deviation_mm: float
 ) -> FloatArray:
     """Return how long each run takes, (R,), seconds.
 
     Parameters
     ----------
-    runs : Runs
+    runs : ToolPaths
     speed_mm_s : float
         What is commanded; sides that are too short do not reach it.
     acceleration_mm_s2, deviation_mm : float

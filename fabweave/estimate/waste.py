@@ -132,8 +132,7 @@ def waste_report(
     bill: BillOfMaterials,
     engrave_seen_mm: float | None = None,
     grain: GrainCost | None = None,
-    rim: SideSheets | None = None,
-    former: SideSheets | None = None,
+    beside: Sequence[SideSheets] = (),
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
 
@@ -153,7 +152,7 @@ def waste_report(
         How much of the engraving is seen when the object is woven, if it was to be hidden.
     grain : GrainCost, optional
         What it costs that pieces lie across the grain.
-    rim, former : SideSheets, optional
+    beside : sequence of SideSheets
         The sheets of rings and of a former, which only the costs count, too.
     """
     sheets = [
@@ -173,6 +172,7 @@ def waste_report(
         mass_g=sum(account.mass_g for account in materials),
         engrave_seen_mm=engrave_seen_mm,
     )
+    aside = {sheets.folder: side_costs(sheets, machine.calibrate) for sheets in beside}
     only = materials[0] if len(materials) == 1 else None
     return WasteReport(
         material=None
@@ -188,8 +188,8 @@ def waste_report(
         bill=bill,
         kerf_mm=machine.kerf_mm,
         splitting=splitting,
-        rim=side_costs(rim, machine.calibrate) if rim else None,
-        former=side_costs(former, machine.calibrate) if former else None,
+        rim=aside.get("rim"),
+        former=aside.get("former"),
     )
 
 

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value, offsets_of
-from fabweave.form.net import Net, State
+from fabweave.form.net import Net, NetState
 from fabweave.form.screw import Frames
 from fabweave.form.woven_net import GRAVITY, Elastic, woven_net
+from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.symmetry import best_motions
 from fabweave.mesh.topology import label_links
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
@@ -34,7 +34,7 @@ HELD_N_MM = 1000.0
 
 
 @frozen_value
-class Body:
+class ElasticBody:
     """A woven object as an elastic net, as it is wished for.
 
     Parameters
@@ -46,7 +46,7 @@ class Body:
     thickness_mm : (T,) float array
     net : Net
         Of bare crossings, and with its own weight.
-    wished : State
+    wished : NetState
         In which it is what was wished for.
     strain : (S,) float array
         How far the material of each span is stretched where it bends as tightly as it may.
@@ -69,7 +69,7 @@ class Body:
     materials: Sequence[Elastic]
     thickness_mm: FloatArray
     net: Net
-    wished: State
+    wished: NetState
     strain: FloatArray
     turning_nmm: tuple[float, float]
     load: FloatArray
@@ -130,11 +130,11 @@ class Body:
         return PolyMesh(self.mesh.vertices[used], offsets_of(sizes), indices)
 
     @property
-    def parts(self) -> "tuple[Body, ...]":
+    def parts(self) -> "tuple[ElasticBody, ...]":
         """Each of its bodies by itself; it alone where it is one."""
         return (self,) if len(self.bodies) == 1 else tuple(map(self._part, self.bodies))
 
-    def _part(self, own: IntArray) -> "Body":
+    def _part(self, own: IntArray) -> "ElasticBody":
         """Return the body of some crossings by itself."""
         net, wished = self.net, self.wished
         place = np.full(len(self.places), -1)
@@ -159,7 +159,7 @@ class Body:
                     for name in ("pins", "rest_angles", "weight", "held", "place", "fixed")
                 },
             ),
-            wished=State(wished.bodies[own], wished.angles[own], wished.inner[inner]),
+            wished=NetState(wished.bodies[own], wished.angles[own], wished.inner[inner]),
             strain=self.strain[spans],
             load=self.load[own],
             hung=self.hung[own],
@@ -177,7 +177,7 @@ class Body:
         return np.asarray((inner * self.spans_of(own)[:, None] + np.arange(inner)).ravel())
 
 
-def body_of(woven: WovenObject, brief: Brief) -> Body | None:
+def body_of(woven: WovenObject, brief: Brief) -> ElasticBody | None:
     """Return a woven object as an elastic body; None where it would take minutes to let it go.
 
     Parameters
@@ -211,7 +211,7 @@ def body_of(woven: WovenObject, brief: Brief) -> Body | None:
         mass_kg, where = parse_load(asked.load)
         at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
-    return Body(
+    return ElasticBody(
         woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
         woven.straight,
     )  # fmt: skip
@@ -255,7 +255,7 @@ def rigid_motions(places: FloatArray) -> FloatArray:
     return np.linalg.qr(motions.reshape(-1, 6))[0]
 
 
-def fitted(state: State, to: FloatArray) -> State:
+def fitted(state: NetState, to: FloatArray) -> NetState:
     """Return a state after the rigid motion that brings its bodies nearest to places, (B, 3)."""
     middle, there = state.bodies.origin.mean(axis=0), to.mean(axis=0)
     turn = best_motions(state.bodies.origin - middle, to - there, mirrors=False)
@@ -263,7 +263,7 @@ def fitted(state: State, to: FloatArray) -> State:
     def moved(frames: Frames) -> Frames:
         return Frames((frames.origin - middle) @ turn.T + there, turn @ frames.axes)
 
-    return State(moved(state.bodies), state.angles, moved(state.inner))
+    return NetState(moved(state.bodies), state.angles, moved(state.inner))
 
 
 def standing(net: Net, held: BoolArray, places: FloatArray) -> Net:

@@ -8,11 +8,11 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import HELD_N_MM, Body, body_of, rigid_motions
+from fabweave.form.body import HELD_N_MM, ElasticBody, body_of, rigid_motions
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
-from fabweave.piece.joined_strands import JoinedObject
+from fabweave.piece.joined_object import JoinedObject
 from fabweave.piece.joint.fastening import parse_fastening
 from fabweave.piece.pieces import PieceSet
 from fabweave.ribbon.lay import WovenObject
@@ -69,7 +69,7 @@ class Foresight:
     is near to all of them, at a hundredth of their time.
     """
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: ElasticBody) -> None:
         """Find forces and stiffness, but for those of pins."""
         free = replace(body.net, weight=0 * body.net.weight, pins=0 * body.net.pins)
         self._solver = Solver(free, body.wished)
@@ -139,7 +139,7 @@ class Foresight:
         return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
 
 
-def pins_of(body: Body, pieces: PieceSet) -> FloatArray:
+def pins_of(body: ElasticBody, pieces: PieceSet) -> FloatArray:
     """Return how crossings resist turning, (X,), as they are fastened: N mm per radian."""
     riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
     return body.pins(pieces.fastened, np.array(riveted, dtype=np.int64))
@@ -151,8 +151,8 @@ def foretell(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | N
     return None if body is None else Foresight(body)(pins_of(body, pieces), body.size_mm)
 
 
-def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "Hold | None":
-    """Return what fastens an object as :class:`Hold` does; None where that is not asked for.
+def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "FormHold | None":
+    """Return what fastens an object as :class:`FormHold` does; None where that is not asked for.
 
     Parameters
     ----------
@@ -169,16 +169,16 @@ def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "H
     riveted = joints.crossing if joints.rule.fasteners > 1 else joints.crossing[:0]
     bound_mm = fastening.bound_mm or BOUND * body.size_mm
     closely = closely and len(body.places) <= _MOST_CLOSELY
-    return Hold(body, riveted, bound_mm, closely, strict=fastening.bound_mm is not None)
+    return FormHold(body, riveted, bound_mm, closely, strict=fastening.bound_mm is not None)
 
 
 @frozen_value
-class Hold:
+class FormHold:
     """Fasten as few crossings as keep the form of an object: see :meth:`__call__`.
 
     Parameters
     ----------
-    body : Body
+    body : ElasticBody
     riveted : (R,) int array
         The crossings of two fasteners or more.
     bound_mm : float
@@ -189,7 +189,7 @@ class Hold:
         Whether the bound was asked for; else most of the way is enough where the rest costs dear.
     """
 
-    body: Body
+    body: ElasticBody
     riveted: IntArray
     bound_mm: float
     closely: bool = True
@@ -254,7 +254,9 @@ class Hold:
 class _Choices:
     """Groups of alike crossings that may be fastened, and what becomes of any choice of them."""
 
-    def __init__(self, hold: Hold, fastened: BoolArray, alike: IntArray, roomy: BoolArray) -> None:
+    def __init__(
+        self, hold: FormHold, fastened: BoolArray, alike: IntArray, roomy: BoolArray
+    ) -> None:
         self._hold, self._foresee = hold, Foresight(hold.body)
         self._fastened, self._alike, self._roomy = fastened, alike, roomy
         self._more = roomy & ~fastened

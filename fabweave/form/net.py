@@ -68,7 +68,7 @@ class Net:
 
 
 @frozen_value
-class State:
+class NetState:
     """Where a net is.
 
     Parameters
@@ -126,7 +126,7 @@ def end_frames(net: Net, bodies: Frames, angles: FloatArray) -> tuple[Frames, Fr
     return own, bodies[net.ends.T.ravel()].then(own)
 
 
-def cut_inner(net: Net, bodies: Frames, angles: FloatArray) -> State:
+def cut_inner(net: Net, bodies: Frames, angles: FloatArray) -> NetState:
     """Return a state whose spans run as they were cut, and make up evenly for what is missing."""
     _, frames = end_frames(net, bodies, angles)
     spans, pieces = net.rest.shape[:2]
@@ -142,10 +142,10 @@ def cut_inner(net: Net, bodies: Frames, angles: FloatArray) -> State:
         np.stack([getattr(one, name) for one in inner], axis=1) if inner else empty
         for name, empty in (("origin", np.zeros((0, 3))), ("axes", np.zeros((0, 3, 3))))
     )
-    return State(bodies, angles, Frames(origin.reshape(-1, 3), axes.reshape(-1, 3, 3)))
+    return NetState(bodies, angles, Frames(origin.reshape(-1, 3), axes.reshape(-1, 3, 3)))
 
 
-def strains(net: Net, state: State) -> tuple[FloatArray, Frames]:
+def strains(net: Net, state: NetState) -> tuple[FloatArray, Frames]:
     """Return the twist of each piece, (S, M, 6), and where each span's ends lie on their bodies."""
     own, frames = end_frames(net, state.bodies, state.angles)
     spans, pieces = net.rest.shape[:2]
@@ -162,7 +162,7 @@ def strains(net: Net, state: State) -> tuple[FloatArray, Frames]:
     return logarithm(end.seen_from(start)).reshape(spans, pieces, 6), own
 
 
-def energy(net: Net, state: State) -> float:
+def energy(net: Net, state: NetState) -> float:
     """Return what strains, pins, weight and supports have in store, N mm."""
     twist, _ = strains(net, state)
     origin = state.bodies.origin
@@ -208,7 +208,9 @@ def _bracket(force: FloatArray) -> FloatArray:
     return result.reshape(*force.shape, 6)
 
 
-def local_system(net: Net, state: State, damping: FloatArray, *, stressed: bool = False) -> Local:
+def local_system(
+    net: Net, state: NetState, damping: FloatArray, *, stressed: bool = False
+) -> Local:
     """Return what spans want of their ends; inner frames are damped so much, (6,).
 
     ``stressed`` adds what stress adds to stiffness, but for what is of second order in how much a

@@ -5,7 +5,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen_value, no_progress
-from fabweave.form.net import Local, Net, State, energy, inner_steps, local_system
+from fabweave.form.net import Local, Net, NetState, energy, inner_steps, local_system
 from fabweave.form.screw import skew
 
 #: Steps at most; and what is left of the forces at rest, as a share of what a span of strip resists
@@ -34,7 +34,7 @@ class Relaxed:
 
     Parameters
     ----------
-    state : State
+    state : NetState
     energy_nmm : float
         What it has in store, N mm.
     residual : float
@@ -45,7 +45,7 @@ class Relaxed:
         Whether it is at rest; else this is as far as it came.
     """
 
-    state: State
+    state: NetState
     energy_nmm: float
     residual: float
     history: tuple[float, ...]
@@ -55,7 +55,7 @@ class Relaxed:
 class Solver:
     """Forces of a net and their change, factored in an order that keeps factors sparse."""
 
-    def __init__(self, net: Net, state: State) -> None:
+    def __init__(self, net: Net, state: NetState) -> None:
         """Find the order."""
         self.net = net
         #: A typical span, mm, and what it resists motions and turns with, N/mm and N mm.
@@ -85,7 +85,7 @@ class Solver:
         return np.argsort(key, kind="stable")
 
     def system(
-        self, state: State, damping: float, *, stressed: bool = False
+        self, state: NetState, damping: float, *, stressed: bool = False
     ) -> tuple[FloatArray, sp.csc_array, Local]:
         """Return the forces on all freedoms, (F,), how they change, and what spans want."""
         net, rows = self.net, self.rows
@@ -126,12 +126,14 @@ class Solver:
         result[self.order] = factors.solve(force[self.order])
         return result
 
-    def moved(self, state: State, local: Local, step: FloatArray, share: float = 1.0) -> State:
+    def moved(
+        self, state: NetState, local: Local, step: FloatArray, share: float = 1.0
+    ) -> NetState:
         """Return a state after a share of a step of bodies and angles, inner frames following."""
         bodies = share * step[: 6 * self.net.n_bodies].reshape(-1, 6)
         inner = share * inner_steps(local, np.append(step, 0.0)[self.rows])
         angles = state.angles + share * step[6 * self.net.n_bodies :]
-        return State(state.bodies.moved(bodies), angles, state.inner.moved(inner))
+        return NetState(state.bodies.moved(bodies), angles, state.inner.moved(inner))
 
     def residual(self, force: FloatArray, local: Local) -> float:
         """Return the largest force that is not balanced, a moment as a force at a span's end, N."""
@@ -193,7 +195,7 @@ def dissection(pairs: IntArray, places: FloatArray) -> IntArray:
 
 
 def relax(
-    net: Net, state: State, *, gain: float = 0.0, progress: Progress = no_progress
+    net: Net, state: NetState, *, gain: float = 0.0, progress: Progress = no_progress
 ) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
 
@@ -203,7 +205,7 @@ def relax(
     Parameters
     ----------
     net : Net
-    state : State
+    state : NetState
         Where it is let go.
     gain : float
         It is at rest, too, when the last few steps gain no more than this share of the energy.
@@ -245,13 +247,13 @@ def relax(
     return Relaxed(state, history[-1], residual, tuple(history), settled)
 
 
-def soft_modes(net: Net, state: State, count: int) -> tuple[FloatArray, FloatArray]:
+def soft_modes(net: Net, state: NetState, count: int) -> tuple[FloatArray, FloatArray]:
     """Return in which ways a net at rest moves most easily, the softest first.
 
     Parameters
     ----------
     net : Net
-    state : State
+    state : NetState
         At rest.
     count : int
 

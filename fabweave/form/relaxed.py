@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from fabweave.core.arrays import ComplexArray, FloatArray, frozen, offsets_of
 from fabweave.core.records import record
-from fabweave.form.body import HELD_N_MM, Body
-from fabweave.form.net import Net, State, end_frames, strains, turned
+from fabweave.form.body import HELD_N_MM, ElasticBody
+from fabweave.form.net import Net, NetState, end_frames, strains, turned
 from fabweave.form.products import Products
 from fabweave.form.screw import Frames
 from fabweave.form.settle import Settled
@@ -42,7 +42,9 @@ class _Flat(NamedTuple):
     next_left: ComplexArray
 
 
-def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons | None:
+def relaxed_ribbons(
+    ribbons: Ribbons, weave: Weave, body: ElasticBody, state: NetState
+) -> Ribbons | None:
     """Return the strips that are cut, laid along a state: they unfold as the ribbons do.
 
     None where none are found that keep their lengths, as where strips turn back at a rim.
@@ -56,8 +58,8 @@ def relaxed_ribbons(ribbons: Ribbons, weave: Weave, body: Body, state: State) ->
     ribbons : Ribbons
         As they are in the wished state.
     weave : Weave
-    body : Body
-    state : State
+    body : ElasticBody
+    state : NetState
         Of its net.
     """
     fine, flat = _parted(ribbons)
@@ -113,7 +115,7 @@ def _unfolds_off(bands: Ribbons, flat: _Flat) -> float:
     return float(np.max(off, initial=0.0))
 
 
-def shown_relaxed(ribbons: Ribbons, weave: Weave, body: Body, state: State) -> Ribbons:
+def shown_relaxed(ribbons: Ribbons, weave: Weave, body: ElasticBody, state: NetState) -> Ribbons:
     """Return ribbons whose panels go flat with their crossings: for pictures, not to be measured.
 
     What is between two panels goes with the first, so strands lie on one another as in the model.
@@ -171,7 +173,7 @@ def _parted(ribbons: Ribbons) -> tuple[Ribbons, _Flat]:
 
 
 def _carried(
-    fine: Ribbons, weave: Weave, wished: State, state: State
+    fine: Ribbons, weave: Weave, wished: NetState, state: NetState
 ) -> tuple[FloatArray, FloatArray]:
     """Return where rungs go with the panel before them, or with the first."""
     crossing = weave.threads.crossing
@@ -195,7 +197,7 @@ def _sweep(
     fine: Ribbons,
     weave: Weave,
     net: Net,
-    state: State,
+    state: NetState,
     right: FloatArray,
     left: FloatArray,
 ) -> None:

@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record, to_json
-from fabweave.form.body import Body, fitted, standing
-from fabweave.form.net import Net, State, local_system, strains
+from fabweave.form.body import ElasticBody, fitted, standing
+from fabweave.form.net import Net, NetState, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.form.screw import Frames
 from fabweave.mesh.likeness import name_place
@@ -212,7 +212,7 @@ class Settled:
     Parameters
     ----------
     form : Form
-    body : Body
+    body : ElasticBody
     pins : (X,) float array
         How crossings resisted turning, N mm per radian.
     held : (X,) bool array
@@ -226,7 +226,7 @@ class Settled:
     """
 
     form: Form
-    body: Body
+    body: ElasticBody
     pins: FloatArray
     held: BoolArray
     states: Mapping[str, Relaxed]
@@ -262,12 +262,12 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(body: Body, pins: FloatArray) -> Rests:
+def let_go(body: ElasticBody, pins: FloatArray) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
     ----------
-    body : Body
+    body : ElasticBody
     pins : (X,) float array
         How crossings resist turning, N mm per radian.
     """
@@ -282,7 +282,7 @@ def let_go(body: Body, pins: FloatArray) -> Rests:
     return Rests(free, held, stands, stood, away, _sag(body, stood, free))
 
 
-def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settled:
+def settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None = None) -> Settled:
     """Let a woven object go, and say what becomes of its form; of several bodies, each by itself.
 
     Its strips are as they are cut. What is not known: friction's scatter, contact beside the
@@ -290,7 +290,7 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
 
     Parameters
     ----------
-    body : Body
+    body : ElasticBody
     pins : (X,) float array
         How crossings resist turning, N mm per radian.
     bound_mm : float, optional
@@ -304,7 +304,7 @@ def settle(body: Body, pins: FloatArray, bound_mm: float | None = None) -> Settl
     return each[0] if len(each) == 1 else _together(body, pins, each, bound_mm)
 
 
-def _settle(body: Body, pins: FloatArray, bound_mm: float | None) -> Settled:
+def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None) -> Settled:
     """Let one body go."""
     rests = let_go(body, pins)
     free, stood, net = rests.free, rests.stood, rests.standing
@@ -353,7 +353,7 @@ def _settle(body: Body, pins: FloatArray, bound_mm: float | None) -> Settled:
 
 
 def _together(
-    body: Body, pins: FloatArray, each: Sequence[Settled], bound_mm: float | None
+    body: ElasticBody, pins: FloatArray, each: Sequence[Settled], bound_mm: float | None
 ) -> Settled:
     """Return several bodies that were let go as one object: the worst of all is told of it."""
     forms, owns = [one.form for one in each], body.bodies
@@ -398,7 +398,7 @@ def _together(
     return Settled(form, body, pins, held, states, frozen(mode))
 
 
-def _joined(body: Body, each: Sequence[Relaxed]) -> Relaxed:
+def _joined(body: ElasticBody, each: Sequence[Relaxed]) -> Relaxed:
     """Return where all bodies come to rest; what no strip joins to another stays where it is."""
     bodies, inner = (
         [part.origin.copy(), part.axes.copy()] for part in (body.wished.bodies, body.wished.inner)
@@ -410,7 +410,7 @@ def _joined(body: Body, each: Sequence[Relaxed]) -> Relaxed:
         inner[0][between], inner[1][between] = state.inner.origin, state.inner.axes
         angles[own] = state.angles
     return Relaxed(
-        State(Frames(*bodies), angles, Frames(*inner)),
+        NetState(Frames(*bodies), angles, Frames(*inner)),
         sum(one.energy_nmm for one in each),
         max(one.residual for one in each),
         (),
@@ -418,7 +418,7 @@ def _joined(body: Body, each: Sequence[Relaxed]) -> Relaxed:
     )
 
 
-def _as_straight(body: Body, state: State) -> dict[str, float]:
+def _as_straight(body: ElasticBody, state: NetState) -> dict[str, float]:
     """Return how far an object of straight strips is from its mesh, and how much these turn."""
     away = Surface(*plain_triangles(body.mesh)).feet(state.bodies.origin).distances
     turn = np.degrees(np.abs((strains(body.net, state)[0] - body.net.rest)[..., 5].sum(axis=1)))
@@ -430,14 +430,14 @@ def _as_straight(body: Body, state: State) -> dict[str, float]:
     }
 
 
-def _sag(body: Body, stood: Relaxed, free: Relaxed) -> float:
+def _sag(body: ElasticBody, stood: Relaxed, free: Relaxed) -> float:
     """Return how far an object gives where it stands; what hangs may turn about that freely."""
     places, state = free.state.bodies.origin, stood.state
     state = fitted(state, places) if body.hung.any() else state
     return float(np.linalg.norm(state.bodies.origin - places, axis=1).max())
 
 
-def _thumb(net: Net, state: State) -> tuple[float, int]:
+def _thumb(net: Net, state: NetState) -> tuple[float, int]:
     """Return how far the softest of a few crossings gives way to a newton, and which that is."""
     solver = Solver(net, state)
     _, matrix, _ = solver.system(state, _THUMB_DAMPING, stressed=True)
@@ -453,7 +453,7 @@ def _thumb(net: Net, state: State) -> tuple[float, int]:
     return float(gives[softest]), int(pressed[softest])
 
 
-def _pulls(net: Net, state: State) -> FloatArray:
+def _pulls(net: Net, state: NetState) -> FloatArray:
     """Return what pulls the strands of each crossing apart, N; below 0, they press together."""
     local = local_system(net, state, np.zeros(6))
     along = local.force.reshape(-1, 2, 7)[..., 2]
@@ -462,7 +462,7 @@ def _pulls(net: Net, state: State) -> FloatArray:
     return np.asarray(pulls, dtype=np.float64)
 
 
-def _strain(net: Net, state: State) -> FloatArray:
+def _strain(net: Net, state: NetState) -> FloatArray:
     """Return how far the material is stretched at its faces and edges, (S, M)."""
     twist, _ = strains(net, state)
     length = np.linalg.norm(net.rest[..., :3], axis=2)

@@ -27,7 +27,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree
 from fabweave.form.body import MOST_CROSSINGS, elastic_threads
-from fabweave.form.net import Net, State, cut_inner, end_frames, strains
+from fabweave.form.net import Net, NetState, cut_inner, end_frames, strains
 from fabweave.form.products import Products
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
@@ -35,7 +35,7 @@ from fabweave.form.woven_net import woven_net
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import face_centres
 from fabweave.mesh.triangulate import plain_triangles
-from fabweave.ribbon.lay import WovenObject, lay_object
+from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import Ribbons, better_diagonals, crossing_heights, following_rung
 from fabweave.ribbon.rules.rules import measure_clearance
@@ -75,18 +75,6 @@ _NARROWER, _TRIES = 0.93, 8
 _EXACT, _STEPS = 1e-11, 25
 #: Crossings lie no farther from the middle of their quad than this share of its size.
 _PLACE = 0.2
-
-
-def lay_strips(
-    woven: WovenMesh, settings: RibbonSettings, supplies: Supplies, progress: Progress = no_progress
-) -> WovenObject:
-    """Lay the ribbons of a woven mesh as asked: as wide, and wavy or straight.
-
-    There is room for a lap at every crossing: before pieces are planned, a joint may come to lie
-    at any.
-    """
-    laid = lay_object(woven, settings, supplies, progress)
-    return straightened(laid, settings, supplies, progress) if settings.straight else laid
 
 
 def straightened(
@@ -245,14 +233,14 @@ def _straight(net: Net, height: FloatArray) -> Net:
 
 def _drawn(
     net: Net,
-    state: State,
+    state: NetState,
     spans: _Spans,
     pull: FloatArray,
     weave: Weave,
     surface: Surface,
     motions: WeaveSymmetry,
     progress: Progress,
-) -> tuple[Net, State]:
+) -> tuple[Net, NetState]:
     """Return the net, its spans as long as they came to be, and its state when drawn to the mesh.
 
     Strips that resist no stretch are taken to be as long as they are, time and again: so crossings
@@ -303,7 +291,7 @@ def _drawn(
 
 
 def _laid(
-    ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: State, width: float
+    ribbons: Ribbons, weave: Weave, spans: _Spans, net: Net, state: NetState, width: float
 ) -> Ribbons:
     """Return ribbons of one width along the strips of a net, with the rungs of others."""
     threads = weave.threads

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import ComplexArray, FloatArray, IntArray, frozen_value, unit
-from fabweave.form.net import Net, State, cut_inner, section_stiffness, turned
+from fabweave.form.net import Net, NetState, cut_inner, section_stiffness, turned
 from fabweave.form.screw import Frames, logarithm
 from fabweave.piece.development import run_rungs, unfold
 from fabweave.ribbon.measures import panel_widths
@@ -41,7 +41,7 @@ def woven_net(
     pins: FloatArray,
     *,
     pieces: int = 4,
-) -> tuple[Net, State]:
+) -> tuple[Net, NetState]:
     """Return the net of ribbons, and the state in which it is the object that was wished for.
 
     Parameters

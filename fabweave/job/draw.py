@@ -1,20 +1,21 @@
 """Hold a job with all that is written, and draw its sheets."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
 from fabweave.form.relaxed import shown_relaxed
 from fabweave.form.settle import Form
-from fabweave.job.ask import FORMER_BOARD, former_supply
+from fabweave.former.plates import Former, Laid
+from fabweave.former.sheets import with_room
+from fabweave.former.way_out import let_out
+from fabweave.job.former import former_of, former_on_sheets, told_steps
 from fabweave.job.letting_go import LetGo, let_job_go
 from fabweave.job.notes import job_notes
 from fabweave.job.planned import PlannedJob
@@ -24,8 +25,6 @@ from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.picture.object_picture import likeness_png, portrait_png
-from fabweave.piece.former import Former, Laid, build_former
-from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
@@ -33,18 +32,15 @@ from fabweave.plan.grade import Grade, grade
 from fabweave.plan.order import Order, plan_order
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
-from fabweave.plan.way_out import let_out
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_sheets, former_steps, with_room
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
 from fabweave.sheet.labels.texts import kind_name
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
-from fabweave.stock.supplies import Supply
 
 
 class SideWork(NamedTuple):
@@ -101,10 +97,12 @@ class Job(PlannedJob):
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
-    rim, former : SideSheets or None
-        Where rings and the plates of a former lie, on sheets of their own; None without.
+    beside : tuple of SideSheets
+        What is cut beside the pieces, on sheets of its own: rings, and the plates of a former.
     laid : Laid or None
         The former, and how it comes out.
+    former_steps : tuple of str
+        How it is put together, used and taken out.
     given_mesh : PolyMesh or None
         A mesh that came from memory, and is kept in the job's folder.
     let_go : LetGo or None
@@ -128,23 +126,11 @@ class Job(PlannedJob):
     costs: Costs
     notes: tuple[Note, ...]
     grain_cost: GrainCost | None = None
-    rim: SideSheets | None = None
-    former: SideSheets | None = None
+    beside: tuple[SideSheets, ...] = ()
     laid: Laid | None = None
+    former_steps: tuple[str, ...] = ()
     given_mesh: PolyMesh | None = None
     let_go: LetGo | None = None
-
-    @property
-    def beside(self) -> tuple[SideSheets, ...]:
-        """What is cut beside the pieces."""
-        return tuple(sheets for sheets in (self.rim, self.former) if sheets is not None)
-
-    @property
-    def former_steps(self) -> list[str]:
-        """How a former is put together, used and taken out; nothing without one."""
-        pieces = self.piece_set.pieces
-        ids = [pieces[at].id for at in self.order.order.tolist()]
-        return [] if self.laid is None else former_steps(self.laid, ids)
 
     @property
     def form(self) -> Form | None:
@@ -209,68 +195,6 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
         form=start(let_job_go, planned),
         former=start(former_of, planned),
     )
-
-
-def former_of(planned: PlannedJob) -> Former | None:
-    """Build the former of a job, if one is asked for.
-
-    Raises
-    ------
-    CannotMakeError
-        If it has no room.
-    """
-    supply = planned.supplies.former
-    if supply is None:
-        return None
-    try:
-        return _built_of(planned, supply)
-    except CannotMakeError as error:
-        raise CannotMakeError(error.reason, _former_cure(planned)) from None
-
-
-def _built_of(planned: PlannedJob, supply: Supply) -> Former:
-    """Build the former of a job from a supply."""
-    return build_former(
-        planned.woven,
-        planned.split_plan.runs,
-        layer_mm=max(material.thickness_mm for material in planned.supplies.materials),
-        thickness_mm=supply.material.thickness_mm,
-        prefix=free_prefix("F", planned.woven.labels),
-    )
-
-
-def _sheets_of(planned: PlannedJob, laid: Laid, supply: Supply) -> SideSheets:
-    """Nest a former on the sheets of a supply, and draw these."""
-    settings, pieces = planned.settings, planned.piece_set.pieces
-    margin = settings.stock.margin_mm
-    return former_sheets(laid, pieces, supply, settings.machine, planned.woven.title, margin)
-
-
-def _former_on_sheets(planned: PlannedJob, laid: Laid | None) -> SideSheets | None:
-    """Return the sheets of a job's former, if it has one.
-
-    Raises
-    ------
-    CannotMakeError
-        If a plate fits no sheet, or sheets run out.
-    """
-    supply = planned.supplies.former
-    if laid is None or supply is None:
-        return None
-    try:
-        return _sheets_of(planned, laid, supply)
-    except CannotMakeError as error:
-        # What that proposes would not change a former.
-        raise CannotMakeError(f"of the former, {error.reason}", _former_cure(planned)) from None
-
-
-def _former_cure(planned: PlannedJob) -> str:
-    """Say what to do about a former that cannot be made: another board, if that was seen to do."""
-    board = former_supply(planned.settings.but(former=FORMER_BOARD), planned.supplies)
-    with suppress(CannotMakeError):
-        _sheets_of(planned, Laid(_built_of(planned, board), None), board)
-        return f"--former {FORMER_BOARD} has room, and fits its sheets"
-    return "leave --former out"
 
 
 def _shown(planned: PlannedJob, let_go: LetGo | None) -> Ribbons | None:
@@ -349,8 +273,10 @@ def draw_job(
     laid = None
     if former is not None:
         laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
+    told = told_steps(planned, laid, order)
     rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
-    plates = _former_on_sheets(planned, laid)
+    plates = former_on_sheets(planned, laid, told)
+    beside = tuple(sheets for sheets in (rim, plates) if sheets is not None)
     hardware = settings.pieces.hardware
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
@@ -382,7 +308,7 @@ def draw_job(
             allotment.sheet_materials,
             steps,
             bill,
-            beside=[sheets for sheets in (rim, plates) if sheets is not None],
+            beside=beside,
             calibration=settings.machine.calibrate,
         ),
         notes=(
@@ -396,14 +322,14 @@ def draw_job(
                 drawings,
                 kerfed,
                 seen,
-                [drawing for sheets in (rim, plates) if sheets for drawing in sheets.drawings],
+                [drawing for sheets in beside for drawing in sheets.drawings],
                 laid,
             ),
             *(let_go.notes if let_go is not None else ()),
         ),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
-        rim=rim,
-        former=plates,
+        beside=beside,
         laid=laid,
+        former_steps=tuple(told),
         given_mesh=given_mesh,
     )

@@ -13,7 +13,7 @@ from fabweave.estimate.texts import hours_text
 from fabweave.form.settle import BOUND, STANDS
 from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations
-from fabweave.piece.on_stock import rough_nesting
+from fabweave.piece.stock_fit import rough_nesting
 from fabweave.plan.grade import grade
 from fabweave.stock.material import Material
 

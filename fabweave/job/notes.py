@@ -8,31 +8,31 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
+from fabweave.former.plates import Laid
+from fabweave.former.sheets import former_notes
 from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import ribbon_notes
 from fabweave.nest.layout import Layout
-from fabweave.piece.brief import grain_notes
-from fabweave.piece.former import Laid
+from fabweave.piece.grain import grain_notes
 from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.bill_of_materials import BillOfMaterials, bom_notes
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
 from fabweave.plan.steps import order_note
 from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_notes
 from fabweave.sheet.kerf import kerf_notes
 from fabweave.sheet.labels.lettering import lettered
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.labels.texts import KINDS, WANTED_HEIGHT_MM
 from fabweave.sheet.rim_sheets import rim_notes
 from fabweave.sheet.sheet_notes import left_out_notes
+from fabweave.show.paper_limits import paper_notes
 from fabweave.stock.rotations import parse_rotations
 from fabweave.weave.pattern import Weave
 
@@ -110,7 +110,7 @@ def job_notes(
             service=settings.machine.profile == "service",
             common=settings.common_cuts and not rolls,
         ),
-        *extent_notes(woven.weave.threads.n_crossings, len(steps)),
+        *paper_notes(woven.weave.threads.n_crossings, len(steps)),
     )
 
 

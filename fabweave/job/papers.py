@@ -14,17 +14,16 @@ from fabweave.estimate.assembly_time import step_seconds
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.texts import cost_rows
 from fabweave.estimate.waste import WasteReport
+from fabweave.former.plates import Laid
 from fabweave.job.draw import Job
 from fabweave.job.write import offcut_entries
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
-from fabweave.plan.extent import MOST_PICTURED, MOST_VIEWED
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
@@ -40,6 +39,7 @@ from fabweave.show.manual.sheets import drawn_pieces, write_sheets
 from fabweave.show.manual.step_pictures import WholePicture, step_pictures
 from fabweave.show.manual.steps import write_steps
 from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
+from fabweave.show.paper_limits import MOST_PICTURED, MOST_VIEWED
 from fabweave.show.sticks import sticks_pdf
 from fabweave.show.viewer.page import space_record, viewer_page
 from fabweave.weave.pattern import Weave

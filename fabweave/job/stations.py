@@ -15,19 +15,19 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
 from fabweave.form.hold import Foretold, foretell, form_hold
-from fabweave.form.straight import lay_strips
 from fabweave.job.ask import brief_of, complete_settings, load_asked
+from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings, settings_from_options, settings_table
-from fabweave.piece.brief import Brief, chosen_grain
+from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import spared
-from fabweave.piece.cut_up import joined_pieces, with_grain
-from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
-from fabweave.piece.pieces import PieceSet
+from fabweave.piece.grain import chosen_grain, with_grain
+from fabweave.piece.joined_object import JoinedObject, check_joined, split_object
+from fabweave.piece.pieces import PieceSet, joined_pieces
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.nest_pieces import nest_pieces
 from fabweave.plan.verdict import NotMakeableError, excess

@@ -31,12 +31,9 @@ from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, cut_list, station_table, stick_table
 from fabweave.plan.grade import verdict_json
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
-from fabweave.sheet import former_sheets, rim_sheets
 from fabweave.sheet.drawing import SheetDrawing
-from fabweave.sheet.former_sheets import former_record
 from fabweave.sheet.kerf import CUT_FOLDER
-from fabweave.sheet.rim_sheets import rim_record, rim_text
-from fabweave.sheet.service import PieceMaterial, kind_files, write_kind_files
+from fabweave.sheet.service import write_service
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.sheet_notes import draw_offcut
 from fabweave.sheet.targets import target_named
@@ -102,19 +99,14 @@ def write_plan(
         if drawings:
             folder.mkdir(exist_ok=True)
         written += [start(_write_cuts, folder, drawing, machine) for drawing in drawings]
-    if job.rim is not None:
-        rings = job.piece_set.rings
-        folder = directory / job.rim.folder
-        _write(folder / rim_sheets.RECORD, json_text(rim_record(rings, job.rim.layout)))
-        _write(folder / rim_sheets.TEXT, rim_text(rings))
-    if job.former is not None and job.laid is not None:
-        folder = directory / job.former.folder
-        record = former_record(job.laid, job.former, job.piece_set.pieces)
-        _write(folder / former_sheets.RECORD, json_text(record))
-        steps = [f"{at}. {text}\n" for at, text in enumerate(job.former_steps, start=1)]
-        _write(folder / former_sheets.TEXT, "\n".join(steps))
+    for sheets in job.beside:
+        named = directory / sheets.folder / sheets.folder
+        _write(named.with_suffix(".json"), json_text(sheets.record))
+        _write(named.with_suffix(".txt"), sheets.text)
     if machine.profile == "service":
-        _write_service(job, directory / "service")
+        kinds = job.kinds[job.origins].tolist()
+        materials = [job.allotment.of_thread(piece.thread).material for piece in job.to_cut]
+        write_service(directory / "service", job.to_cut, kinds, materials, machine)
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
     _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
     report = waste_report(
@@ -130,8 +122,7 @@ def write_plan(
         bill=job.bill,
         engrave_seen_mm=job.engrave_seen_mm,
         grain=job.grain_cost,
-        rim=job.rim,
-        former=job.former,
+        beside=job.beside,
     )
     check = _write_tables(job, report, directory)
     for number, finish in enumerate(written):
@@ -151,23 +142,6 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -
         stroke_width_mm=machine.line_mm,
     )
     _write(folder / f"{drawing.name}.svg", svg)
-
-
-def _write_service(job: Job, directory: Path) -> None:
-    """Write a file for each distinct piece, and the table of quantities."""
-    supply_materials = [
-        PieceMaterial(material.name, material.thickness_mm) for material in job.supplies.materials
-    ]
-    piece_materials = [supply_materials[index] for index in job.allotment.of_pieces(job.to_cut)]
-    kinds = job.kinds[job.origins].tolist()
-    write_kind_files(
-        directory,
-        kind_files(job.to_cut, kinds, piece_materials),
-        version=job.settings.machine.dxf,
-        colours=job.settings.machine.preset,
-        units=job.settings.machine.svg_units,
-        stroke_width_mm=job.settings.machine.line_mm,
-    )
 
 
 def offcut_entries(job: Job) -> list[str]:

@@ -25,12 +25,12 @@ from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
+from fabweave.mesh.remesh.skeleton_quads import remesh_tubes
 from fabweave.mesh.remesh.triangles import remesh_triangles
-from fabweave.mesh.remesh.tubes import remesh_tubes
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
-from fabweave.mesh.symmetry import symmetrise
+from fabweave.mesh.symmetrise import symmetrise
 from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_of, turn_upright
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.

@@ -10,7 +10,7 @@ from fabweave.core.arrays import BoolArray, FloatArray
 from fabweave.nest.container import MAX_PIXELS, Container, clear_rectangle, container_of
 from fabweave.nest.item_shape import ItemShape, fitting_angles, shapes_of
 from fabweave.nest.layout import Effort, effort_named
-from fabweave.nest.place.search import Grid, SheetPixels, grid_of, kernels_of
+from fabweave.nest.place.spectral_packing import Grid, SheetPixels, grid_of, kernels_of
 from fabweave.stock.rotations import Rotations
 from fabweave.stock.sheet_size import SheetSize
 

@@ -183,16 +183,16 @@ def _frame(outline: FloatArray) -> tuple[float, float, float] | None:
         return None
     side = np.roll(outline, -1, axis=0) - outline
     size = np.hypot(*side.T)
-    way = side[int(size.argmax())] / size.max()
+    axis = side[int(size.argmax())] / size.max()
     # Forwards, so that letters stand upright.
-    way = -way if way[0] < 0.0 else way
-    along, across = outline @ way, outline @ np.array([-way[1], way[0]])
-    ends = [np.minimum(np.abs(one - one.min()), np.abs(one - one.max())) for one in (along, across)]
+    axis = -axis if axis[0] < 0.0 else axis
+    along, across = outline @ axis, outline @ np.array([-axis[1], axis[0]])
+    ends = [np.minimum(np.abs(at - at.min()), np.abs(at - at.max())) for at in (along, across)]
     # Each corner lies on two sides of the box around it, and what is between on one.
     corner, border = np.maximum(*ends) <= _SAME_MM, np.minimum(*ends) <= _SAME_MM
     if np.count_nonzero(corner) != _CORNERS or not border.all():
         return None
-    direction = float(np.degrees(np.arctan2(way[1], way[0])))
+    direction = float(np.degrees(np.arctan2(axis[1], axis[0])))
     return float(np.ptp(along)), float(np.ptp(across)), direction
 
 

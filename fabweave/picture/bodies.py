@@ -134,25 +134,25 @@ def _corner_shifts(ribbons: Ribbons, following: IntArray, panel: BoolArray) -> F
     (R, 2, 3) float array
         For the right and the left end.
     """
-    near = np.flatnonzero(following >= 0)
-    after = following[near]
-    first = ribbons.from_right[near][:, None]
-    a, b = ribbons.right[near], ribbons.right[after]
-    c, d = ribbons.left[after], ribbons.left[near]
+    rung = np.flatnonzero(following >= 0)
+    after = following[rung]
+    first = ribbons.from_right[rung][:, None]
+    a, b = ribbons.right[rung], ribbons.right[after]
+    c, d = ribbons.left[after], ribbons.left[rung]
     # Each quad's two triangles, and the corners that each has.
-    one = unit(np.where(first, np.cross(b - a, c - a), np.cross(b - a, d - a)))
-    two = unit(np.where(first, np.cross(c - a, d - a), np.cross(c - b, d - b)))
+    first_normal = unit(np.where(first, np.cross(b - a, c - a), np.cross(b - a, d - a)))
+    second_normal = unit(np.where(first, np.cross(c - a, d - a), np.cross(c - b, d - b)))
     mean = np.zeros((ribbons.n_rungs, 2, 3))
     # Every rung is near once at most, and after another once at most.
-    mean[near, 0] += np.where(first, one + two, one)
-    mean[near, 1] += np.where(first, two, one + two)
-    mean[after, 0] += np.where(first, one, one + two)
-    mean[after, 1] += np.where(first, one + two, two)
+    mean[rung, 0] += np.where(first, first_normal + second_normal, first_normal)
+    mean[rung, 1] += np.where(first, second_normal, first_normal + second_normal)
+    mean[after, 0] += np.where(first, first_normal, first_normal + second_normal)
+    mean[after, 1] += np.where(first, first_normal + second_normal, second_normal)
     mean = unit(mean)
     # A panel keeps its thickness; elsewhere that of the facets on the average.
     normal = mean.copy()
-    flat = panel[near]
-    normal[near[flat]] = normal[after[flat]] = one[flat][:, None, :]
+    flat = panel[rung]
+    normal[rung[flat]] = normal[after[flat]] = first_normal[flat][:, None, :]
     cosine = np.einsum("rsj,rsj->rs", mean, normal)
     return mean / np.maximum(cosine, 1.0 / _MITRE)[:, :, None]
 

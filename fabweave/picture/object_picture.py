@@ -21,7 +21,7 @@ from fabweave.picture.bodies import Body, joined_bodies
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet, side_by_side, stacked, titled
 from fabweave.picture.render import (
-    Marks,
+    Dots,
     middle_edge_px,
     object_frame,
     render_scene,
@@ -157,7 +157,7 @@ def mesh_picture(
     *,
     size_px: tuple[int, int] = (1000, 800),
     view: View | None = None,
-    marks: Marks | None = None,
+    marks: Dots | None = None,
     samples: int = 2,
 ) -> Image.Image:
     """Make a picture of a polygon mesh with its edges.
@@ -170,7 +170,7 @@ def mesh_picture(
         Width and height.
     view : View or None
         From where; None chooses.
-    marks : Marks or None
+    marks : Dots or None
         Marked points, such as ``irregular_marks``.
     samples : int
         Samples of a pixel along each side.
@@ -205,7 +205,7 @@ def mesh_picture(
     )
 
 
-def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
+def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Dots:
     """Return marks on the inner vertices whose number of edges is not the regular one.
 
     Regular are 6 edges where most faces are triangles, else 4. Vertices with fewer are blue,
@@ -214,7 +214,7 @@ def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
 
     Returns
     -------
-    Marks
+    Dots
         None at all on a regular mesh.
 
     Examples
@@ -231,7 +231,7 @@ def irregular_marks(mesh: PolyMesh, *, radius_px: float = 5.0) -> Marks:
     colours = np.where((valence < regular)[:, None], _FEWER, _MORE)
     if not triangles:
         colours = np.where((valence % 4 == 0)[:, None], _FOURFOLD, colours)
-    return Marks(mesh.vertices[odd], colours.astype(np.uint8), radius_px)
+    return Dots(mesh.vertices[odd], colours.astype(np.uint8), radius_px)
 
 
 def weave_picture(

@@ -356,7 +356,7 @@ _REACH = 0.014
 
 
 @frozen_value
-class Marks:
+class Dots:
     """Round marks on a surface, of one size in the picture; hidden where the surface is.
 
     Parameters
@@ -386,7 +386,7 @@ def render_scene(
     edge_colours: Colours | None = None,
     line_px: float = 1.2,
     reach_px: float | None = None,
-    marks: Marks | None = None,
+    marks: Dots | None = None,
     floor: bool = False,
     lit: bool = True,
     samples: int = 2,
@@ -419,7 +419,7 @@ def render_scene(
         Width of the lines.
     reach_px : float or None
         How far the dark of narrow places reaches; None takes a share of the picture.
-    marks : Marks or None
+    marks : Dots or None
         Marked points.
     floor : bool
         Whether the object stands on a floor, seen by the shadow on it; not in views from below.
@@ -559,7 +559,7 @@ def _mark(
     picture: npt.NDArray[np.float32],
     nearness: FloatArray,
     places: FloatArray,
-    marks: Marks,
+    marks: Dots,
     samples: int,
 ) -> None:
     """Paint the marks that are not hidden, those farther away first."""

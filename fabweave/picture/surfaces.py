@@ -12,7 +12,7 @@ from fabweave.ribbon.project import Ribbons, following_rung
 from fabweave.ribbon.stretches import facet_vertices, rung_ends
 
 
-class Strips(Protocol):
+class RungRows(Protocol):
     """What ribbons and yarns have in common: rungs or sections in rows, and where passes are."""
 
     @property
@@ -28,7 +28,7 @@ class Strips(Protocol):
         """The rung at which each pass comes to its crossing, (P,)."""
 
 
-def rung_colours(strips: Strips, colours: Colours) -> Colours:
+def rung_colours(strips: RungRows, colours: Colours) -> Colours:
     """Return the colour of each rung of ribbons or section of yarns, (R, 3).
 
     A rung where a thread comes to a crossing has the colour in which it comes, and the ones behind

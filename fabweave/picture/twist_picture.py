@@ -12,7 +12,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet
-from fabweave.picture.render import Marks, middle_edge_px, render_scene
+from fabweave.picture.render import Dots, middle_edge_px, render_scene
 from fabweave.picture.surfaces import face_normals, polygon_triangles
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
@@ -97,7 +97,7 @@ def weave_on_mesh(
     pixels = middle_edge_px(vertices, triangles, sides, view, size_px)
     if what == "faults":
         size = float(np.clip(_MARK_SHARE * pixels, _SMALLEST_PX, _LARGEST_PX))
-        marks = Marks(*broken_places(mesh, halfedges, weave), size)
+        marks = Dots(*broken_places(mesh, halfedges, weave), size)
     picture = render_scene(
         vertices,
         triangles,

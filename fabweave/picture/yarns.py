@@ -39,7 +39,7 @@ _NEAREST = 0.005
 
 
 @frozen_value
-class Course:
+class YarnGuides:
     """What the yarns pass on their way: *guides* at crossings, turns and open ends.
 
     Parameters
@@ -119,7 +119,7 @@ class Spines:
 
 def lay_course(
     mesh: PolyMesh, halfedges: Halfedges, weave: Weave, portals: FloatArray | None = None
-) -> Course:
+) -> YarnGuides:
     """Lay out what every yarn passes.
 
     At a crossing, the quad (tail, face centre, head, face centre) of its edge has two lines that
@@ -181,7 +181,7 @@ def lay_course(
         turn = guide[threads.turn_pass] + 1 + earlier
         place[turn], half[turn], room[turn] = _turns(mesh, halfedges, threads, centres, portals)
     twins = guide[strand_passes(weave)]
-    return tapered(Course(offsets, threads.closed, place, rise, half, room, twins))
+    return tapered(YarnGuides(offsets, threads.closed, place, rise, half, room, twins))
 
 
 def _turns(
@@ -206,7 +206,7 @@ def _turns(
     return place, half, room
 
 
-def tapered(course: Course) -> Course:
+def tapered(course: YarnGuides) -> YarnGuides:
     """Return the course with rooms that differ little from guide to guide; none is larger."""
     start, end = course.spans
     slack = _TAPER * np.linalg.norm(course.place[end] - course.place[start], axis=1)
@@ -222,7 +222,7 @@ def tapered(course: Course) -> Course:
     return replace(course, room_mm=room)
 
 
-def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
+def draw_spines(course: YarnGuides, radius_mm: FloatArray) -> Spines:
     """Draw the middle line of each yarn: smooth curves from guide to guide, without a kink.
 
     On the surface, the curve is a parabola from guide to guide whose tangents meet where the yarn
@@ -232,7 +232,7 @@ def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
 
     Parameters
     ----------
-    course : Course
+    course : YarnGuides
     radius_mm : (G,) float array
         The radius at each guide.
 
@@ -246,7 +246,7 @@ def draw_spines(course: Course, radius_mm: FloatArray) -> Spines:
     return _drawn(course, radius_mm, _samples(course, radius_mm, _drawn(course, radius_mm, trial)))
 
 
-def _drawn(course: Course, radius_mm: FloatArray, samples: FloatArray) -> Spines:
+def _drawn(course: YarnGuides, radius_mm: FloatArray, samples: FloatArray) -> Spines:
     """Draw spines with points at the given samples: numbers of spans plus shares of them."""
     start, end = course.spans
     # An open end is where the yarn leaves the quad itself; there it goes straight on.
@@ -280,7 +280,7 @@ def _drawn(course: Course, radius_mm: FloatArray, samples: FloatArray) -> Spines
     return Spines(first[course.offsets], course.closed, point, way, thick, guide)
 
 
-def _samples(course: Course, radius_mm: FloatArray, trial: Spines) -> FloatArray:
+def _samples(course: YarnGuides, radius_mm: FloatArray, trial: Spines) -> FloatArray:
     """Return where spans need points to be smooth, each span's start among them.
 
     A span has points where it turns, one for each dozen degrees or so, others along its length,
@@ -320,7 +320,7 @@ def _samples(course: Course, radius_mm: FloatArray, trial: Spines) -> FloatArray
     return span[kept] + share[kept]
 
 
-def _near_share(course: Course, radius_mm: FloatArray, guide: IntArray) -> FloatArray:
+def _near_share(course: YarnGuides, radius_mm: FloatArray, guide: IntArray) -> FloatArray:
     """Return which share of a span is about a radius long at the given guide."""
     speed = 2.0 * np.linalg.norm(course.half[guide], axis=1)
     return np.clip(radius_mm[guide] / np.maximum(speed, 1e-300), 2 * _NEAREST, 0.25)
@@ -386,17 +386,17 @@ def touching_points(spines: Spines, *, enough: int | None = None) -> IntArray:
     around = np.where(spines.closed, around, np.inf)
     middle = (ends[0] + ends[1]) / 2
     found, count = [np.zeros((0, 2), dtype=np.int64)], 0
-    for one, other in _near_pairs(middle, radius + length / 2):
-        same = thread[one] == thread[other]
-        away = np.abs((past - length / 2)[one] - (past - length / 2)[other])
-        away = np.minimum(away, around[thread[one]] - away) - (length[one] + length[other]) / 2
-        reach = np.maximum(radius[one], radius[other])
+    for first, second in _near_pairs(middle, radius + length / 2):
+        same = thread[first] == thread[second]
+        away = np.abs((past - length / 2)[first] - (past - length / 2)[second])
+        away = np.minimum(away, around[thread[first]] - away) - (length[first] + length[second]) / 2
+        reach = np.maximum(radius[first], radius[second])
         apart = np.flatnonzero(~same | (away >= np.pi * reach))
-        one, other = one[apart], other[apart]  # noqa: PLW2901 - the batch, thinned out
-        segments = (end[of].T for of in (one, other) for end in ends)
+        first, second = first[apart], second[apart]  # noqa: PLW2901 - the batch, thinned out
+        segments = (end[of].T for of in (first, second) for end in ends)
         distance, _ = segment_distances(*segments)
-        bad = np.flatnonzero(distance <= radius[one] + radius[other])
-        found.append(np.column_stack((here[one[bad]], here[other[bad]])))
+        bad = np.flatnonzero(distance <= radius[first] + radius[second])
+        found.append(np.column_stack((here[first[bad]], here[second[bad]])))
         count += len(bad)
         if enough is not None and count > enough:
             break
@@ -416,12 +416,12 @@ def _near_pairs(middle: FloatArray, reach: FloatArray) -> Iterator[tuple[IntArra
         for first in range(0, len(upto), _BATCH):
             rows = upto[first : first + _BATCH]
             found = tree.query_ball_point(middle[rows], reach[rows] + most)
-            one = np.repeat(rows, [len(near) for near in found])
+            ball = np.repeat(rows, list(map(len, found)))
             other = own[np.concatenate(found).astype(np.int64)]
-            away = middle[one] - middle[other]
-            near = np.einsum("ij,ij->i", away, away) <= (reach[one] + reach[other]) ** 2
-            kept = near & ((level[one] < size) | (one < other))
-            yield one[kept], other[kept]
+            away = middle[ball] - middle[other]
+            overlapping = np.einsum("ij,ij->i", away, away) <= (reach[ball] + reach[other]) ** 2
+            kept = overlapping & ((level[ball] < size) | (ball < other))
+            yield ball[kept], other[kept]
 
 
 def sweep(spines: Spines, sides: int) -> FloatArray:
@@ -665,7 +665,7 @@ def spin_yarns(
 
 
 def _even_radii(
-    course: Course,
+    course: YarnGuides,
     radius_mm: float,
     mesh: PolyMesh,
     labels: Sequence[str],
@@ -695,7 +695,7 @@ def _rounded_down(value: float) -> float:
     return float(np.round(np.floor(value / unit * (1 + 1e-9)) * unit, 9))
 
 
-def _hampered(course: Course, radius_mm: FloatArray, *, allowed: int | None = None) -> IntArray:
+def _hampered(course: YarnGuides, radius_mm: FloatArray, *, allowed: int | None = None) -> IntArray:
     """Return the guides about which yarns of given radii (G,) get in their own or others' way.
 
     If these are more than allowed, only some of them are returned.
@@ -710,7 +710,7 @@ def _hampered(course: Course, radius_mm: FloatArray, *, allowed: int | None = No
 
 
 def _largest_share(
-    course: Course, shape: FloatArray, allowed: int, progress: Progress
+    course: YarnGuides, shape: FloatArray, allowed: int, progress: Progress
 ) -> tuple[float, IntArray]:
     """Return the largest share of the room at which yarns touch about few guides, and these."""
     share, tried = _LARGEST, 0
@@ -733,7 +733,9 @@ def _largest_share(
     return share, hampered
 
 
-def _thinned(course: Course, share: float, labels: Sequence[str], progress: Progress) -> Course:
+def _thinned(
+    course: YarnGuides, share: float, labels: Sequence[str], progress: Progress
+) -> YarnGuides:
     """Return the course with less room about places where yarns would touch, so that none do.
 
     Raises
@@ -756,7 +758,7 @@ def _thinned(course: Course, share: float, labels: Sequence[str], progress: Prog
             raise _no_room(course, labels, lost)
 
 
-def _no_room(course: Course, labels: Sequence[str], lost: IntArray) -> CannotMakeError:
+def _no_room(course: YarnGuides, labels: Sequence[str], lost: IntArray) -> CannotMakeError:
     """Say where yarns touch however thin they are."""
     threads = np.searchsorted(course.offsets, lost, side="right") - 1
     names = " and ".join(sorted({labels[thread] for thread in threads[:4]}))

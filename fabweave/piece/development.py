@@ -264,7 +264,7 @@ def rail_at(rail: FloatArray, first: IntArray, place: FloatArray) -> FloatArray:
 
 
 @frozen_value
-class Stretches:
+class PieceRungs:
     """The rungs of every piece, from the panel of its first crossing to that of its last.
 
     Where no joint ends a piece, it reaches to the end of its open thread. Two pieces that lap both
@@ -298,7 +298,7 @@ class Stretches:
         return self.rung[begins], np.repeat(np.arange(len(counts)), counts)
 
 
-def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> Stretches:
+def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> PieceRungs:
     """Find the stretch of ribbon of every piece.
 
     Parameters
@@ -310,7 +310,7 @@ def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> 
 
     Returns
     -------
-    Stretches
+    PieceRungs
         Rungs rise along each piece, and count on from the first one around a ring.
     """
     threads = weave.threads
@@ -328,7 +328,7 @@ def piece_stretches(ribbons: Ribbons, weave: Weave, pieces: Sequence[Piece]) -> 
     start = np.where([piece.start_joint is None for piece in pieces], 0, start)
     last = np.where([piece.end_joint is None for piece in pieces], size - 1, last)
     offsets, rung = run_rungs(ribbons, thread, start, last)
-    return Stretches(rung, offsets, entry - np.repeat(start, stations), panel_offsets)
+    return PieceRungs(rung, offsets, entry - np.repeat(start, stations), panel_offsets)
 
 
 @frozen_value

@@ -292,7 +292,7 @@ INSCRIBED_MM = 0.01
 
 
 @dataclass(frozen=True)
-class Frame:
+class RigidMotion:
     """The rigid motion from a strip's frame to its piece's frame: p -> R(angle) p + shift."""
 
     angle: float
@@ -392,7 +392,7 @@ def simple(outlines: Sequence[FloatArray]) -> BoolArray:
     return np.asarray(shapely.is_valid(polygons) & ~shapely.is_empty(polygons))
 
 
-def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> Frame:
+def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> RigidMotion:
     """Return the motion that lays an outline along +x in its smallest rectangle, corner at 0.
 
     Parameters
@@ -417,5 +417,5 @@ def resting_frame(outline: FloatArray, start: FloatArray, end: FloatArray) -> Fr
     way = end - start
     if np.cos(angle) * way[0] - np.sin(angle) * way[1] < 0:
         angle += np.pi
-    turned = Frame(angle, np.zeros(2)).apply(outline)
-    return Frame(angle, -turned.min(axis=0))
+    turned = RigidMotion(angle, np.zeros(2)).apply(outline)
+    return RigidMotion(angle, -turned.min(axis=0))

@@ -1,6 +1,7 @@
 """Build pieces from runs: outlines, stations, cut-outs and joints."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -8,6 +9,7 @@ import shapely
 
 from fabweave.core.arc_path import Path, straight_path
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
+from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import (
     DECIMALS,
     FIT_MM,
@@ -18,18 +20,26 @@ from fabweave.piece.congruence import (
     equal_pieces,
 )
 from fabweave.piece.development import Runs
+from fabweave.piece.joined_object import JoinedObject
 from fabweave.piece.joint.ends import CutStrips, Stations, cut_strips, guide_lines
+from fabweave.piece.joint.fastening import (
+    fastened_crossings,
+    hanging_crossings,
+    parse_fastening,
+    parse_hanging,
+)
 from fabweave.piece.joint.holes import Drilled, HoleRule, drill, middle_room, slot_path
-from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule
+from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule, parse_joint
 from fabweave.piece.joint.planning import JointPlan, plan_joints
-from fabweave.piece.outline import Frame, resting_frame
+from fabweave.piece.outline import RigidMotion, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
-from fabweave.piece.rim_ring import RimRing
+from fabweave.piece.rim_ring import RimRing, beside_opening, plan_rings
+from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave, strand_passes
 
 #: Says which crossings take a fastener, as :func:`build_pieces` has it.
-Hold: TypeAlias = Callable[[BoolArray, IntArray, BoolArray], BoolArray]
+FastenerChoice: TypeAlias = Callable[[BoolArray, IntArray, BoolArray], BoolArray]
 #: Less of a panel than this is no cover, square millimetres.
 _LEAST_MM2 = 0.01
 _POLYGON = shapely.GeometryType.POLYGON
@@ -156,7 +166,7 @@ def build_pieces(
     slots: bool = False,
     cut: CutStrips | None = None,
     fastened: BoolArray | None = None,
-    hold: Hold | None = None,
+    hold: FastenerChoice | None = None,
     holed: BoolArray | None = None,
     alike: bool = False,
     supply: IntArray | None = None,
@@ -263,6 +273,42 @@ def build_pieces(
     )
 
 
+def joined_pieces(
+    joined: JoinedObject, brief: Brief, hold: FastenerChoice | None = None
+) -> PieceSet:
+    """Build the pieces of an object, with their holes and joints; ``hold`` may add fasteners."""
+    woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
+    fastened = fastened_crossings(
+        parse_fastening(brief.fasten), woven.weave, woven.halfedges, joined.joints.crossing
+    )
+    openings = woven.source.rims
+    beside = [beside_opening(woven, opening) for opening in openings]
+    for crossings in beside:
+        fastened |= crossings
+    hanging = np.zeros_like(fastened)
+    if asked.hang is not None:
+        hanging = hanging_crossings(parse_hanging(asked.hang), woven.ribbons.centre)
+    fastened |= hanging
+    piece_set = build_pieces(
+        woven.ribbons,
+        woven.weave,
+        joined.plan.runs,
+        woven.labels,
+        brief.rules,
+        joined.joints,
+        slots=parse_joint(asked.joint).slots,
+        cut=joined.cut,
+        fastened=fastened,
+        hold=hold,
+        holed=np.ones_like(fastened) if brief.holes == "all" else None,
+        alike=brief.holes == "alike",
+        supply=supplies.of(woven.bunches),
+        fit=KIND_PRICES[asked.kinds] is not None,
+    )
+    rings = plan_rings(woven, brief, beside, piece_set.fastened, piece_set.rules, piece_set.size_mm)
+    return replace(piece_set, rings=rings, hanging=hanging)
+
+
 def _joint_kinds(plan: JointPlan, drilled: Drilled) -> list[JointKind]:
     """Return the kind of each joint: those that could not be given their fasteners are glued."""
     return [
@@ -312,7 +358,7 @@ def _pieces(
     return tuple(pieces)
 
 
-def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
+def _more_holes(drilled: Drilled, rows: slice, frame: RigidMotion) -> FloatArray:
     """Return the holes of a piece that are not in the middle of a crossing, (H, 4)."""
     low, high = np.searchsorted(drilled.more_station, (rows.start, rows.stop))
     points = drilled.more_point[low:high]
@@ -323,7 +369,7 @@ def _more_holes(drilled: Drilled, rows: slice, frame: Frame) -> FloatArray:
 
 
 def _slots(
-    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: Frame
+    index: int, cut: CutStrips, drilled: Drilled, rows: slice, frame: RigidMotion
 ) -> tuple[Slot, ...]:
     """Return the slots of a piece."""
     stations, slots = cut.stations, []

@@ -10,8 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arc_path import Path
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.leave_out import Opening
+from fabweave.piece.brief import Brief
+from fabweave.piece.joint.fastening import beside_edges
+from fabweave.piece.joint.holes import HoleRule
+from fabweave.piece.stock_fit import alone_on_sheet
+from fabweave.ribbon.lay import WovenObject
 
 #: Fasteners can pull a band so far onto the strands, millimetres; a maker's estimate.
 MOST_OFF_MM = 3.0
@@ -21,6 +27,12 @@ _STEEPEST_DEG = 75.0
 _ARC_RAD = math.pi / 2.0
 #: Fewer fasteners do not hold a ring.
 _LEAST_HOLES = 4
+#: A ring is not cut into more pieces to make them fit on a sheet.
+_MOST_PIECES = 12
+#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
+_ON_RIM_MM = 1e-3
+#: Arcs of rings are nested as chords that are off by this at most, millimetres.
+FLAT_MM = 0.01
 
 
 @frozen_value
@@ -210,6 +222,72 @@ def plan_ring(
         slope_deg=round(steep, 3),
         off_mm=round(float(np.abs(off).max()), 3),
         thickness_mm=thickness_mm,
+    )
+
+
+def beside_opening(woven: WovenObject, opening: Opening) -> BoolArray:
+    """Return which crossings lie beside the rim of a round opening, (X,)."""
+    halfedges, vertices = woven.halfedges, woven.mesh.vertices
+    away = np.hypot(vertices[:, 0] - (opening.x_mm or 0.0), vertices[:, 1] - (opening.y_mm or 0.0))
+    near = np.abs(away - (opening.diameter_mm or 0.0) / 2.0) <= opening.off_mm + _ON_RIM_MM
+    rim = (halfedges.twin < 0) & near[halfedges.tail] & near[halfedges.tail[halfedges.next]]
+    return beside_edges(woven.weave.threads, halfedges, rim)
+
+
+def plan_rings(
+    woven: WovenObject,
+    brief: Brief,
+    beside: Sequence[BoolArray],
+    fastened: BoolArray,
+    rules: Sequence[HoleRule],
+    size_mm: FloatArray,
+) -> tuple[RimRing, ...]:
+    """Plan a ring for each opening, of as few pieces as fit on a sheet of the first material.
+
+    Parameters
+    ----------
+    woven : WovenObject
+    brief : Brief
+    beside : sequence of (X,) bool arrays
+        For each opening that is to have a ring, which crossings are beside it.
+    fastened : (X,) bool array
+    rules : sequence of HoleRule
+    size_mm : (X,) float array
+        Diameters of holes.
+    """
+    rings: list[RimRing] = []
+    # Around the widest hole there is the most room to keep.
+    edge_mm = rules[0].edge_mm if rules else 0.0
+    thickness = brief.supplies.materials[0].thickness_mm
+    for opening, crossings in zip(woven.source.rims, beside, strict=True):
+        held = np.flatnonzero(crossings & fastened)
+        first = 1 + sum(len(ring.pieces) for ring in rings)
+        for count in range(2, _MOST_PIECES + 1):
+            ring = plan_ring(
+                opening.side,
+                held,
+                woven.ribbons.centre[held],
+                (opening.x_mm or 0.0, opening.y_mm or 0.0),
+                opening.diameter_mm or 0.0,
+                count=count,
+                first=first,
+                hole_mm=size_mm[held],
+                edge_mm=edge_mm,
+                thickness_mm=thickness,
+                clearance_mm=brief.ribbons.clearance_mm,
+                prefix=free_prefix("R", woven.labels),
+            )
+            if count == _MOST_PIECES or _fits(ring, brief):
+                break
+        rings.append(ring)
+    return tuple(rings)
+
+
+def _fits(ring: RimRing, brief: Brief) -> bool:
+    """Return whether each piece of a ring fits on a sheet of the first material, alone."""
+    outlines = [piece.path.flattened(FLAT_MM) for piece in ring.pieces]
+    return bool(
+        alone_on_sheet(outlines, brief.supplies.each[0], brief.supplies, brief.effort).all()
     )
 
 

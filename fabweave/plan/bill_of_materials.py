@@ -9,8 +9,8 @@ from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.piece.pieces import PieceSet, count_layers, grips_mm
-from fabweave.plan.access import job_clips, most_clips, set_outside
 from fabweave.plan.order import Order
+from fabweave.plan.reach import job_clips, most_clips, set_outside
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
 
 #: Spare fasteners, as a share of those needed; but no fewer than ``LEAST_SPARES``.

@@ -19,7 +19,7 @@ from fabweave.plan.loose import Holds, count_loose, find_holds, ranks, strands_o
 
 @frozen_value
 class Contacts:
-    """Which pieces cross or join which, in terms of ``State``.
+    """Which pieces cross or join which, in terms of ``StationBits``.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def find_contacts(pieces: Sequence[Piece], fastened: BoolArray) -> Contacts:
     ends = {piece.end_joint: number for number, piece in enumerate(pieces)}
     alone, contacts = [], []
     for number, piece in enumerate(pieces):
-        bits = State(len(piece.crossings))
+        bits = StationBits(len(piece.crossings))
         met: dict[int, int] = {}
         for station, (crossing, over) in enumerate(
             zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
@@ -127,7 +127,7 @@ UNREST = 1.5
 
 
 @dataclass(frozen=True)
-class State:
+class StationBits:
     """What is in place where a piece is to go, as bits of one integer.
 
     Each thing has a bit of its own, so things come and go by exclusive or. A strand has two bits,
@@ -158,7 +158,7 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
     n_stations : int
         How many stations the piece has.
     state : int
-        What is in place, see ``State``.
+        What is in place, see ``StationBits``.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
 
     Examples
     --------
-    >>> bits = State(5)
+    >>> bits = StationBits(5)
     >>> alone = piece_effort(5, 0)
     >>> laid = piece_effort(5, sum(bits.strand(k, over=True, second=False) for k in range(5)))
     >>> tips = piece_effort(5, sum(bits.strand(k, over=False, second=False) for k in (0, 4)))
@@ -459,7 +459,7 @@ _HOT, _WARM, _COLD = 10.0, 3.0, 0.3
 _LOOKED = 2
 
 
-class _Search:
+class _OrderSearch:
     """An order under change: each piece has a place between 0 and 1 in its component.
 
     What a piece costs depends on nothing but its place and which of the pieces that it meets come
@@ -610,7 +610,7 @@ def improve_order(
         An order of the same kind.
     """
     dice = Random(seed)  # noqa: S311 - no secret
-    search = _Search(contacts, order, roots, enclosed=enclosed)
+    search = _OrderSearch(contacts, order, roots, enclosed=enclosed)
     pieces = sorted(set(order) - set(roots))
     hot = _WARM if calm else _HOT
     for sweep in range(sweeps):

@@ -10,11 +10,11 @@ from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.rim_ring import RimRing
-from fabweave.plan.access import job_clips, set_outside
 from fabweave.plan.bill_of_materials import INSTEAD, sold_at
 from fabweave.plan.crossing_map import ClipPlace, StepRecord
 from fabweave.plan.loose import strands_of
 from fabweave.plan.order import Order
+from fabweave.plan.reach import job_clips, set_outside
 
 #: Pieces that are only laid down go into one step while it makes at most so many connections ...
 _MOST_TOGETHER = 8

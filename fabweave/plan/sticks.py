@@ -18,7 +18,7 @@ _PARTS = 32
 
 
 @frozen_value
-class Mark:
+class StickMark:
     """Something to mark on a strip.
 
     Parameters
@@ -53,7 +53,7 @@ class Stick:
     spares : tuple of str
         What is cut besides, each like the first piece.
     length_mm, width_mm : float
-    marks : tuple of Mark
+    marks : tuple of StickMark
         From the start of the first to its end.
     """
 
@@ -62,7 +62,7 @@ class Stick:
     spares: tuple[str, ...]
     length_mm: float
     width_mm: float
-    marks: tuple[Mark, ...]
+    marks: tuple[StickMark, ...]
 
 
 def story_sticks(crossing_map: CrossingMap) -> tuple[Stick, ...]:
@@ -87,24 +87,24 @@ def _stick(kind: int, pieces: tuple[PieceRecord, ...], spares: tuple[str, ...]) 
     piece = pieces[0]
     outline = np.array(piece.outline)
     (left, low), (length, width) = outline.min(axis=0), np.ptp(outline, axis=0).tolist()
-    marks = [Mark("cut", None, along, width / 2.0) for along in (0.0, length)]
+    marks = [StickMark("cut", None, along, width / 2.0) for along in (0.0, length)]
     slotted = {cutout.station for cutout in piece.cutouts if cutout.hole is None}
     for at, station in enumerate(piece.stations):
         joined = any(one.stations[station_of(one, at)].joint is not None for one in pieces)
         what: Literal["joint", "crossing"] = "joint" if joined else "crossing"
         place = station.x - left, station.y - low
         hole_mm = None if at in slotted else station.hole_mm
-        marks.append(Mark(what, at, *place, station.over, hole_mm))
+        marks.append(StickMark(what, at, *place, station.over, hole_mm))
     for cutout in piece.cutouts:
         station = piece.stations[cutout.station]
         if cutout.hole is None:
             path = np.array(cutout.path)[:, :2]
             x, y = ((path.min(axis=0) + path.max(axis=0)) / 2.0).tolist()
-            marks.append(Mark("slot", cutout.station, x - left, y - low))
+            marks.append(StickMark("slot", cutout.station, x - left, y - low))
             continue
         x, y, diameter = cutout.hole
         if np.hypot(x - station.x, y - station.y) > _SAME_MM:
-            marks.append(Mark("hole", cutout.station, x - left, y - low, None, diameter))
+            marks.append(StickMark("hole", cutout.station, x - left, y - low, None, diameter))
     marks.sort(key=attrgetter("along_mm"))
     return Stick(kind, pieces, spares, length, width, tuple(marks))
 

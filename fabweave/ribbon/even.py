@@ -130,19 +130,19 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     before, after = (
         np.where(beside >= 0, beside, itself) for beside in (preceding_rung(following), following)
     )
-    near = [rung]
+    window = [rung]
     for _ in range(_NEAR):
-        near = [before[near[0]], *near, after[near[-1]]]
+        window = [before[window[0]], *window, after[window[-1]]]
     middle = (ribbons.right + ribbons.left) / 2
-    line = middle[np.stack(near, axis=1)]
+    line = middle[np.stack(window, axis=1)]
     step = np.diff(line, axis=1)
-    way = middle[rung][:, None] - line[:, :-1]
+    offset = middle[rung][:, None] - line[:, :-1]
     across = unit(ribbons.left[rung] - ribbons.right[rung])
     half = wanted[:, None] / 2.0
     # From the start of each step to a place on the rung, and so how far that is from the step.
     square = np.maximum(np.einsum("nkd,nkd->nk", step, step), 1e-300)
-    far, along = (np.einsum("nkd,nkd->nk", way, other) for other in (way, step))
-    out, ahead = (np.einsum("nkd,nd->nk", other, across) for other in (way, step))
+    far, along = (np.einsum("nkd,nkd->nk", offset, other) for other in (offset, step))
+    out, ahead = (np.einsum("nkd,nd->nk", other, across) for other in (offset, step))
     levels = []
     for side in (-half, half):
         factor = np.ones((len(rung), 1))

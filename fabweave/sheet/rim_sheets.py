@@ -9,16 +9,15 @@ from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout, Placement
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.on_stock import FLAT_MM
-from fabweave.piece.rim_ring import RimRing, RingPiece
+from fabweave.piece.rim_ring import FLAT_MM, RimRing, RingPiece
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, draw_flat
 from fabweave.sheet.labels.lettering import place_text
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets, sheet_name, side_sheets
 from fabweave.stock.supplies import Supplies
 
-#: The folder with rings in a job's folder, and the files that tell of them.
-FOLDER, RECORD, TEXT = "rim", "rim.json", "rim.txt"
+#: The folder with rings in a job's folder.
+FOLDER = "rim"
 _MEASURES = ("side", "opening_mm", "width_mm", "slope_deg", "off_mm", "thickness_mm")
 
 
@@ -37,7 +36,7 @@ def _drawn(piece: RingPiece, placement: Placement) -> PieceDrawing:
     )
 
 
-def rim_record(rings: Sequence[RimRing], layout: Layout) -> dict[str, Any]:
+def _rim_record(rings: Sequence[RimRing], layout: Layout) -> dict[str, Any]:
     """Return what ``rim/rim.json`` holds of rings whose pieces are laid out.
 
     Of each ring it tells the measures and the pieces; of each piece the file that it is cut from,
@@ -72,7 +71,7 @@ def _record(piece: RingPiece, placement: Placement) -> dict[str, Any]:
     }
 
 
-def rim_text(rings: Sequence[RimRing]) -> str:
+def _rim_text(rings: Sequence[RimRing]) -> str:
     """Return how rings are laid, for people: ``rim/rim.txt``."""
     told = ["The last step: the ring around each opening.\n"]
     for ring in rings:
@@ -111,7 +110,7 @@ def rim_notes(rings: Sequence[RimRing]) -> list[Note]:
             f"{ring.slope_deg:.0f}° from flat, around an opening of {ring.opening_mm:.1f} mm, "
             f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there lie "
             f"within {max(ring.off_mm, 0.05):.1f} mm of it",
-            f"rim/{TEXT} says how it is laid, as the last step. It is cut from sheets of its own, "
+            "rim/rim.txt says how it is laid, as the last step. It is cut from sheets of its own, "
             "which cost what waste.html says, on top of the rest",
         )
         for ring in rings
@@ -142,4 +141,6 @@ def ring_sheets(
         ids=[piece.id for piece in pieces],
         margin_mm=supplies.margin_mm,
         rotations=supplies.rotations,
+        record=lambda layout: _rim_record(rings, layout),
+        text=_rim_text(rings),
     )

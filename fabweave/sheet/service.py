@@ -6,7 +6,6 @@ and a table says how often it is wanted.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +16,11 @@ from fabweave.nest.layout import Placement
 from fabweave.piece.piece import Piece
 from fabweave.sheet.drawing import PieceDrawing, SheetDrawing
 from fabweave.sheet.labels.marks import Marks
-from fabweave.sheet.presets import Preset
+from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.sheets import draw_piece
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
+from fabweave.stock.material import Material
 
 #: The table of quantities.
 TABLE = "parts.csv"
@@ -33,39 +33,37 @@ _FLAT_MM = 1e-4
 _DECIMALS = 4
 
 
-@dataclass(frozen=True)
-class PieceMaterial:
-    """What a piece is cut from."""
-
-    name: str
-    thickness_mm: float
-
-    @property
-    def folder(self) -> str:
-        """The folder that holds its pieces.
-
-        Examples
-        --------
-        >>> PieceMaterial("card", 0.4).folder
-        'card_0.4mm'
-        """
-        # No colon, which names of folders may not have everywhere.
-        return f"{self.name.replace(':', '-')}_{self.thickness_mm:g}mm"
-
-
 @frozen_value
 class KindFile:
     """A distinct piece: how its files are called, what they hold, and which pieces it makes."""
 
-    material: PieceMaterial
+    material: Material
     kind: int
     ids: tuple[str, ...]
     piece: Piece
     drawing: SheetDrawing
 
+    @property
+    def folder(self) -> str:
+        """The folder that holds all of its material."""
+        return material_folder(self.material)
+
+
+def material_folder(material: Material) -> str:
+    """Return the folder that holds the pieces of a material.
+
+    Examples
+    --------
+    >>> from fabweave.stock.material import material_named
+    >>> material_folder(material_named("card"))
+    'card_0.4mm'
+    """
+    # No colon, which names of folders may not have everywhere.
+    return f"{material.name.replace(':', '-')}_{material.thickness_mm:g}mm"
+
 
 def kind_files(
-    pieces: Sequence[Piece], kinds: Sequence[int], materials: Sequence[PieceMaterial]
+    pieces: Sequence[Piece], kinds: Sequence[int], materials: Sequence[Material]
 ) -> tuple[KindFile, ...]:
     """Draw one piece of each kind and material, with its lower left corner in the origin.
 
@@ -74,7 +72,7 @@ def kind_files(
     pieces : sequence of Piece
     kinds : sequence of int
         The kind of each piece: pieces of one kind are congruent, face up.
-    materials : sequence of PieceMaterial
+    materials : sequence of Material
         What each piece is cut from.
 
     Returns
@@ -84,7 +82,7 @@ def kind_files(
     """
     members_by_kind: dict[tuple[str, int], list[int]] = {}
     for index, (kind, material) in enumerate(zip(kinds, materials, strict=True)):
-        members_by_kind.setdefault((material.folder, kind), []).append(index)
+        members_by_kind.setdefault((material_folder(material), kind), []).append(index)
     digits = max(3, len(str(max(kinds, default=0))))
     most = max(2, len(str(max(map(len, members_by_kind.values()), default=0))))
     files = []
@@ -127,7 +125,7 @@ def quantity_table(files: Sequence[KindFile]) -> str:
         length += sum(slot.path.length for slot in piece.slots)
         rows.append(
             (
-                f"{file.material.folder}/{file.drawing.name}.dxf",
+                f"{file.folder}/{file.drawing.name}.dxf",
                 len(file.ids),
                 file.kind,
                 " ".join(file.ids),
@@ -143,24 +141,29 @@ def quantity_table(files: Sequence[KindFile]) -> str:
     return csv_text(_COLUMNS, rows)
 
 
-def write_kind_files(
+def write_service(
     directory: Path,
-    files: Sequence[KindFile],
-    *,
-    version: str,
-    colours: Preset,
-    units: str,
-    stroke_width_mm: float,
+    pieces: Sequence[Piece],
+    kinds: Sequence[int],
+    materials: Sequence[Material],
+    machine: MachineSettings,
 ) -> None:
-    """Write a DXF and an SVG for each kind into a folder for each material, and the table."""
-    for folder in sorted({file.material.folder for file in files}):
-        (directory / folder).mkdir(parents=True)
+    """Write a DXF and an SVG for each kind into a folder for each material, and the table.
+
+    Parameters are those of :func:`kind_files`, and how files are written.
+    """
+    files = kind_files(pieces, kinds, materials)
     for file in files:
-        stem = directory / file.material.folder / file.drawing.name
-        dxf = dxf_bytes(file.drawing, version=version, plain=True)
+        (directory / file.folder).mkdir(parents=True, exist_ok=True)
+        stem = directory / file.folder / file.drawing.name
+        dxf = dxf_bytes(file.drawing, version=machine.dxf, plain=True)
         stem.with_name(f"{stem.name}.dxf").write_bytes(dxf)
         svg = svg_text(
-            file.drawing, colours=colours, units=units, stroke_width_mm=stroke_width_mm, plain=True
+            file.drawing,
+            colours=machine.preset,
+            units=machine.svg_units,
+            stroke_width_mm=machine.line_mm,
+            plain=True,
         )
         stem.with_name(f"{stem.name}.svg").write_bytes(svg.encode())
     (directory / TABLE).write_bytes(quantity_table(files).encode())

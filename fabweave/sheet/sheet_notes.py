@@ -217,14 +217,16 @@ def _rows(lines: FloatArray, room: _Polygon, band: float) -> list[Row]:
         if not parts:
             continue
         ends = shapely.get_coordinates(max(parts, key=lambda part: round(part.length, 6)))[[0, -1]]
-        way = ends[1] - ends[0]
+        direction = ends[1] - ends[0]
         # Read from the left, or upwards.
-        if way[0] < -1e-9 or (abs(way[0]) <= 1e-9 and way[1] < 0.0):
-            ends, way = ends[::-1], -way
-        length = float(np.hypot(*way)) - 2.0 * band
+        if direction[0] < -1e-9 or (abs(direction[0]) <= 1e-9 and direction[1] < 0.0):
+            ends, direction = ends[::-1], -direction
+        length = float(np.hypot(*direction)) - 2.0 * band
         if length >= SHORTEST_ROW_MM:
-            x, y = (ends[0] + band / (length + 2.0 * band) * way).tolist()
-            rows.append(Row(x, y, float(np.rad2deg(np.arctan2(way[1], way[0]))), length))
+            x, y = (ends[0] + band / (length + 2.0 * band) * direction).tolist()
+            rows.append(
+                Row(x, y, float(np.rad2deg(np.arctan2(direction[1], direction[0]))), length)
+            )
     return sorted(rows, key=lambda row: (-_worth(row), row))
 
 

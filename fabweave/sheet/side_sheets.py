@@ -1,7 +1,8 @@
 """Nest and draw what is cut beside the pieces, on sheets of its own: rings, and formers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.nest.layout import Layout, Placement
@@ -30,6 +31,10 @@ class SideSheets:
         Of what lies on them, without holes.
     drawings, kerfed : tuples of SheetDrawing
         Nominal, and as they are cut, where that differs.
+    record : mapping
+        What ``rim.json`` or the like holds.
+    text : str
+        What ``rim.txt`` or the like says to people.
     """
 
     folder: str
@@ -38,6 +43,8 @@ class SideSheets:
     areas_mm2: tuple[float, ...]
     drawings: tuple[SheetDrawing, ...]
     kerfed: tuple[SheetDrawing, ...]
+    record: Mapping[str, Any]
+    text: str
 
 
 def side_sheets(
@@ -52,6 +59,8 @@ def side_sheets(
     ids: Sequence[str],
     margin_mm: float,
     rotations: str = AUTO,
+    record: Callable[[Layout], Mapping[str, Any]],
+    text: str,
 ) -> SideSheets:
     """Nest flat parts on sheets of a supply, and draw these.
 
@@ -68,6 +77,10 @@ def side_sheets(
     ids : sequence of str
     margin_mm : float
     rotations : str
+    record : callable
+        Returns what tells machines of the parts, from where they lie.
+    text : str
+        What tells people of them.
 
     Raises
     ------
@@ -106,7 +119,16 @@ def side_sheets(
             )
         )
     kerfed = kerfed_sheets(drawings, machine.kerf_mm, machine.micro_joints)
-    return SideSheets(folder, supply.material, layout, tuple(areas_mm2), tuple(drawings), kerfed)
+    return SideSheets(
+        folder,
+        supply.material,
+        layout,
+        tuple(areas_mm2),
+        tuple(drawings),
+        kerfed,
+        record(layout),
+        text,
+    )
 
 
 def sheet_name(folder: str, number: int) -> str:

@@ -249,14 +249,14 @@ def _side_rows(sheets: Sequence[SideSheet]) -> list[tuple[object, ...]]:
     """Return what each sheet beside those of the pieces comes to."""
     return [
         (
-            one.sheet,
-            f"{one.width_mm:g} × {one.height_mm:g}, {one.material} {one.thickness_mm:g}",
-            one.pieces,
-            f"{one.piece_area_mm2 / 100:.1f}",
-            *_times(one.machine),
-            price_text(one.price),
+            sheet.sheet,
+            f"{sheet.width_mm:g} × {sheet.height_mm:g}, {sheet.material} {sheet.thickness_mm:g}",
+            sheet.pieces,
+            f"{sheet.piece_area_mm2 / 100:.1f}",
+            *_times(sheet.machine),
+            price_text(sheet.price),
         )
-        for one in sheets
+        for sheet in sheets
     ]
 
 

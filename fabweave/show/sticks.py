@@ -12,7 +12,7 @@ from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.units import unit_mm
 from fabweave.plan.crossing_map import CrossingMap, JointRecord
-from fabweave.plan.sticks import Mark, Stick, station_of, story_sticks
+from fabweave.plan.sticks import Stick, StickMark, station_of, story_sticks
 from fabweave.show.manual.book import MARGIN, SMALL, Book, text_width
 from fabweave.show.manual.cards import draw_arrow, spread
 
@@ -103,7 +103,7 @@ class Tape:
         return max(self.high_mm + 2.0 * _BEYOND_MM, _LEAST_HIGH_MM) * _POINTS
 
     @cached_property
-    def marks(self) -> list[Mark]:
+    def marks(self) -> list[StickMark]:
         """Its own marks."""
         first, last = self.number == 1, self.number == self.count
         return [
@@ -113,7 +113,7 @@ class Tape:
         ]
 
     @property
-    def stations(self) -> list[Mark]:
+    def stations(self) -> list[StickMark]:
         """Those of its marks where others are met."""
         return [mark for mark in self.marks if mark.what in ("crossing", "joint")]
 
@@ -263,7 +263,7 @@ def _upright(count: int, room: float) -> tuple[float, ...]:
     return (min(_UPRIGHT, max(room / max(count, 1) - _APART, 0.0)),) * count
 
 
-def _told(mark: Mark) -> str:
+def _told(mark: StickMark) -> str:
     """Return what stands over a mark."""
     words = [f"{mark.along_mm:.2f}"]
     if mark.what == "hole":
@@ -354,7 +354,7 @@ def _head(book: Book, tape: Tape) -> None:
     book.text(book.left + text_width(name, 12.0, bold=True) + 8.0, book.y - 12.0, told)
 
 
-def _mark(book: Book, mark: Mark, spot: FloatArray, ends: tuple[float, float]) -> None:
+def _mark(book: Book, mark: StickMark, spot: FloatArray, ends: tuple[float, float]) -> None:
     """Draw a mark: a line across the tape, a cross, and a hole."""
     x, y = spot.tolist()
     if mark.what == "cut":

@@ -3,9 +3,9 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
+from fabweave.mesh.automorphisms import EXACT, Symmetry, find_symmetry, orbits
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.symmetry import EXACT, Symmetry, find_symmetry, orbits
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import crossing_of_halfedges
 

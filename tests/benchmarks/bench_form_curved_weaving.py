@@ -37,8 +37,8 @@ from fabweave.form.body import HELD_N_MM
 from fabweave.form.net import Net, cut_inner, section_stiffness
 from fabweave.form.relax import relax
 from fabweave.form.screw import Frames
+from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.symmetry import best_motions
 
 EDITOR = "weaving/weaving_editor/"
 CUT = EDITOR + "fabrication_tool/{0}_dof.npy"

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fabweave.form.body import Body, body_of, fitted
+from fabweave.form.body import ElasticBody, body_of, fitted
 from fabweave.form.hold import Foresight
-from fabweave.form.net import State
+from fabweave.form.net import NetState
 from fabweave.form.screw import Frames
 from fabweave.form.settle import let_go
 from fabweave.job.stations import Stations
@@ -109,7 +109,7 @@ def balance(ops, loads):
         raise RuntimeError("OpenSees found no balance")
 
 
-def moves_there(woven, body: Body, pins):  # noqa: PLR0915 - a model is a list of statements
+def moves_there(woven, body: ElasticBody, pins):  # noqa: PLR0915 - a model is a list of statements
     """Return how crossings move in OpenSees, (X, 3)."""
     import openseespy.opensees as ops  # noqa: PLC0415 - it may not be there
 
@@ -210,7 +210,7 @@ def distances(places, wished):
     """Return how far places are at most and in the root mean square, rigid motions aside."""
     frames = Frames(places, np.tile(np.eye(3), (len(places), 1, 1)))
     none = Frames(np.zeros((0, 3)), np.zeros((0, 3, 3)))
-    moved = fitted(State(frames, np.zeros(0), none), wished).bodies.origin
+    moved = fitted(NetState(frames, np.zeros(0), none), wished).bodies.origin
     away = np.linalg.norm(moved - wished, axis=1)
     return away.max(), np.sqrt((away**2).mean())
 

@@ -17,7 +17,7 @@ from jobs import run as run_here
 
 from fabweave.cli.terminal import speak_plainly
 from fabweave.nest import nesting as batches
-from fabweave.piece import joined_strands as split_job
+from fabweave.piece.split import split_plan
 from fabweave.verify.proof import verify_job
 
 
@@ -184,7 +184,7 @@ def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatc
         # A small job is nested in batches, as very large ones are.
         monkeypatch.setattr(batches, what, die)
         # Sheets are foretold by nesting in this process, which is not to be killed.
-        monkeypatch.setattr(split_job, "rough_nesting", lambda *_: None)
+        monkeypatch.setattr(split_plan, "rough_nesting", lambda *_: None)
         monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
     else:
         monkeypatch.setattr(f"fabweave.job.draw.{what}", die)

@@ -9,7 +9,7 @@ from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.job.ask import brief_of
-from fabweave.piece.joined_strands import split_object
+from fabweave.piece.joined_object import split_object
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.material import material_named

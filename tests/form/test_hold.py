@@ -8,7 +8,7 @@ import pytest
 from jobs import laid
 
 from fabweave.form.body import BARE, PINNED, RIVETED, body_of
-from fabweave.form.hold import Foresight, Hold
+from fabweave.form.hold import Foresight, FormHold
 from fabweave.form.settle import let_go
 from fabweave.job.ask import brief_of
 from fabweave.ribbon.width import WidthRule
@@ -34,7 +34,7 @@ def none_of(some):
 
 def chosen(some, bound_mm, **changes):
     asked = {"alike": np.arange(len(some.places)), "roomy": ~none_of(some), **changes}
-    return Hold(some, NO_RIVETS, bound_mm)(none_of(some), **asked)
+    return FormHold(some, NO_RIVETS, bound_mm)(none_of(some), **asked)
 
 
 @pytest.mark.parametrize("pin", [PINNED, RIVETED])
@@ -121,7 +121,7 @@ def test_alike_crossings_are_fastened_together_and_only_where_there_is_room(shad
 def test_what_is_fastened_stays_so_and_counts(shade):
     held = none_of(shade)
     held[::3] = True
-    found = Hold(shade, NO_RIVETS, 3.0)(held, np.arange(len(held)), ~none_of(shade))
+    found = FormHold(shade, NO_RIVETS, 3.0)(held, np.arange(len(held)), ~none_of(shade))
     assert np.array_equal(found, held)
 
 

@@ -20,7 +20,7 @@ from fabweave.form.body import (
     fitted,
     rigid_motions,
 )
-from fabweave.form.net import State
+from fabweave.form.net import NetState
 from fabweave.form.screw import exponential
 from fabweave.form.settle import Form, settle
 from fabweave.job.ask import brief_of
@@ -85,7 +85,7 @@ def test_the_best_rigid_motion_is_found(seed):
     frames = exponential(random.normal(size=(9, 6)) * 3.0)
     motion = exponential(random.normal(size=(1, 6)))
     one = np.zeros(9, dtype=np.int64)
-    moved = State(motion[one].then(frames), np.zeros(0), motion[one[:2]].then(frames[one[:2]]))
+    moved = NetState(motion[one].then(frames), np.zeros(0), motion[one[:2]].then(frames[one[:2]]))
     found = fitted(moved, frames.origin)
     assert found.bodies.origin == pytest.approx(frames.origin, abs=1e-9)
     assert found.bodies.axes == pytest.approx(frames.axes, abs=1e-9)

@@ -9,13 +9,13 @@ from fabweave.job import papers
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
-from fabweave.plan import extent
+from fabweave.show import paper_limits
 
 
 @pytest.fixture
 def small_limits(monkeypatch):
     """Take every job for too large to be shown whole."""
-    for module in (extent, papers):
+    for module in (paper_limits, papers):
         monkeypatch.setattr(module, "MOST_PICTURED", 3)
         monkeypatch.setattr(module, "MOST_VIEWED", 11)
 

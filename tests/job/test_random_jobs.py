@@ -13,7 +13,7 @@ from jobs import quick_jobs
 from random_jobs import earlier_stock, hull, outcome, outcome_of, outcome_of_newest
 
 from fabweave.core.errors import TooFineError
-from fabweave.piece import joined_strands
+from fabweave.piece import joined_object
 
 ENDS = ("proved", "cannot be made", "bad input")
 MANY = int(os.environ.get("FABWEAVE_FUZZ", "30"))
@@ -96,5 +96,5 @@ def test_what_joints_make_too_stiff_is_refused(monkeypatch):
             raise TooFineError("it bends too little")
 
     assert outcome_of(74758, small=True)[0] == "proved"
-    monkeypatch.setattr(joined_strands, "require_stiffness", too_stiff)
+    monkeypatch.setattr(joined_object, "require_stiffness", too_stiff)
     assert outcome_of(74758, small=True)[0] == "cannot be made"

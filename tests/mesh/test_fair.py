@@ -20,13 +20,13 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
+from fabweave.mesh.mirror import find_partners
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.subdivide import split_to_quads
-from fabweave.mesh.symmetry import find_partners
 from fabweave.mesh.triangulate import fans, triangulate
 from fabweave.options.settings import Settings
 from fabweave.ribbon.measures import ribbon_widths

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from strategies import volume
 
 from fabweave.core.errors import InputError
+from fabweave.mesh.automorphisms import find_symmetry
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -19,7 +20,6 @@ from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.soft_tubes import soft_tubes
 from fabweave.mesh.shapes.woven import bundle_quads, slit_columns
-from fabweave.mesh.symmetry import find_symmetry
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.twill.conditions import count_broken, twill_conditions

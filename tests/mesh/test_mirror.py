@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 from fabweave.core.arrays import no_progress
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.likeness import likeness
+from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
 from fabweave.mesh.remesh.engines import QSLIM
 from fabweave.mesh.remesh.triangles import symmetric_triangles
 from fabweave.mesh.shapes import grids
-from fabweave.mesh.symmetry import Mirror, find_mirror, half_of, joined_with_image
 from fabweave.mesh.triangulate import triangulate
 
 

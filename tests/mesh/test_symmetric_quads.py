@@ -10,13 +10,13 @@ from fabweave.core.arrays import no_progress
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import ENGINES
 from fabweave.mesh.remesh.quads import not_worse, remesh_quads, symmetric_quads, without_doublets
 from fabweave.mesh.remesh.remeshed import cut_surface, ready_source
 from fabweave.mesh.shapes import grids, solids
-from fabweave.mesh.symmetry import find_mirror
 
 quadriflow = pytest.mark.skipif(ENGINES[0].lack != "", reason="QuadriFlow is not installed")
 

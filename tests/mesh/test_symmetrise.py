@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from meshes_shared import SPOT, real_mesh
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.mesh.automorphisms import find_symmetry
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.mesh.symmetry import find_symmetry, symmetrise
+from fabweave.mesh.symmetrise import symmetrise
 from fabweave.mesh.upright import largest_dimension
 
 #: With the orders of their groups, reflections counted.

@@ -10,7 +10,7 @@ from strategies import at_most
 
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import Spot, rotated
-from fabweave.nest.place.search import PlacedOutlines, slide
+from fabweave.nest.place.spectral_packing import PlacedOutlines, slide
 from fabweave.stock.rotations import Rotations
 
 BAR = bar(60.0, 8.0)

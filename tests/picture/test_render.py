@@ -16,7 +16,7 @@ from fabweave.picture.camera import View, choose_view, frame_object
 from fabweave.picture.model_files import ribbon_faces
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import (
-    Marks,
+    Dots,
     facet_normals,
     floor_light,
     floor_points,
@@ -300,7 +300,7 @@ def test_marks_are_hidden_with_the_surface():
     mesh = parse_shape("shape:cube")
     vertices = polygon_triangles(mesh)[0]
     blue = np.tile(np.array([0, 0, 255], dtype=np.uint8), (8, 1))
-    marks = Marks(vertices, blue, 5.0)
+    marks = Dots(vertices, blue, 5.0)
     view = View(-60.0, 30.0)
     picture = np.asarray(mesh_picture(mesh, size_px=SIZE, view=view, marks=marks)).astype(int)
     triangles = polygon_triangles(mesh)[1]

@@ -14,12 +14,12 @@ from fabweave.piece.congruence import (
     compare_pieces,
     equal_pieces,
 )
-from fabweave.piece.outline import Frame
+from fabweave.piece.outline import RigidMotion
 
 
 def moved(piece, angle=0.7, shift=(30.0, -4.0), mirrored=False):
     """Return a piece moved as a whole."""
-    frame = Frame(angle, np.array(shift))
+    frame = RigidMotion(angle, np.array(shift))
     flip = np.array([-1.0, 1.0]) if mirrored else np.ones(2)
     return replace(
         piece,

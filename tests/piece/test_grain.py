@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from jobs import laid, plan_job, stations_of
 
-from fabweave.piece import joined_strands
-from fabweave.piece.brief import ACROSS, grain_notes, tight_along
+from fabweave.piece import joined_object
+from fabweave.piece.grain import ACROSS, grain_notes, tight_along
 from fabweave.stock.material import (
     along_radius_mm,
     laid_across,
@@ -122,7 +122,7 @@ def test_what_is_asked_for_room_lies_as_the_pieces_do(monkeypatch):
         asked.extend(outlines)
         return np.ones(len(outlines), dtype=np.bool_)
 
-    monkeypatch.setattr(joined_strands, "outlines_with_place", placed)
+    monkeypatch.setattr(joined_object, "outlines_with_place", placed)
     woven, settings, _supplies = laid(
         "shape:hypar?n=6", size_mm=300.0, rotations="grain:10deg", force=True
     )

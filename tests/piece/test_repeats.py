@@ -16,11 +16,12 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, tube
 from fabweave.options.settings import settings_from_options
 from fabweave.piece.congruence import compare_pieces
-from fabweave.piece.cut_up import joined_pieces
 from fabweave.piece.development import Runs
-from fabweave.piece.joined_strands import object_repeats, split_object
+from fabweave.piece.joined_object import split_object
+from fabweave.piece.pieces import joined_pieces
 from fabweave.piece.split.candidates import Bed, list_candidates
 from fabweave.piece.split.repeats import Repeats, find_repeats
+from fabweave.piece.split.split_plan import object_repeats
 from fabweave.piece.split.splitting import choose_runs
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
@@ -245,7 +246,7 @@ def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly
 
     even, settings, supplies = woven("shape:torus?m=9&n=6")
     repeats = object_repeats(even, settings.pieces, supplies)
-    monkeypatch.setattr("fabweave.piece.joined_strands.object_repeats", lambda *_: repeats)
+    monkeypatch.setattr("fabweave.piece.joined_object.object_repeats", lambda *_: repeats)
     uneven, settings, supplies = woven(str(path))
     joined = split_object(uneven, brief_of(settings, supplies))
     made = joined_pieces(joined, brief_of(settings, supplies))

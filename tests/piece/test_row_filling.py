@@ -11,11 +11,11 @@ from jobs import laid
 
 from fabweave.job.ask import brief_of
 from fabweave.nest.strips import fill_rows, row_rests
-from fabweave.piece import joined_strands
 from fabweave.piece.development import unfold_runs
-from fabweave.piece.joined_strands import object_repeats, plan_pieces
 from fabweave.piece.outline import strip_outlines
+from fabweave.piece.split import split_plan
 from fabweave.piece.split.row_filling import climb
+from fabweave.piece.split.split_plan import object_repeats, plan_pieces
 from fabweave.stock.sheet_size import SheetSize, parse_roll, usable_size
 
 ROW_MM = 100.0
@@ -76,7 +76,7 @@ def test_a_ball_wastes_no_more_of_rows_than_cut_without_a_thought_for_them(
         return [float(np.ptp(outline[:, 0])) for outline in outlines]
 
     filled = lengths()
-    monkeypatch.setattr(joined_strands, "strip_rests", lambda *_: None)
+    monkeypatch.setattr(split_plan, "strip_rests", lambda *_: None)
     plain = lengths()
     row_mm = max(usable_size(supplies.sheets[0], supplies.margin_mm))
     assert max(filled) <= (length_mm or row_mm)
@@ -100,6 +100,6 @@ def test_rolls_have_no_rows_to_fill(ball, monkeypatch) -> None:
     rolls = replace(
         supplies, sheets=roll, each=tuple(replace(e, sheets=roll) for e in supplies.each)
     )
-    monkeypatch.delattr(joined_strands, "strip_rests")
+    monkeypatch.delattr(split_plan, "strip_rests")
     plan = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, rolls))
     assert len(plan.runs.thread)

@@ -10,7 +10,7 @@ from irregular_meshes import flat_ball, pieces_of, steep_sheet
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.shapes.grids import torus
-from fabweave.piece import joined_strands as joined_object
+from fabweave.piece import joined_object
 from fabweave.piece.development import Runs
 from fabweave.piece.outline import simple
 from fabweave.piece.split.candidates import also_barred, last_clear, lay_course, list_sites

@@ -16,7 +16,7 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.piece.development import Runs, unfold_runs
 from fabweave.piece.joint.holes import HoleRule
-from fabweave.piece.outline import Frame, resting_frame, strip_outline, strip_outlines
+from fabweave.piece.outline import RigidMotion, resting_frame, strip_outline, strip_outlines
 from fabweave.piece.piece import Joint, find_owners
 from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.split import splitting
@@ -191,7 +191,7 @@ def test_a_piece_longer_than_allowed_is_refused():
 @given(st.floats(-3.2, 3.2), st.floats(20.0, 200.0), st.floats(2.0, 15.0))
 def test_a_turned_rectangle_comes_to_rest_on_its_long_side(angle, length, width):
     corners = np.array([[0, 0], [length, 0], [length, width], [0, width]])
-    turned = Frame(angle, np.array([7.0, -3.0])).apply(corners)
+    turned = RigidMotion(angle, np.array([7.0, -3.0])).apply(corners)
     start, end = turned[[0, 3]].mean(axis=0), turned[[1, 2]].mean(axis=0)
     rested = resting_frame(turned, start, end).apply(turned)
     assert np.allclose(rested, corners, atol=1e-6)

@@ -8,7 +8,7 @@ import pytest
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError
 from fabweave.piece.development import Strips
-from fabweave.piece.split.candidates import Bed, Candidates, Course, Sites, Windows
+from fabweave.piece.split.candidates import Bed, Candidates, Sites, WholeStrips, Windows
 from fabweave.piece.split.splitting import splitting_refusal
 
 STEPS = 40
@@ -20,7 +20,7 @@ def said_of(turn_deg, *, fits=True, longest_mm=np.inf, clear=True, free_mm=None)
     ring = np.column_stack((np.cos(angle), np.sin(angle)))
     rungs = np.arange(STEPS + 1)
     strips = Strips(np.array([0, STEPS + 1]), rungs, 60.0 * ring, 50.0 * ring)
-    course = Course(strips, np.array([0, 2]), np.array([0, STEPS - 1]), np.array([1, STEPS]))
+    course = WholeStrips(strips, np.array([0, 2]), np.array([0, STEPS - 1]), np.array([1, STEPS]))
     sites = Sites(np.array([0, 2]), np.array([0, 1]), np.array([0, 1]), np.array([False]),
                   np.array([2]))  # fmt: skip
     table = np.full((2, 1), np.inf)

@@ -16,7 +16,7 @@ from fabweave.piece.rim_ring import plan_ring
 from fabweave.plan import order as model
 from fabweave.plan.order import (
     MeasuredOrder,
-    State,
+    StationBits,
     _easy_end,
     find_contacts,
     grow_order,
@@ -107,7 +107,7 @@ def situations(draw):
 
 
 def state_of(there):
-    bits = State(len(there))
+    bits = StationBits(len(there))
     return sum(
         bits.strand(k, over=what == "o", second=False) for k, what in enumerate(there) if what > " "
     )
@@ -140,7 +140,7 @@ def test_a_strand_more_above_is_never_easier(situation, at):
 def test_a_strand_lapped_of_two_pieces_is_one_strand(situation, data):
     count, there = situation
     state = state_of(there)
-    bits = State(count)
+    bits = StationBits(count)
     for k, what in enumerate(there):
         if what > " " and data.draw(st.booleans()):
             state ^= bits.strand(k, over=what == "o", second=True)

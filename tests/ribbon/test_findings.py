@@ -226,6 +226,6 @@ def test_a_finding_never_says_that_a_value_breaks_a_limit_equal_to_it(limit, tho
 def test_a_size_that_is_larger_by_a_rounding_alone_is_no_size_to_propose(monkeypatch) -> None:
     # The object measures 300.00000001 mm, and asks for a little more room than it has: that it
     # holds at 301 mm is no news.
-    monkeypatch.setattr(remedy.Search, "_smallest_for", lambda _self, _rules: 320)
+    monkeypatch.setattr(remedy.RemedySearch, "_smallest_for", lambda _self, _rules: 320)
     for size, told in ((300.0, 300), (300.0 + 1e-8, 300), (300.4, 301), (299.6, 300)):
         assert checked("sphere?n=4", material="card", size_mm=size).smallest_mm == told

@@ -17,7 +17,7 @@ from fabweave.job.ask import brief_of
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
-from fabweave.piece.joined_strands import plan_pieces
+from fabweave.piece.split.split_plan import plan_pieces
 from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.lay import lay_ribbons, widest_width
 from fabweave.ribbon.measures import panel_widths, ribbon_widths

@@ -8,7 +8,7 @@ from fabweave.job.ask import brief_of
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.piece.joined_strands import check_joined, split_object
+from fabweave.piece.joined_object import check_joined, split_object
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck

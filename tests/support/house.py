@@ -14,7 +14,7 @@ from pathlib import Path
 #: The rooms of the makers, in the order in which data flows: each imports only from those before.
 FLOW = (
     "core", "stock", "mesh", "weave", "ribbon", "nest", "piece", "form", "sheet", "options", "plan",
-    "estimate", "picture", "show", "job", "design", "studio", "front_door",
+    "former", "estimate", "picture", "show", "job", "design", "studio", "front_door",
     "cli",
 )  # fmt: skip
 #: Those of them that are one module, and no folder.

@@ -21,7 +21,7 @@ from fabweave.job.stations import Stations
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.picture import object_picture
-from fabweave.piece import joined_strands as split_job
+from fabweave.piece.split import split_plan
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.remedy import Depth
 
@@ -103,7 +103,7 @@ _QUICK = [
         (pipeline, "_MOST_WORKERS", 0),
         (drawn, "portrait_png", _small_portrait),
         (drawn, "likeness_png", _small_likeness),
-        (split_job, "rough_nesting", lambda *_, **__: None),
+        (split_plan, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
         (choice, "_MESHES", 2),
         (inspect, "_DESIGNS", 1),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabweave.form.net import Net, State, end_frames, section_stiffness
+from fabweave.form.net import Net, NetState, end_frames, section_stiffness
 from fabweave.form.screw import Frames, exponential, logarithm
 
 YOUNG, POISSON = 3000.0, 0.3
@@ -54,7 +54,7 @@ def even_inner(net, bodies, angles):
     shares = np.arange(1, pieces) / pieces
     each = np.repeat(np.arange(spans), pieces - 1)
     inner = start[each].moved((twist[:, None] * shares[:, None]).reshape(-1, 6))
-    return State(bodies, angles, inner)
+    return NetState(bodies, angles, inner)
 
 
 def screw_state(net, twist):

@@ -15,7 +15,7 @@ from spoiling import edit_json
 
 from fabweave.job.write import write_plan
 from fabweave.options.settings import Settings
-from fabweave.piece import joined_strands as joined_object
+from fabweave.piece import joined_object
 from fabweave.piece.joint import kinds
 from fabweave.piece.joint import kinds as interlock
 from fabweave.stock.sheet_size import SheetSize

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from symmetry_oracle import all_motions, pass_places
 from weaving_meshes import meshes, walked
 
+from fabweave.mesh.automorphisms import find_symmetry, orbits
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus
-from fabweave.mesh.symmetry import find_symmetry, orbits
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave

@@ -29,8 +29,10 @@ from fabweave.job.figures import figures_of
 from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.job.stations import Stations
+from fabweave.mesh.automorphisms import EXACT, Symmetry, orbits
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
@@ -38,10 +40,9 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide import parse_refinements, refine_mesh
-from fabweave.mesh.symmetry import EXACT, Symmetry, find_mirror, orbits
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
-from fabweave.piece.brief import grain_notes
+from fabweave.piece.grain import grain_notes
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.verdict import NARROW_MM, judge, refused
 from fabweave.ribbon.lay import WovenObject, check_object, require_stiffness, width_notes

@@ -138,33 +138,66 @@ class Wish:
     twist_deg: float = 31.0
 
 
-#: Weights of the terms. Strands turn little over two portals in a row, and over four: turns that
-#: add up make wavy strips, turns that cancel do not. They meet portals at right angles.
-_TURNS, _SQUARE = {2: 2.0, 4: 1.0}, 0.3
-#: Rooms change little along a strand, are even all over, not too narrow for the one width that
-#: most ribbons have, nor wider than wished for.
-_ALONG, _EVEN, _NARROW, _WIDE = 1.2, 0.6, 4.0, 1.0
-#: Spans bend little, and not more tightly than the material takes; so with twist.
-_BEND, _TIGHT, _TWIST, _WRUNG = 0.05, 2.0, 0.1, 4.0
-#: Quads are flat, the mesh is near the model and the model near it, thin parts are not thinner
-#: than ribbons like, and boundaries and sharp lines stay lines.
-_PLANE, _CLOSE, _COVER, _THIN, _LINE = 0.05, 6.0, 6.0, 1.5, 3.0
-#: Ribbons take this share of their room; bends and twists begin to count at such shares of what
-#: the material takes.
-_SHARE, _FIRM, _LOOSE = 0.65, 1.5, 0.8
-#: Samples as far off as this share of the mean edge count twice, so that tips come out.
-_FAR = 0.25
-#: Both sides of a part are as far apart as so many of the narrowest ribbons; what is sought are
-#: faces whose normals have a scalar product below this.
-_THICK, _OPPOSED = 2.5, -0.5
-#: No wish for a least width is larger than this share of the mean room, nor one for a greatest
-#: width smaller than its inverse; ribbons of one width take that share of it.
-_USUAL, _ONE_WIDTH = 0.5, 0.75
-#: No wish for a least radius is larger than this share of the mean edge: so stiff a material would
-#: flatten the model.
-_TIGHTEST = 0.3
-#: The flattened quad of a crossing has at least this area, in squares of the mean edge.
-_THINNEST = 1e-4
+@dataclass(frozen=True)
+class EnergyConfig:
+    """The numbers of the energy: weights of its terms, and from where on these count.
+
+    All are without unit: lengths count in mean edges, and rooms as logarithms. They were set by
+    trial; none is derived from theory.
+    """
+
+    #: Strands turn little over so many portals in a row, by weight: turns that add up make wavy
+    #: strips, turns that cancel do not.
+    turns: tuple[tuple[int, float], ...] = ((2, 2.0), (4, 1.0))
+    #: They meet portals at right angles.
+    square: float = 0.3
+    #: Rooms change little along a strand, and are even all over;
+    along: float = 1.2
+    even: float = 0.6
+    #: they are not too narrow for the one width that most ribbons have,
+    narrow: float = 4.0
+    #: nor wider than wished for.
+    wide: float = 1.0
+    #: Spans bend little, and not more tightly than the material takes;
+    bend: float = 0.05
+    tight: float = 2.0
+    #: so with twist.
+    twist: float = 0.1
+    wrung: float = 4.0
+    #: Quads are flat.
+    plane: float = 0.05
+    #: The mesh is near the model, and the model near it.
+    close: float = 6.0
+    cover: float = 6.0
+    #: Thin parts are not thinner than ribbons like.
+    thin: float = 1.5
+    #: Boundaries and sharp lines stay lines.
+    line: float = 3.0
+    #: Ribbons take this share of their room.
+    share: float = 0.65
+    #: Bends and twists begin to count at such shares of what the material takes.
+    firm: float = 1.5
+    loose: float = 0.8
+    #: Samples as far off as this share of the mean edge count twice, so that tips come out.
+    far: float = 0.25
+    #: Both sides of a part are as far apart as so many of the narrowest ribbons; what is sought are
+    #: faces whose normals have a scalar product below this.
+    thick: float = 2.5
+    opposed: float = -0.5
+    #: No wish for a least width is larger than this share of the mean room, nor one for a greatest
+    #: width smaller than its inverse.
+    usual: float = 0.5
+    #: Ribbons of one width take that share of the mean room.
+    one_width: float = 0.75
+    #: No wish for a least radius is larger than this share of the mean edge: so stiff a material
+    #: would flatten the model.
+    tightest: float = 0.3
+    #: The flattened quad of a crossing has at least this area, in squares of the mean edge.
+    thinnest: float = 1e-4
+
+
+CONFIG = EnergyConfig()
+
 #: Beyond this squared sine a strand runs along its portal.
 _LEAST_SINE2 = 1e-6
 
@@ -176,7 +209,7 @@ _Rows: TypeAlias = tuple[FloatArray, sparse.csr_array]
 
 
 @frozen_value
-class State:
+class QuadraticModel:
     """The energy at some positions, half its gradient, (3V,), and half its curvature, (3V, 3V)."""
 
     positions: FloatArray
@@ -240,7 +273,7 @@ class Energy:
         # Beside the boundary a portal has one crossing, and its room is as long as it is.
         self._rim = np.stack([half.head, own], axis=1)[crossed != crossed[half.next]]
         rim_shares = shares[crossed != crossed[half.next]]
-        self._rim_free = np.log(2.0 * _SHARE * np.minimum(rim_shares, 1.0 - rim_shares))
+        self._rim_free = np.log(2.0 * CONFIG.share * np.minimum(rim_shares, 1.0 - rim_shares))
         self._quads = mesh.indices[mesh.offsets[:-1][mesh.face_sizes == 4, None] + np.arange(4)]
 
         on_line = line_edges(model, mesh, half)
@@ -255,9 +288,9 @@ class Energy:
 
         rooms = self.rooms(mesh.vertices) / self.unit
         usual = float(rooms.mean()) if passed.any() else 1.0
-        self._usual, self._least = float(np.log(usual)), _ONE_WIDTH * usual
-        self._radius = min(self._wish.radius_mm, _TIGHTEST * self.unit)
-        self._most = max(self._wish.most_mm / self.unit, usual / _USUAL)
+        self._usual, self._least = float(np.log(usual)), CONFIG.one_width * usual
+        self._radius = min(self._wish.radius_mm, CONFIG.tightest * self.unit)
+        self._most = max(self._wish.most_mm / self.unit, usual / CONFIG.usual)
         points, self._triangles = fans(mesh)
         feet = Surface(points, self._triangles).feet(model.places)
         # The closest point of a sheet that looks the other way is on the far side of a thin limb.
@@ -267,34 +300,34 @@ class Energy:
 
     def _opposite(self, mesh: PolyMesh, centres: FloatArray, usual: float) -> None:
         """Find faces that look at one another or away from one another, and their least gaps."""
-        thick = _THICK * min(self._wish.least_mm, _USUAL * usual * self.unit)
+        thick = CONFIG.thick * min(self._wish.least_mm, CONFIG.usual * usual * self.unit)
         normals = face_normals(mesh)
-        near = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
-        pairs = np.concatenate([near, near[:, ::-1]]).astype(np.int64)
-        one, two = normals[pairs[:, 0]], normals[pairs[:, 1]]
-        way = centres[pairs[:, 0]] - centres[pairs[:, 1]]
-        away = np.einsum("nd,nd->n", one, way) > 0
-        opposed = np.flatnonzero(np.einsum("nd,nd->n", one, two) < _OPPOSED)
-        order = opposed[np.argsort(np.linalg.norm(way[opposed], axis=1), kind="stable")]
+        close = cKDTree(centres).query_pairs(2.0 * thick, output_type="ndarray")
+        pairs = np.concatenate([close, close[:, ::-1]]).astype(np.int64)
+        own, facing = normals[pairs[:, 0]], normals[pairs[:, 1]]
+        offset = centres[pairs[:, 0]] - centres[pairs[:, 1]]
+        away = np.einsum("nd,nd->n", own, offset) > 0
+        opposed = np.flatnonzero(np.einsum("nd,nd->n", own, facing) < CONFIG.opposed)
+        order = opposed[np.argsort(np.linalg.norm(offset[opposed], axis=1), kind="stable")]
         # Of all that are opposite to a face on either side of it, the nearest.
         side = 2 * pairs[order, 0] + away[order]
         kept = order[np.unique(side, return_index=True)[1]]
-        self._across = np.where(away[kept], 1.0, -1.0)[:, None] * unit(one[kept] - two[kept])
+        self._across = np.where(away[kept], 1.0, -1.0)[:, None] * unit(own[kept] - facing[kept])
         # A part gets thicker; ribbons on two parts come no nearer.
-        gap = np.einsum("nd,nd->n", way[kept], self._across)
+        gap = np.einsum("nd,nd->n", offset[kept], self._across)
         self._gap = np.where(away[kept], thick, np.minimum(gap, thick))
         signs = np.broadcast_to([1.0, -1.0], (len(kept), 2))
         ends = _rows(mesh.n_vertices + pairs[kept], signs, self._all.shape[0])
         self._sides = ends @ self._all
 
-    def at(self, positions: FloatArray) -> State:
+    def at(self, positions: FloatArray) -> QuadraticModel:
         """Return the energy near some positions, (V, 3)."""
         linked, alone = self._portal_rows(positions)
         alone += [*self._face_rows(positions), *self._distance_rows(positions)]
         values, slopes = _stacked(linked)
         pulled = self._together @ values
         others, by_others = _stacked(alone)
-        return State(
+        return QuadraticModel(
             positions,
             value=float(values @ pulled + others @ others),
             gradient=slopes.T @ pulled + by_others.T @ others,
@@ -328,7 +361,7 @@ class Energy:
         a, b = arriving.dot(portal), leaving.dot(portal)
         slant = (a + b) * 0.5
         sine2 = (slant * slant * -1.0 + 1.0).over(_LEAST_SINE2) + _LEAST_SINE2
-        free = 2.0 * _SHARE * np.minimum(s, 1.0 - s)
+        free = 2.0 * CONFIG.share * np.minimum(s, 1.0 - s)
         return a, b, (length * (1.0 / self.unit)).log() + sine2.log() * 0.5 + np.log(free)
 
     def _portal_rows(self, positions: FloatArray) -> tuple[list[_Rows], list[_Rows]]:
@@ -344,23 +377,25 @@ class Energy:
         # sides: its area over twice the way between these middles is what they have.
         scale, panels = 1.0 / self.unit, []
         for area, e, c in ((first, across[0], centres[0]), (second, across[1], centres[1] * -1.0)):
-            wide = (area * scale * scale + _THINNEST).log() - ((e + c).unit()[1] * scale).log()
-            panels.append((wide + np.log(_SHARE)) * -1.0)
+            wide = (area * scale * scale + CONFIG.thinnest).log() - (
+                (e + c).unit()[1] * scale
+            ).log()
+            panels.append((wide + np.log(CONFIG.share)) * -1.0)
         way, length = combined(points, [-0.25, 0, 0.25, 0, -0.25, 0.25]).unit()
         start, end = way.dot(one) * -1.0, way.dot(two) * -1.0
         need = (start + end).size() + ((start * start + end * end) * 2.0).root()
         bend, twist = need / length, way.dot(one.cross(two))
         width = room.by(np.exp(room.value), np.exp(room.value))
-        limit = _LOOSE * np.radians(self._wish.twist_deg)
+        limit = CONFIG.loose * np.radians(self._wish.twist_deg)
         linked = a - b, a + b, room - self._usual
         alone = (
-            (room * -1.0).over(-np.log(self._least)) * _NARROW,
-            *(panel.over(-np.log(self._least)) * _NARROW for panel in panels),
-            room.over(np.log(self._most)) * _WIDE,
-            bend * (_BEND * self.unit),
-            (bend * (_FIRM * self._radius)).over(1.0) * _TIGHT,
-            twist * _TWIST,
-            (twist.size() * width / length * (self.unit / limit)).over(1.0) * _WRUNG,
+            (room * -1.0).over(-np.log(self._least)) * CONFIG.narrow,
+            *(panel.over(-np.log(self._least)) * CONFIG.narrow for panel in panels),
+            room.over(np.log(self._most)) * CONFIG.wide,
+            bend * (CONFIG.bend * self.unit),
+            (bend * (CONFIG.firm * self._radius)).over(1.0) * CONFIG.tight,
+            twist * CONFIG.twist,
+            (twist.size() * width / length * (self.unit / limit)).over(1.0) * CONFIG.wrung,
         )
         stencil = self._stencil
         return (
@@ -372,11 +407,11 @@ class Energy:
         """Return how uneven rooms are beside the boundary, and how far from flat quads are."""
         rim = combined((self._all @ positions)[self._rim], [1.0, -1.0]).unit()[1]
         rim = (rim * (1.0 / self.unit)).log()
-        rooms = (rim + (self._rim_free - self._usual)) * _EVEN
+        rooms = (rim + (self._rim_free - self._usual)) * CONFIG.even
         points = positions[self._quads]
         diagonals = combined(points, [-1.0, 0, 1, 0]), combined(points, [0.0, -1, 0, 1])
         normal, _ = diagonals[0].cross(diagonals[1]).unit()
-        apart = combined(points, [1.0, -1, 1, -1]).dot(normal) * (_PLANE / self.unit)
+        apart = combined(points, [1.0, -1, 1, -1]).dot(normal) * (CONFIG.plane / self.unit)
         return [
             self._rows_of(quantity, points, quantity.value != 0)
             for quantity, points in ((rooms, self._rim), (apart, self._quads))
@@ -394,20 +429,24 @@ class Energy:
         points = self._close @ positions
         feet = self._model.surface.feet(points)
         share = np.sqrt(len(positions) / len(points))
-        rows = [self._distances(self._close, points - feet.points, feet.normals, _CLOSE * share)]
+        rows = [
+            self._distances(self._close, points - feet.points, feet.normals, CONFIG.close * share)
+        ]
         points = points[: self._all.shape[0]]
         feet = Surface(points, self._triangles).feet(self._samples)
         found = _rows(feet.corners, feet.shares, len(points)) @ self._all
         share = np.sqrt(len(positions) / max(len(self._samples), 1))
         way = feet.points - self._samples
-        rows.append(self._distances(found, way, feet.normals, _COVER * share, _FAR * self.unit))
+        rows.append(
+            self._distances(found, way, feet.normals, CONFIG.cover * share, CONFIG.far * self.unit)
+        )
         for which, line in self._lines:
             points = which @ positions
             way = points - line.nearest(points)[0]
-            rows.append(self._distances(which, way, way, _LINE))
+            rows.append(self._distances(which, way, way, CONFIG.line))
         gap = np.einsum("nd,nd->n", self._sides @ positions, self._across)
-        lack = np.maximum(self._gap - gap, 0.0) * (_THIN / self.unit)
-        rate = np.where(lack > 0, -_THIN / self.unit, 0.0)[:, None]
+        lack = np.maximum(self._gap - gap, 0.0) * (CONFIG.thin / self.unit)
+        rate = np.where(lack > 0, -CONFIG.thin / self.unit, 0.0)[:, None]
         return [*rows, (lack, _directed(self._sides, rate * self._across))]
 
     def _distances(
@@ -436,15 +475,15 @@ def _links(half: Halfedges, passed: BoolArray) -> tuple[sparse.csr_array, sparse
     number = np.cumsum(passed) - 1
     # Strands are walked both ways, which the factor √½ makes up for in squares.
     sums, turns = [], 0.0
-    for length, weight in _TURNS.items():
+    for length, weight in CONFIG.turns:
         portals, left = walks(half, passed, length)
         sums.append(_rows(number[portals], left, count))
         turns = turns + 0.5 * weight**2 * (sums[-1].T @ sums[-1])
     portals, left = walks(half, passed, 2)
     change = _rows(number[portals], np.broadcast_to([1.0, -1.0], left.shape), count)
     one = sparse.eye_array(count, format="csr")
-    rooms = 0.5 * _ALONG**2 * (change.T @ change) + _EVEN**2 * one
-    together = sparse.block_diag([turns, _SQUARE**2 * one, rooms])
+    rooms = 0.5 * CONFIG.along**2 * (change.T @ change) + CONFIG.even**2 * one
+    together = sparse.block_diag([turns, CONFIG.square**2 * one, rooms])
     return sums[0], sparse.csr_array(together)
 
 

@@ -18,8 +18,9 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.fair.energy import Energy, State, Wish
+from fabweave.mesh.fair.energy import Energy, QuadraticModel, Wish
 from fabweave.mesh.intersections import self_intersections
+from fabweave.mesh.mirror import Mirror, find_partners
 from fabweave.mesh.polymesh import (
     PolyMesh,
     corner_sines,
@@ -30,27 +31,40 @@ from fabweave.mesh.polymesh import (
     previous_corner,
 )
 from fabweave.mesh.remesh.fit import Model
-from fabweave.mesh.symmetry import Mirror, find_partners
 from fabweave.mesh.triangulate import fans
 
 #: Steps that are worth their time: after six, nine tenths of the gain are there.
 STEPS = 12
 
-#: A vertex moves by no more than this share of its shortest edge in a step.
-_STRIDE = 1 / 3
-#: Damping at first, relative to the curvature, what success divides it by, and failure multiplies.
-_DAMPING, _BOLDER, _WARIER = 0.01, 4.0, 5.0
-#: Steps of the linear solver, and the share of the error at which it stops.
-_SOLVER_STEPS, _SOLVED = 300, 1e-3
-#: A step is tried so often before all rest.
-_TRIES = 10
-#: Steps that gain less than this share count as small; so many in a row are the last.
-_SMALL, _MOST_SMALL = 0.002, 3
-#: No triangle around a face's centre gets flatter than this (1 is a right angle between sides of
-#: equal length) unless it was, and then no flatter than it was.
-_FLATTEST = 0.15
-#: No corner's sine gets less than this, or than it was: where a corner turns in, ribbons fold.
-_LEAST_SINE = 0.15
+
+@dataclass(frozen=True)
+class DescentConfig:
+    """The numbers of the descent, after Levenberg and Marquardt; they were set by trial."""
+
+    #: A vertex moves by no more than this share of its shortest edge in a step: by less than half,
+    #: as both ends of an edge move.
+    stride: float = 1 / 3
+    #: Damping at first, relative to the curvature; what success divides it by, and failure
+    #: multiplies (Marquardt took ten for both).
+    damping: float = 0.01
+    bolder: float = 4.0
+    warier: float = 5.0
+    #: Steps of the linear solver, and the share of the error at which it stops.
+    solver_steps: int = 300
+    solved: float = 1e-3
+    #: A step is tried so often before all rest.
+    tries: int = 10
+    #: Steps that gain less than this share count as small; so many in a row are the last.
+    small: float = 0.002
+    most_small: int = 3
+    #: No triangle around a face's centre gets flatter than this (1 is a right angle between sides
+    #: of equal length) unless it was, and then no flatter than it was.
+    flattest: float = 0.15
+    #: No corner's sine gets less than this, or than it was: where a corner turns in, ribbons fold.
+    least_sine: float = 0.15
+
+
+CONFIG = DescentConfig()
 
 
 @dataclass(frozen=True)
@@ -161,14 +175,14 @@ def fair_mesh(
         raise InputError(f"the mesh cannot be faired: {error}") from error
     guard, partners = Guard(mesh), find_partners(mesh) if steps else None
     here = energy.at(mesh.vertices)
-    energies, damping, small = [here.value], _DAMPING, 0
+    energies, damping, small = [here.value], CONFIG.damping, 0
     held = np.zeros(mesh.n_vertices, dtype=bool)
-    while len(energies) <= steps and small < _MOST_SMALL:
+    while len(energies) <= steps and small < CONFIG.most_small:
         progress("fairing", len(energies) - 1, steps)
         there, kept, damping = _step(energy, guard, partners, here, damping)
         if there is None:
             break
-        small = small + 1 if there.value > (1.0 - _SMALL) * here.value else 0
+        small = small + 1 if there.value > (1.0 - CONFIG.small) * here.value else 0
         here, held = there, held | kept
         energies.append(here.value)
     return Faired(
@@ -193,12 +207,12 @@ def _step(
     energy: Energy,
     guard: "Guard",
     partners: tuple[Mirror, IntArray] | None,
-    here: State,
+    here: QuadraticModel,
     damping: float,
-) -> tuple[State | None, BoolArray, float]:
+) -> tuple[QuadraticModel | None, BoolArray, float]:
     """Return where a step leads, which vertices it holds, and the damping of the next one."""
     held = np.zeros(len(here.positions), dtype=bool)
-    for _ in range(_TRIES):
+    for _ in range(CONFIG.tries):
         move = _solve(here, damping, held)
         long = np.linalg.norm(move, axis=1) / guard.reach(here.positions)
         tried = here.positions + move / np.maximum(long, 1.0)[:, None]
@@ -214,12 +228,12 @@ def _step(
             continue
         there = energy.at(tried)
         if there.value < here.value:
-            return there, held, damping / _BOLDER
-        damping *= _WARIER
+            return there, held, damping / CONFIG.bolder
+        damping *= CONFIG.warier
     return None, held, damping
 
 
-def _solve(here: State, damping: float, held: BoolArray) -> FloatArray:
+def _solve(here: QuadraticModel, damping: float, held: BoolArray) -> FloatArray:
     """Return the damped step of least squares in which some vertices stay, (V, 3)."""
     free = np.tile(~held, 3)
     stiff = here.curvature.diagonal()
@@ -230,8 +244,8 @@ def _solve(here: State, damping: float, held: BoolArray) -> FloatArray:
     move, _ = cg(
         keep @ matrix @ keep,
         -here.gradient * free,
-        rtol=_SOLVED,
-        maxiter=_SOLVER_STEPS,
+        rtol=CONFIG.solved,
+        maxiter=CONFIG.solver_steps,
         M=sparse.diags_array(1.0 / ((1.0 + damping) * stiff)),
     )
     return np.asarray(move.reshape(3, -1).T)
@@ -251,8 +265,8 @@ class Guard:
         self._mesh = mesh
         self._face = face_of_corner(mesh)
         self._next, self._previous = next_corner(mesh), previous_corner(mesh)
-        self._least = np.minimum(self._flatness(mesh.vertices), _FLATTEST) - 1e-12
-        self._least_sine = np.minimum(corner_sines(mesh), _LEAST_SINE) - 1e-12
+        self._least = np.minimum(self._flatness(mesh.vertices), CONFIG.flattest) - 1e-12
+        self._least_sine = np.minimum(corner_sines(mesh), CONFIG.least_sine) - 1e-12
         self._known = self._through(mesh.vertices)
 
     def reach(self, positions: FloatArray) -> FloatArray:
@@ -261,7 +275,7 @@ class Guard:
         edge = np.linalg.norm(corners[self._next] - corners, axis=1)
         reach = np.full(len(positions), np.inf)
         np.minimum.at(reach, self._mesh.indices, np.minimum(edge, edge[self._previous]))
-        return np.asarray(_STRIDE * reach)
+        return np.asarray(CONFIG.stride * reach)
 
     def spoilt(self, positions: FloatArray) -> BoolArray:
         """Return the vertices of faces that would be spoilt, (V,)."""

@@ -46,7 +46,7 @@ def complete_partners(
     result = partner.copy()
     waiting = set(lonely.tolist())
     looks = _LOOKS_IN_ALL
-    search = _Search(face, twin, result, cost)
+    search = _AlternatingPaths(face, twin, result, cost)
     for triangle in lonely.tolist():
         if triangle not in waiting or looks <= 0:
             continue
@@ -63,7 +63,7 @@ def complete_partners(
     return result
 
 
-class _Search:
+class _AlternatingPaths:
     """The searching of alternating paths over shared arrays."""
 
     def __init__(self, face: IntArray, twin: IntArray, partner: IntArray, cost: FloatArray) -> None:

@@ -14,6 +14,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness, nearly_as_like
+from fabweave.mesh.mirror import Mirror, find_mirror, joined_with_image, sound_half
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.coarse import cage_of_quads
@@ -44,7 +45,6 @@ from fabweave.mesh.remesh.remeshed import (
     surface_faults,
 )
 from fabweave.mesh.remesh.request import LEAST, checked_count
-from fabweave.mesh.symmetry import Mirror, find_mirror, joined_with_image, sound_half
 
 #: A symmetric result is not worse than another up to these factors, in its distances from the model
 #: and in its irregular vertices, which come in pairs.

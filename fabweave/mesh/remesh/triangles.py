@@ -8,6 +8,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import nearly_as_like
+from fabweave.mesh.mirror import find_mirror, joined_with_image, sound_half
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh, triangle_normals
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Engine, Run, run_engine
@@ -21,7 +22,6 @@ from fabweave.mesh.remesh.remeshed import (
     surface_faults,
 )
 from fabweave.mesh.remesh.request import checked_count
-from fabweave.mesh.symmetry import find_mirror, joined_with_image, sound_half
 from fabweave.mesh.triangulate import surface_area
 
 #: Edges shorter than this share of an even mesh's edges vanish.

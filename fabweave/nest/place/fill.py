@@ -10,7 +10,7 @@ from fabweave.nest.fits import sheet_grid
 from fabweave.nest.item_shape import ItemShape, Pose, Spot
 from fabweave.nest.layout import Effort, Placement
 from fabweave.nest.place.raster import Cache
-from fabweave.nest.place.search import PULL, Grid, Kernels, SheetPixels, kernels_of
+from fabweave.nest.place.spectral_packing import PULL, Grid, Kernels, SheetPixels, kernels_of
 from fabweave.stock.sheet_size import SheetSize
 
 #: Memory of kernels that are kept for the next try; it does not change the result.

@@ -469,7 +469,7 @@ def _within_reach(
 
 
 @dataclass(eq=False)
-class _Search:
+class _Emptying:
     """The state of emptying a sheet: it changes with every piece that finds a place."""
 
     problem: SeparationProblem
@@ -643,7 +643,7 @@ def empty_sheet(
     state = start.copy()
     others = sheets_to_fill(problem, state, sheet)
     state.sheet_of[state.sheet_of == sheet] = UNPLACED
-    search = _Search(problem, state, others, np.random.default_rng(seed))
+    search = _Emptying(problem, state, others, np.random.default_rng(seed))
     if not others:
         return state
     least, since = math.inf, 0

@@ -7,6 +7,7 @@ permutations: items slide and turn, they do not jump.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -25,18 +26,61 @@ from fabweave.nest.container import Container
 from fabweave.nest.item_shape import ItemShape
 from fabweave.nest.place.raster import closed_sides, filled_pixels, ring_sides
 
-#: Between nodes of a field's grid, millimetres, and between samples of an outline there. Both are
-#: in proportion less where the shape's mean width is less than three steps.
-_CELL_MM, _SAMPLE_MM = 2.0, 3.0
-_STEPS_ACROSS, _LEAST_STEP_MM = 3.0, 0.2
-#: Cells of a field: a larger shape has a coarser grid.
-_MOST_CELLS = 60_000
-#: Samples of an outline in a step, from which distances of nodes are measured.
-_FINE = 8.0
-#: Vertices that are off the line by less, millimetres, are not corners and need no sample.
-_STRAIGHT_MM = 0.05
-#: How far beyond the gap a field reaches, millimetres.
-REACH_MM = 14.0
+
+@dataclass(frozen=True)
+class SeparationConfig:
+    """The numbers of the separation; lengths are millimetres.
+
+    Where no reason stands, a value was set by trial.
+    """
+
+    #: Between nodes of a field's grid, and between samples of an outline there. Both are in
+    #: proportion less where the shape's mean width is less than ``steps_across`` steps, which may
+    #: be this short.
+    cell_mm: float = 2.0
+    sample_mm: float = 3.0
+    steps_across: float = 3.0
+    least_step_mm: float = 0.2
+    #: Cells of a field: a larger shape has a coarser grid.
+    most_cells: int = 60_000
+    #: Samples of an outline in a step, from which distances of nodes are measured.
+    fine: float = 8.0
+    #: Vertices that are off the line by less are not corners and need no sample.
+    straight_mm: float = 0.05
+    #: How far beyond the gap a field reaches: more than ``near_mm`` and some steps.
+    reach_mm: float = 14.0
+    #: How many samples are looked up together at first.
+    block: int = 6
+    #: Between nodes of the field of what is barred; more where a sheet has more than so many cells.
+    barred_step_mm: float = 1.0
+    barred_cells: int = 250_000
+    #: The distance that is aimed at is larger than the gap by this, and what may be missing from it
+    #: in the end: less, so that the gap is kept.
+    spare_mm: float = 0.03
+    done_mm: float = 0.02
+    #: Pairs this much wider than the gap are kept for the next steps: as long as none of both has
+    #: gone half as far, no pair is missed.
+    near_mm: float = 6.0
+    #: The longest motion in one step.
+    step_mm: float = 3.0
+    #: How much farther an item's outermost sample moves than one at its mean radius, about.
+    outermost: float = 1.5
+    #: Damping of a step: a share of the mean stiffness, and the least.
+    damping: float = 0.03
+    least_damping: float = 1e-3
+    #: How much stiffer than items the border is.
+    border: float = 3.0
+    #: Poses are rounded to this fraction of a millimetre and of a radian, a power of two: no last
+    #: bit is carried on.
+    grain: float = 4096.0
+    #: In so many steps the overlap must come down to this share, or the items are given up.
+    patience: int = 12
+    patience_share: float = 0.9
+
+
+CONFIG = SeparationConfig()
+#: The distance, millimetres, of what lies outside an item's field.
+_FAR_MM = 1e9
 
 
 @frozen_value
@@ -88,17 +132,19 @@ def item_field(shape: ItemShape, gap_mm: float) -> ItemField:
     polygon = shapely.polygons(shape.outline)
     centre = shapely.get_coordinates(shapely.centroid(polygon))[0]
     outline = shape.outline - centre
-    reach = gap_mm + REACH_MM
+    reach = gap_mm + CONFIG.reach_mm
     low, high = outline.min(axis=0) - reach, outline.max(axis=0) + reach
     width = shape.area_mm2 / max(float(shapely.length(polygon)) / 2.0, 1e-9)
-    fine = max(width / _STEPS_ACROSS, _LEAST_STEP_MM)
-    least = float(np.sqrt(np.prod(high - low) / _MOST_CELLS))
-    step = max(min(_CELL_MM, fine), least)
+    fine = max(width / CONFIG.steps_across, CONFIG.least_step_mm)
+    least = float(np.sqrt(np.prod(high - low) / CONFIG.most_cells))
+    step = max(min(CONFIG.cell_mm, fine), least)
     columns, rows = np.ceil((high - low) / step).astype(int) + 1
     nodes = (int(rows), int(columns))
     distance = _node_distances(closed_sides(outline), low, nodes, step, reach)
-    corners = shapely.get_coordinates(shapely.simplify(shapely.polygons(outline), _STRAIGHT_MM))
-    samples = _along(closed_sides(corners[:-1]), step * _SAMPLE_MM / _CELL_MM)
+    corners = shapely.get_coordinates(
+        shapely.simplify(shapely.polygons(outline), CONFIG.straight_mm)
+    )
+    samples = _along(closed_sides(corners[:-1]), step * CONFIG.sample_mm / CONFIG.cell_mm)
     return ItemField(
         outline=outline,
         centre=centre,
@@ -148,7 +194,7 @@ def _node_distances(
     # Pixel centres are half a step from the corner: nodes are the centres of pixels around them.
     inside = filled_pixels((sides - low + step / 2.0)[None], shape, step)[0]
     nodes = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1) * step + low
-    near, _ = cKDTree(_along(sides, step / _FINE)).query(
+    near, _ = cKDTree(_along(sides, step / CONFIG.fine)).query(
         nodes.reshape(-1, 2), distance_upper_bound=reach
     )
     distance = np.minimum(near, reach).reshape(rows, columns)
@@ -162,12 +208,6 @@ def _along(sides: FloatArray, step: float) -> FloatArray:
     owner = np.repeat(np.arange(len(outline)), count)
     share = places_in_groups(count) / count[owner]
     return outline[owner] + share[:, None] * side[owner]
-
-
-#: How many samples are looked up together at first.
-_BLOCK = 6
-#: The distance, millimetres, of what lies outside an item's field.
-_FAR_MM = 1e9
 
 
 @frozen_value
@@ -226,7 +266,9 @@ def item_arrays(items: Sequence[ItemField]) -> ItemArrays:
     starts = offsets_of(counts)
     sizes = np.array([item.distance.size for item in items], dtype=np.int64)
     samples = np.concatenate([item.samples for item in items])
-    blocks = np.concatenate([np.arange(begin, end, _BLOCK) for begin, end in pairwise(starts)])
+    blocks = np.concatenate(
+        [np.arange(begin, end, CONFIG.block) for begin, end in pairwise(starts)]
+    )
     ends = np.append(blocks[1:], len(samples))
     middles = (blocks + ends) // 2
     size = ends - blocks
@@ -327,7 +369,7 @@ def near_samples(
     # Outside the field nothing is nearer than the field reaches; so there, look at the samples.
     distance, _ = distances(placed, points, item)
     outside = distance == _FAR_MM
-    kept = (distance < np.minimum(reach, near_mm + REACH_MM)) | outside
+    kept = (distance < np.minimum(reach, near_mm + CONFIG.reach_mm)) | outside
     # A block whose middle is out of a field by more than the block's size has no sample in it.
     position = _field_coordinates(placed, points[kept], item[kept])
     slack = arrays.radii[block[kept]] / arrays.step[item[kept]]
@@ -346,10 +388,6 @@ def _ranges(begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """Return the numbers of all ranges one after another, and the range of each."""
     owner = np.repeat(np.arange(len(count)), count)
     return begin[owner] + places_in_groups(count), owner
-
-
-#: Between nodes of the field's grid, millimetres; more where a sheet has more than so many cells.
-_FIELD_STEP_MM, _FIELD_CELLS = 1.0, 250_000
 
 
 @frozen_value
@@ -376,9 +414,9 @@ def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
     """
     if container.barred is None:
         return None
-    reach = gap_mm + REACH_MM
+    reach = gap_mm + CONFIG.reach_mm
     low, high = np.full(2, -reach), np.array(container.size_mm) + reach
-    step = max(_FIELD_STEP_MM, float(np.sqrt(np.prod(high - low) / _FIELD_CELLS)))
+    step = max(CONFIG.barred_step_mm, float(np.sqrt(np.prod(high - low) / CONFIG.barred_cells)))
     # Beyond the usable area nothing is nearer than its rim, which the border keeps.
     deep = float(np.hypot(*container.size_mm))
     item = ItemField(
@@ -392,25 +430,6 @@ def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
         area_mm2=0.0,
     )
     return ObstacleField(container.barred, place_items(item_arrays([item]), np.zeros((1, 3))))
-
-
-#: The distance that is aimed at is larger than the gap by this, millimetres, and what may be
-#: missing from it in the end.
-_SPARE_MM, _DONE_MM = 0.03, 0.02
-#: Pairs this much wider than the gap, millimetres, are kept for the next steps.
-_NEAR_MM = 6.0
-#: The longest motion in one step, millimetres.
-_STEP_MM = 3.0
-#: How much farther an item's outermost sample moves than one at its mean radius, about.
-_OUTERMOST = 1.5
-#: Damping of a step: a share of the mean stiffness, and the least.
-_DAMPING, _LEAST_DAMPING = 0.03, 1e-3
-#: How much stiffer than items the border is.
-_BORDER = 3.0
-#: Poses are rounded to this fraction of a millimetre and of a radian: no last bit is carried on.
-_GRAIN = 4096.0
-#: In so many steps the overlap must come down to this share, or the items are given up.
-_PATIENCE, _SHARE = 12, 0.9
 
 
 def separate(
@@ -456,40 +475,46 @@ def separate(
         Poses that keep the gap as far as samples say: for a proof, distances must be measured
         exactly. None if that takes too long, or the overlap no longer becomes less.
     """
-    aim = gap_mm + _SPARE_MM
+    aim = gap_mm + CONFIG.spare_mm
     moving = np.ones(len(poses), dtype=np.bool_) if moving is None else moving
     usable, rotations = np.array(container.size_mm), container.rotations
     drift = np.inf
     energies: list[float] = []
     for step in range(steps + pulls):
         placed = place_items(arrays, poses)
-        if drift > _NEAR_MM:
-            samples, items = near_samples(placed, aim + _NEAR_MM, moving)
+        if drift > CONFIG.near_mm:
+            samples, items = near_samples(placed, aim + CONFIG.near_mm, moving)
             drift = 0.0
         equations = _normal_equations(placed, samples, items, usable, aim, obstacle, moving)
         if step >= pulls:
-            if equations.worst_mm < _DONE_MM:
-                if 2.0 * drift <= _NEAR_MM:
+            if equations.worst_mm < CONFIG.done_mm:
+                if 2.0 * drift <= CONFIG.near_mm:
                     return poses
                 drift = np.inf
                 continue
             energies.append(equations.energy)
-            if len(energies) > _PATIENCE and energies[-1] > _SHARE * energies[-1 - _PATIENCE]:
+            if (
+                len(energies) > CONFIG.patience
+                and energies[-1] > CONFIG.patience_share * energies[-1 - CONFIG.patience]
+            ):
                 return None
         force, matrix = equations.force.copy(), equations.matrix.copy()
         stiff = np.diag(matrix)
         if rotations.fixed:
             matrix[2::3] = matrix[:, 2::3] = force[:, 2] = 0.0
-        damping = _DAMPING * float(stiff.sum()) / max(int((stiff > 0.0).sum()), 1) + _LEAST_DAMPING
+        damping = (
+            CONFIG.damping * float(stiff.sum()) / max(int((stiff > 0.0).sum()), 1)
+            + CONFIG.least_damping
+        )
         matrix[np.diag_indices(len(matrix))] += damping
         if step < pulls:
             force[:, :2] += damping * np.array(pull_mm)
         move = np.linalg.solve(matrix, force.ravel()).reshape(-1, 3)
         size = np.sqrt((move**2).sum(axis=1))
-        move *= np.minimum(1.0, _STEP_MM / np.maximum(size, 1e-9))[:, None]
-        drift += float(np.minimum(size, _STEP_MM).max(initial=0.0)) * _OUTERMOST
+        move *= np.minimum(1.0, CONFIG.step_mm / np.maximum(size, 1e-9))[:, None]
+        drift += float(np.minimum(size, CONFIG.step_mm).max(initial=0.0)) * CONFIG.outermost
         move[:, 2] /= arrays.radius[moving]
-        moved = np.round((poses[moving] + move) * _GRAIN) / _GRAIN
+        moved = np.round((poses[moving] + move) * CONFIG.grain) / CONFIG.grain
         moved[:, 2] = rotations.nearest(moved[:, 2])
         poses = poses.copy()
         poses[moving] = moved
@@ -536,7 +561,7 @@ def _normal_equations(
         axis=1,
     )
     # The border: what is outside, or would be with the aim's spare.
-    beyond = np.concatenate([-points, points - usable], axis=1) + _SPARE_MM
+    beyond = np.concatenate([-points, points - usable], axis=1) + CONFIG.spare_mm
     beyond[~moving[arrays.owner]] = 0.0
     outside, side = np.nonzero(beyond > 0.0)
     inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[side]
@@ -549,9 +574,9 @@ def _normal_equations(
         excess = np.concatenate([excess, aim - apart[near]])
     border_owner = arrays.owner[outside]
     lever = _lever(placed.arm[outside], inward, arrays.radius[border_owner])
-    walls = np.concatenate([inward, lever, np.zeros((len(outside), 3))], axis=1) * _BORDER
+    walls = np.concatenate([inward, lever, np.zeros((len(outside), 3))], axis=1) * CONFIG.border
     rows = np.concatenate([rows, walls])
-    residual = np.concatenate([missing, _BORDER * excess])
+    residual = np.concatenate([missing, CONFIG.border * excess])
     pairs = [np.append(owner, border_owner), np.append(items, border_owner)]
     column = 3 * place[np.stack(pairs, axis=1)]
     column = (column[:, :, None] + np.arange(3)).reshape(-1, 6)

@@ -131,7 +131,7 @@ _BATCH = 20_000
 
 
 @frozen_value
-class Course:
+class WholeStrips:
     """Whole strips, unfolded once, with the passes along them; a ring for up to two laps.
 
     Parameters
@@ -202,7 +202,7 @@ class Windows:
     room_mm: FloatArray
 
 
-def lay_course(ribbons: Ribbons, most_passes: int) -> Course:
+def lay_course(ribbons: Ribbons, most_passes: int) -> WholeStrips:
     """Unfold every thread once, and rings so far into a second lap that no window is cut short.
 
     Parameters
@@ -228,16 +228,16 @@ def lay_course(ribbons: Ribbons, most_passes: int) -> Course:
     filled = np.flatnonzero((count > 0) & ~ribbons.closed)
     begin[stations[filled]] = offsets[filled]
     end[stations[filled + 1] - 1] = offsets[filled + 1] - 1
-    return Course(strips, stations, begin, end)
+    return WholeStrips(strips, stations, begin, end)
 
 
-def station_of_site(course: Course, sites: Sites) -> IntArray:
+def station_of_site(course: WholeStrips, sites: Sites) -> IntArray:
     """Return the station of each site on the first lap, (N,)."""
     return np.asarray(course.offsets[:-1][sites.thread] + sites.position)
 
 
 def measure_windows(
-    course: Course,
+    course: WholeStrips,
     sites: Sites,
     *,
     most_passes: int,
@@ -249,7 +249,7 @@ def measure_windows(
 
     Parameters
     ----------
-    course : Course
+    course : WholeStrips
         The unfolded threads, laid for at least as many passes.
     sites : Sites
         Where pieces may begin and end.
@@ -344,7 +344,7 @@ def _running_area(strips: Strips) -> FloatArray:
 
 
 def _hulls(
-    course: Course, first: IntArray, last: IntArray, usable: Sequence[tuple[float, float]]
+    course: WholeStrips, first: IntArray, last: IntArray, usable: Sequence[tuple[float, float]]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the hull's area, the extent, and the room on the best sheet of each window."""
     hull, extent, room = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.inf)
@@ -389,7 +389,7 @@ class _Extremes:
         np.maximum(self.reach, other.reach, out=self.reach)
 
 
-def _extremes(course: Course, points: ComplexArray) -> tuple[_Extremes, _Extremes]:
+def _extremes(course: WholeStrips, points: ComplexArray) -> tuple[_Extremes, _Extremes]:
     """Return the outermost points of short stretches.
 
     Returns
@@ -479,12 +479,12 @@ def keeps_clear(strips: Strips) -> BoolArray:
     return good
 
 
-def last_clear(course: Course, most_passes: int) -> IntArray:
+def last_clear(course: WholeStrips, most_passes: int) -> IntArray:
     """Return for each station the one behind which a piece must begin that ends here, or later.
 
     Parameters
     ----------
-    course : Course
+    course : WholeStrips
         Whole strips.
     most_passes : int
         Pieces of more stations than this are ignored.
@@ -512,12 +512,12 @@ def last_clear(course: Course, most_passes: int) -> IntArray:
     return behind
 
 
-def also_barred(course: Course, sites: Sites, behind: IntArray, barred: Runs) -> IntArray:
+def also_barred(course: WholeStrips, sites: Sites, behind: IntArray, barred: Runs) -> IntArray:
     """Return what :func:`last_clear` does where no piece may carry some other stretches, either.
 
     Parameters
     ----------
-    course : Course
+    course : WholeStrips
         Whole strips.
     sites : Sites
         Of the same threads.
@@ -543,7 +543,7 @@ def also_barred(course: Course, sites: Sites, behind: IntArray, barred: Runs) ->
     return course.carried(behind)
 
 
-def _near_pairs(course: Course, most_passes: int) -> tuple[IntArray, IntArray]:
+def _near_pairs(course: WholeStrips, most_passes: int) -> tuple[IntArray, IntArray]:
     """Return stations whose stretches to the next station come near each other, not neighbours."""
     block, member = _blocks(course.offsets, most_passes)
     if not len(member):
@@ -567,19 +567,19 @@ def _near_pairs(course: Course, most_passes: int) -> tuple[IntArray, IntArray]:
     low, high = _bounds(np.minimum, course, first, last), _bounds(np.maximum, course, first, last)
     low, high = low + moved - SELF_CLEARANCE_MM / 2, high + moved + SELF_CLEARANCE_MM / 2
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    one, other = shapely.STRtree(boxes).query(boxes)
+    box, other = shapely.STRtree(boxes).query(boxes)
     # Neighbours touch always; only what is further apart along the strand is looked at closely.
-    apart = member[other] - member[one]
+    apart = member[other] - member[box]
     far = (apart > 1) & (apart < most_passes)
-    one, other = one[far], other[far]
-    involved, place = np.unique(np.concatenate((one, other)), return_inverse=True)
+    box, other = box[far], other[far]
+    involved, place = np.unique(np.concatenate((box, other)), return_inverse=True)
     rings = _rings(right, left, first[involved], last[involved], moved[involved])
-    near = shapely.dwithin(rings[place[: len(one)]], rings[place[len(one) :]], SELF_CLEARANCE_MM)
-    pairs = np.unique(np.column_stack((member[one[near]], member[other[near]])), axis=0)
+    close = shapely.dwithin(rings[place[: len(box)]], rings[place[len(box) :]], SELF_CLEARANCE_MM)
+    pairs = np.unique(np.column_stack((member[box[close]], member[other[close]])), axis=0)
     return pairs[:, 0], pairs[:, 1]
 
 
-def _bounds(extreme: np.ufunc, course: Course, first: IntArray, last: IntArray) -> FloatArray:
+def _bounds(extreme: np.ufunc, course: WholeStrips, first: IntArray, last: IntArray) -> FloatArray:
     """Return the least or greatest coordinates between two rungs, (K, 2)."""
     right, left = course.strips.right, course.strips.left
     outer = np.append(extreme(right, left), right[-1:], axis=0)
@@ -687,7 +687,7 @@ class Candidates:
     ribbons : Ribbons
     sites : Sites
         Where threads may be cut.
-    course : Course
+    course : WholeStrips
         The unfolded threads.
     windows : Windows
         The pieces from site to site.
@@ -701,7 +701,7 @@ class Candidates:
 
     ribbons: Ribbons
     sites: Sites
-    course: Course
+    course: WholeStrips
     windows: Windows
     clear: BoolArray
     barred: Runs | None = None

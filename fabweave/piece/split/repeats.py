@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, frozen_value
 from fabweave.piece.development import Runs
-from fabweave.piece.split.candidates import Course, Sites, Windows, station_of_site
+from fabweave.piece.split.candidates import Sites, WholeStrips, Windows, station_of_site
 from fabweave.weave.symmetry import WeaveSymmetry
 
 
@@ -170,14 +170,14 @@ _MOST_SHARE = 0.5
 _LEVER_MM = 100.0
 
 
-def window_kinds(course: Course, sites: Sites, windows: Windows, over: BoolArray) -> IntArray:
+def window_kinds(course: WholeStrips, sites: Sites, windows: Windows, over: BoolArray) -> IntArray:
     """Return the kind of each window, (N, D), counted from 0; -1 where there is none.
 
     Windows are of one kind if they are congruent, turned end for end or not, with over and under.
 
     Parameters
     ----------
-    course : Course
+    course : WholeStrips
     sites : Sites
     windows : Windows
         Of these.
@@ -230,7 +230,7 @@ def repeating(kinds: IntArray) -> bool:
 
 
 def _rhythms(
-    course: Course, sites: Sites, over: BoolArray, first: IntArray, passes: IntArray
+    course: WholeStrips, sites: Sites, over: BoolArray, first: IntArray, passes: IntArray
 ) -> IntArray:
     """Return numbers for over and under of windows, from their first pass on and from their last.
 

@@ -141,7 +141,7 @@ def stiffest(bend: Measured) -> IntArray:
     return groups[int(np.argmin(tight))]
 
 
-class Search:
+class RemedySearch:
     """Look for sizes and widths at which rules hold; each is laid and measured only once.
 
     Parameters

@@ -17,7 +17,7 @@ from fabweave.ribbon.rules.remedy import (
     TOO_STIFF,
     Depth,
     Lay,
-    Search,
+    RemedySearch,
     Settle,
     is_too_stiff,
     stiffest,
@@ -127,7 +127,9 @@ def check_ribbons(
         measured["clearance"], near = known
     search = None
     if lay is not None:
-        search = Search(weave, limits, size_mm, lay, near, settle=settle, auto=auto, depth=depth)
+        search = RemedySearch(
+            weave, limits, size_mm, lay, near, settle=settle, auto=auto, depth=depth
+        )
     findings = []
     for quantity in measured.values():
         if len(quantity.broken):

@@ -180,16 +180,16 @@ def measure_clearance(
     def wanted(pairs: IntArray) -> FloatArray:
         return _wanted(weave, limits, ends_of_stretches(*rows, pairs))
 
-    near = near_pairs(ribbons, weave.threads.crossing, reach, wanted, among)
-    passes = ends_of_stretches(*rows, near.pairs)
+    found = near_pairs(ribbons, weave.threads.crossing, reach, wanted, among)
+    passes = ends_of_stretches(*rows, found.pairs)
     apart = _wanted(weave, limits, passes)
-    kept = near.distance_mm < apart * (1 - _TOUCHING)
-    near = Nearness(near.pairs[kept], near.distance_mm[kept], near.place[kept])
+    kept = found.distance_mm < apart * (1 - _TOUCHING)
+    found = Nearness(found.pairs[kept], found.distance_mm[kept], found.place[kept])
     first, second = passes[kept, :, 0].T
     measured = Measured(
-        "clearance", "mm", near.distance_mm, apart[kept], True, first, second, near.place
+        "clearance", "mm", found.distance_mm, apart[kept], True, first, second, found.place
     )
-    return measured, near
+    return measured, found
 
 
 def _wanted(weave: Weave, limits: Limits, passes: IntArray) -> FloatArray:

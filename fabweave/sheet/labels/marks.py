@@ -16,10 +16,10 @@ from fabweave.piece.piece import Piece, find_owners
 from fabweave.sheet.labels.lettering import place_text, text_box
 from fabweave.sheet.labels.texts import (
     ARROW,
-    Choice,
     Label,
+    LabelChoice,
+    LabelWish,
     Missing,
-    Wish,
     kind_wishes,
     spare_wishes,
     wishes,
@@ -48,10 +48,10 @@ _SAME_MM = 1e-6
 _CHUNK = 12
 
 
-class Spot(NamedTuple):
+class LabelSpot(NamedTuple):
     """Where a wish is lettered: how, around which point, in which direction."""
 
-    choice: Choice
+    choice: LabelChoice
     centre: FloatArray
     rotation_deg: float
     box_mm: tuple[float, float]
@@ -79,8 +79,8 @@ class _Boxes(NamedTuple):
 def find_spots(
     pieces: Sequence[Piece],
     ticks: Sequence[Sequence[FloatArray]],
-    wishes: Sequence[Sequence[Wish]],
-) -> list[list[Spot | None]]:
+    wishes: Sequence[Sequence[LabelWish]],
+) -> list[list[LabelSpot | None]]:
     """Find a spot for every wish of every piece, or None.
 
     Parameters
@@ -88,13 +88,13 @@ def find_spots(
     pieces : sequence of Piece
     ticks : sequence of sequences of (2, 2) float arrays
         What is engraved on each piece beside its labels.
-    wishes : sequence of sequences of Wish
+    wishes : sequence of sequences of LabelWish
         What each piece is to tell, the most important first. Wishes are passed over if the one
         before them was lettered in a way that tells the same.
 
     Returns
     -------
-    list of lists of Spot or None
+    list of lists of LabelSpot or None
         For each piece one for each of its wishes.
     """
     counts = [len(piece_wishes) for piece_wishes in wishes]
@@ -111,14 +111,14 @@ def find_spots(
     chosen = _choose(places, boxes, free, bounds, _spare(flat, bounds), hidden)
     centre, along = places.centre.reshape(-1, 2), places.along.reshape(-1, 2)
     turned = np.rad2deg(np.arctan2(along[:, 1], along[:, 0]))
-    spots: list[Spot | None] = []
+    spots: list[LabelSpot | None] = []
     for number, (choice, place) in enumerate(chosen.tolist()):
         if choice < 0:
             spots.append(None)
             continue
         wide, high = (2 * boxes.half[choice]).tolist()
         way = flat[number].choices[choice - int(boxes.first_choice[number])]
-        spots.append(Spot(way, centre[place], float(turned[place]), (wide, high)))
+        spots.append(LabelSpot(way, centre[place], float(turned[place]), (wide, high)))
     return [spots[start:end] for start, end in pairwise(bounds.tolist())]
 
 
@@ -217,7 +217,9 @@ def _hidden_regions(pieces: Sequence[Piece], free: npt.NDArray[Any]) -> npt.NDAr
     return hidden
 
 
-def _boxes(pieces: Sequence[Piece], wishes: Sequence[Sequence[Wish]], places: _Places) -> _Boxes:
+def _boxes(
+    pieces: Sequence[Piece], wishes: Sequence[Sequence[LabelWish]], places: _Places
+) -> _Boxes:
     """List the boxes of every wish.
 
     Places without room for its lowest choice are left out, and those nearer to another station.
@@ -292,7 +294,7 @@ def _for_the_whole(count: int) -> IntArray:
     return np.add.outer(np.arange(len(_ASIDE)), np.array(steps) * len(_ASIDE)).reshape(-1)
 
 
-def _half_size(choice: Choice) -> tuple[float, float]:
+def _half_size(choice: LabelChoice) -> tuple[float, float]:
     """Return half the width and half the height of a lettered text."""
     box = text_box(choice.text, choice.height_mm)
     if choice.text == ARROW:  # a low sign, alone in its line
@@ -300,7 +302,7 @@ def _half_size(choice: Choice) -> tuple[float, float]:
     return box.width / 2, (box.top - box.bottom) / 2
 
 
-def _spare(wishes: Sequence[Wish], bounds: IntArray) -> IntArray:
+def _spare(wishes: Sequence[LabelWish], bounds: IntArray) -> IntArray:
     """Return for each choice how many wishes of its piece that follow it tells, too."""
     end = np.repeat(bounds[1:], np.diff(bounds)).tolist()
     spare = []
@@ -535,8 +537,8 @@ def _carried(label: Label, turn: complex, shift: complex) -> Label:
 
 
 def _marks(
-    wanted: Sequence[Wish],
-    spots: Sequence[Spot | None],
+    wanted: Sequence[LabelWish],
+    spots: Sequence[LabelSpot | None],
     ticks: tuple[FloatArray, ...],
     *,
     mirrored: bool,

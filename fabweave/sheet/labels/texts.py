@@ -43,7 +43,7 @@ ARROW = "→"
 OVER_SIGN, UNDER_SIGN = "●", "○"
 
 
-class Choice(NamedTuple):
+class LabelChoice(NamedTuple):
     """A way to letter a wish: a text, how high, and which of the wish's kinds it tells."""
 
     text: str
@@ -51,7 +51,7 @@ class Choice(NamedTuple):
     kinds: tuple[str, ...]
 
 
-class Wish(NamedTuple):
+class LabelWish(NamedTuple):
     """A fact to letter on a piece: each kind with its words, and ways to letter it.
 
     ``station`` is the place along the piece that it is about, None for the whole piece. What is
@@ -60,7 +60,7 @@ class Wish(NamedTuple):
 
     words: dict[str, str]
     station: int | None
-    choices: tuple[Choice, ...]
+    choices: tuple[LabelChoice, ...]
     hidden: bool = False
 
 
@@ -113,7 +113,7 @@ def wishes(
     partners: Sequence[str],
     mates: tuple[str | None, str | None],
     labels: str,
-) -> Iterator[Wish]:
+) -> Iterator[LabelWish]:
     """Yield what a piece is to tell, the most important first.
 
     Parameters
@@ -128,7 +128,7 @@ def wishes(
 
     Yields
     ------
-    Wish
+    LabelWish
         The arrow comes twice: with the id, and alone, for when the id is lettered without it. So
         does an id that is to be hidden: small and in sight, where nothing covers enough of it.
     """
@@ -153,8 +153,8 @@ def wishes(
         over = bool(piece.over[station])
         words = {"partner": partners[station], "sign": OVER_SIGN if over else UNDER_SIGN}
         text = words["sign"] + words["partner"]
-        choices = tuple(Choice(text, height, ("partner", "sign")) for height in heights)
-        yield Wish(words, station, choices, hidden)
+        choices = tuple(LabelChoice(text, height, ("partner", "sign")) for height in heights)
+        yield LabelWish(words, station, choices, hidden)
 
 
 def kind_name(kind: int) -> str:
@@ -168,7 +168,7 @@ def kind_name(kind: int) -> str:
     return f"K{kind}"
 
 
-def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
+def kind_wishes(kind: int, *, hidden: bool) -> Iterator[LabelWish]:
     """Yield what a piece is to tell of which only the kind counts: ``K3``, and an arrow.
 
     The arrow is that of the first piece of the kind; in others the thread may run against it.
@@ -180,7 +180,7 @@ def kind_wishes(kind: int, *, hidden: bool) -> Iterator[Wish]:
     yield _arrow_wish(hidden=hidden)
 
 
-def spare_wishes(name: str, *, hidden: bool) -> Iterator[Wish]:
+def spare_wishes(name: str, *, hidden: bool) -> Iterator[LabelWish]:
     """Yield what a spare is to tell: its id. Who crosses it depends on the place it is put in."""
     yield _id_wish(name, hidden=hidden)
     if hidden:
@@ -207,37 +207,39 @@ def told_stations(piece: Piece, labels: str) -> list[int]:
     return sorted({*stations[::EVERY], *stations[-1:]})
 
 
-def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> Wish:
+def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> LabelWish:
     """Return the wish for a piece's id: large and with the arrow, or else smaller, or alone."""
     words = {"id": name, "arrow": ARROW} if arrow else {"id": name}
     choices = []
     for heights in (ID_HEIGHTS_MM, LOW_ID_HEIGHTS_MM):
         if arrow:
-            choices += [Choice(name + ARROW, height, ("id", "arrow")) for height in heights]
-        choices += [Choice(name, height, ("id",)) for height in heights]
-    return Wish(words, None, tuple(choices), hidden)
+            choices += [LabelChoice(name + ARROW, height, ("id", "arrow")) for height in heights]
+        choices += [LabelChoice(name, height, ("id",)) for height in heights]
+    return LabelWish(words, None, tuple(choices), hidden)
 
 
-def _arrow_wish(*, hidden: bool) -> Wish:
+def _arrow_wish(*, hidden: bool) -> LabelWish:
     """Return the wish for the arrow alone."""
-    choices = tuple(Choice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM)
-    return Wish({"arrow": ARROW}, None, choices, hidden)
+    choices = tuple(LabelChoice(ARROW, height, ("arrow",)) for height in ARROW_HEIGHTS_MM)
+    return LabelWish({"arrow": ARROW}, None, choices, hidden)
 
 
-def _seen_id_wish(name: str) -> Wish:
+def _seen_id_wish(name: str) -> LabelWish:
     """Return the wish for an id that is seen: no larger than it is read in the hand."""
     heights = LOW_ID_HEIGHTS_MM[1:]
-    return Wish({"id": name}, None, tuple(Choice(name, height, ("id",)) for height in heights))
+    return LabelWish(
+        {"id": name}, None, tuple(LabelChoice(name, height, ("id",)) for height in heights)
+    )
 
 
 def _joint_wish(
     words: dict[str, str], station: int, heights: Sequence[float], *, hidden: bool
-) -> Wish:
+) -> LabelWish:
     """Return a wish for a joint with the mate there, or the joint alone."""
     text = words["joint"] + words["mate"]
-    whole = [Choice(text, height, ("joint", "mate")) for height in heights]
-    part = [Choice(words["joint"], height, ("joint",)) for height in heights]
-    return Wish(words, station, (*whole, *part), hidden)
+    whole = [LabelChoice(text, height, ("joint", "mate")) for height in heights]
+    part = [LabelChoice(words["joint"], height, ("joint",)) for height in heights]
+    return LabelWish(words, station, (*whole, *part), hidden)
 
 
 _Region: TypeAlias = Any  # a shapely geometry: shapely ships no types

@@ -162,28 +162,32 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
     left = tag[0] + _ARROW
     outline, places = _levelled(piece, left, wide)
     across, room = _across(outline, places)
-    stations = np.array([one.station for one in met], dtype=np.int64)
-    rows = _rows([one.wide for one in met], places[stations, 0], wide)
+    stations = np.array([meeting.station for meeting in met], dtype=np.int64)
+    rows = _rows([meeting.wide for meeting in met], places[stations, 0], wide)
     tall = float(outline[:, 1].max())
     n_above, n_below = (len({row for row, _ in rows if row % 2 == side}) for side in (0, 1))
     top = tall + (_LEAD + _ROW * n_above if n_above else 0.0)
     high = top + (_LEAD + _ROW * n_below if n_below else 0.0)
     shift = np.array((0.0, -top))
     names = []
-    for one, (row, start) in zip(met, rows, strict=True):
-        edges, up = across[one.station], 1.0 if row % 2 == 0 else -1.0
-        way = (edges[1] - edges[0]) / max(float(np.linalg.norm(edges[1] - edges[0])), 1e-9)
-        ends = edges + np.outer((-_BESIDE, _BESIDE), way)
-        side = np.array((way[1], -way[0])) * min(_STRAND, 0.7 * room[one.station]) / 2.0
+    for meeting, (row, start) in zip(met, rows, strict=True):
+        edges, up = across[meeting.station], 1.0 if row % 2 == 0 else -1.0
+        direction = (edges[1] - edges[0]) / max(float(np.linalg.norm(edges[1] - edges[0])), 1e-9)
+        ends = edges + np.outer((-_BESIDE, _BESIDE), direction)
+        side = (
+            np.array((direction[1], -direction[0]))
+            * min(_STRAND, 0.7 * room[meeting.station])
+            / 2.0
+        )
         away = _LEAD + _ROW * (row // 2 + 0.5)
         middle = tall + away if up > 0.0 else -away
-        near = middle - up * (0.36 * _TEXT + 1.0)
-        spot = min(max(float(places[one.station, 0]), start + 3.0), start + one.wide - 3.0)
-        lead = np.array((ends[1 if up > 0.0 else 0], (spot, near)))
+        lead_y = middle - up * (0.36 * _TEXT + 1.0)
+        spot = min(max(float(places[meeting.station, 0]), start + 3.0), start + meeting.wide - 3.0)
+        lead = np.array((ends[1 if up > 0.0 else 0], (spot, lead_y)))
         strand = np.array((ends[0] - side, ends[0] + side, ends[1] + side, ends[1] - side))
         name = np.array((start, middle))
-        at = places[one.station]
-        names.append(Named(one, at + shift, strand + shift, name + shift, lead + shift))
+        at = places[meeting.station]
+        names.append(Named(meeting, at + shift, strand + shift, name + shift, lead + shift))
     coming = [edges + shift for at, edges in enumerate(across) if at not in stations]
     first = np.array((tag[0] / 2.0, places[0, 1]))
     return Card(

@@ -14,9 +14,9 @@ from fabweave.core.messages import agree
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines, set_with
 from fabweave.plan.crossing_map import CrossingMap
-from fabweave.plan.extent import MOST_VIEWED
 from fabweave.show.manual.book import LEADING, TEXT, Book, text_width, wrapped
 from fabweave.show.manual.painting import packed
+from fabweave.show.paper_limits import MOST_VIEWED
 
 COVER = "Overview"
 #: The parts of the cover below what is said of the object.

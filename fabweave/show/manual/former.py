@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.former.plates import Laid
+from fabweave.former.way_out import Leaving
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.render import object_frame, render_scene
-from fabweave.piece.former import Laid
-from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.painting import POINTS_PX, Painted, Scene, packed
-from fabweave.show.manual.step_pictures import Mark, seen_mark
+from fabweave.show.manual.step_pictures import PictureLabel, seen_mark
 from fabweave.show.manual.tags import place_tags
 
 SECTION = "Former"
@@ -34,7 +34,7 @@ class FormerPages:
 
     texts: tuple[str, ...]
     pictures: tuple[Painted, ...]
-    marks: tuple[Mark, ...]
+    marks: tuple[PictureLabel, ...]
     leaving: Leaving
 
 

@@ -14,15 +14,15 @@ from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
+from fabweave.former.plates import Former, Laid, plate_body
+from fabweave.former.way_out import Leaving, leaving
 from fabweave.picture.camera import Frame, View, frame_object
 from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.picture.zbuffer import nearest_triangles
-from fabweave.piece.development import Stretches, piece_stretches
-from fabweave.piece.former import Former, Laid, plate_body
+from fabweave.piece.development import PieceRungs, piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
-from fabweave.plan.way_out import Leaving, leaving
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
@@ -63,7 +63,7 @@ class Scene:
         The piece of each triangle, and the step in which it comes, from 0.
     step_of_piece : (P,) int array
     palette : Palette
-    stretches : Stretches
+    stretches : PieceRungs
         The rungs of each piece, and its stations on them.
     plate_corners, plate : (N, 3, 3) float array, (N,) int array
         The triangles of a former, if there is one, and the plate of each.
@@ -78,7 +78,7 @@ class Scene:
     step: IntArray
     step_of_piece: IntArray
     palette: Palette
-    stretches: Stretches
+    stretches: PieceRungs
     plate_corners: FloatArray
     plate: IntArray
     leaving: Leaving

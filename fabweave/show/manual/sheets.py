@@ -114,7 +114,7 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
             book.page(SHEETS)
             if number == 1:
                 book.entry(sheet.name, level=1)
-            frame = _Frame(book, tile.low, tile.size, reserved)
+            frame = _SheetWindow(book, tile.low, tile.size, reserved)
             book.y -= 14.0
             part = f", part {number} of {len(tiles)}" if len(tiles) > 1 else ""
             if not part and tuple(tile.size) != (drawing.width_mm, drawing.height_mm):
@@ -187,7 +187,7 @@ def _tiles(
 
 def _write_titles(
     book: Book,
-    frame: "_Frame",
+    frame: "_SheetWindow",
     keys: Sequence[str],
     titles: dict[str, Title],
     names: Mapping[str, str],
@@ -217,7 +217,7 @@ def fitting_scale(book: Book, size: FloatArray, reserved: float) -> float:
     return min(room[0] / float(size.min()), room[1] / float(size.max()))
 
 
-class _Frame:
+class _SheetWindow:
     """An area of a sheet on the page, turned by a quarter if it is wide."""
 
     def __init__(self, book: Book, low: FloatArray, size: FloatArray, reserved: float) -> None:

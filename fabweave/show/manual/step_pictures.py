@@ -17,7 +17,7 @@ _LAYERS_MM = 6.0
 
 
 @frozen_value
-class Mark:
+class PictureLabel:
     """What is named in a picture; places in points from its lower left corner.
 
     Parameters
@@ -105,21 +105,21 @@ def on_page(pixels: FloatArray, frame: Frame) -> FloatArray:
     return np.asarray((flat * (1.0, -1.0) + (0.0, frame.height_px)) * POINTS_PX)
 
 
-def seen_mark(text: str, seen: BoolArray, frame: Frame) -> Mark | None:
+def seen_mark(text: str, seen: BoolArray, frame: Frame) -> PictureLabel | None:
     """Return the name of something near the middle of where it is seen, if it is seen."""
     down, across = np.nonzero(seen)
     if not len(down):
         return None
     best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
     at = on_page(np.array([across[best] + 0.5, down[best] + 0.5]), frame)
-    return Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
+    return PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
 
 
-def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> Mark:
+def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> PictureLabel:
     """Return the name of a new piece, near the middle of what is seen of it."""
     text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
     at = on_page(frame.pixels(line)[len(line) // 2], frame)
-    unseen = Mark(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=True)
+    unseen = PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=True)
     return seen_mark(text, piece == number, frame) or unseen
 
 
@@ -151,7 +151,7 @@ class Places:
             if key in self._new
         )
 
-    def neighbours(self, step: StepRecord) -> Iterator[Mark]:
+    def neighbours(self, step: StepRecord) -> Iterator[PictureLabel]:
         """Yield what the new pieces lie over and run under: each piece once for each of them."""
         for key in step.pieces:
             named = set()
@@ -165,7 +165,7 @@ class Places:
                         named.add((other, station.over))
                         yield self._mark(key, other, station.crossing, over=station.over)
 
-    def _mark(self, key: str, other: str, crossing: int, *, over: bool) -> Mark:
+    def _mark(self, key: str, other: str, crossing: int, *, over: bool) -> PictureLabel:
         """Return the name of what a piece meets at a crossing."""
         drawn, frame = self._drawn, self._frame
         own = frame.pixels(drawn.panel(key, crossing, over=over).reshape(-1, 3))
@@ -176,7 +176,7 @@ class Places:
         middle = own.mean(axis=0)
         corners = on_page(own, frame)
         at = corners.mean(axis=0)
-        return Mark(
+        return PictureLabel(
             other,
             "over" if over else "under",
             at,
@@ -185,22 +185,24 @@ class Places:
             self._hidden(middle),
         )
 
-    def joints(self, step: StepRecord) -> Iterator[Mark]:
+    def joints(self, step: StepRecord) -> Iterator[PictureLabel]:
         """Yield the joints that are made."""
         for key in step.joints:
             middle = self._pixels(self._drawn.joints[key].crossing).mean(axis=0)
             at = on_page(middle, self._frame)
             up = np.array([0.0, 1.0])
-            yield Mark(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
+            yield PictureLabel(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
 
-    def starts(self, step: StepRecord) -> Iterator[Mark]:
+    def starts(self, step: StepRecord) -> Iterator[PictureLabel]:
         """Yield the starts of the new pieces that the picture shows."""
         for key in step.pieces:
             line = self._frame.pixels(self._drawn.scene.middle_line(self._drawn.number[key])[:2])
             at, after = on_page(line, self._frame)
             if np.all((at > 0.0) & (at < on_page(self._corner, self._frame))):
                 along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
-                yield Mark("start", "start", at, along, 0.0, self._hidden(line.mean(axis=0)))
+                yield PictureLabel(
+                    "start", "start", at, along, 0.0, self._hidden(line.mean(axis=0))
+                )
 
     def _hidden(self, pixel: FloatArray) -> bool:
         """Return whether something well in front of a place is seen there, or it is not shown."""
@@ -434,14 +436,14 @@ class Overview:
     Parameters
     ----------
     painted : Painted
-    marks : tuple of Mark
+    marks : tuple of PictureLabel
         The new pieces.
     bands : (N, 2) float array
         Places on them.
     """
 
     painted: Painted
-    marks: tuple[Mark, ...]
+    marks: tuple[PictureLabel, ...]
     bands: FloatArray
 
 
@@ -459,7 +461,7 @@ class StepPicture:
         New pieces of which the greater part that is seen is the inner face.
     ratio : float
         How many times smaller it is drawn than it is.
-    marks : tuple of Mark
+    marks : tuple of PictureLabel
     crossings : (N, 2) float array
         The crossings and joints of the step, which no name may cover.
     radius : float
@@ -479,7 +481,7 @@ class StepPicture:
     view: View
     inside: tuple[str, ...]
     ratio: float
-    marks: tuple[Mark, ...]
+    marks: tuple[PictureLabel, ...]
     crossings: FloatArray
     radius: float
     ends: tuple[FloatArray, ...]

@@ -7,11 +7,11 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.messages import agree
+from fabweave.former.way_out import Leaving
 from fabweave.picture.camera import View
 from fabweave.piece.rim_ring import RimRing
 from fabweave.plan.crossing_map import CrossingMap, PieceRecord, StepRecord
 from fabweave.plan.steps import listed
-from fabweave.plan.way_out import Leaving
 from fabweave.show.manual.book import LEADING, Book, text_width, wrapped
 from fabweave.show.manual.cards import Card, lay_card, what_is_met, write_card
 from fabweave.show.manual.step_pictures import (

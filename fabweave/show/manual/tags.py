@@ -6,7 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, frozen_value
 from fabweave.show.manual.book import text_width
-from fabweave.show.manual.step_pictures import Mark
+from fabweave.show.manual.step_pictures import PictureLabel
 
 #: Names in pictures: the size of their letters, and the height of their boxes, in points; a sign
 #: before a name takes so much.
@@ -38,7 +38,7 @@ class Tag:
 
     Parameters
     ----------
-    mark : Mark
+    mark : PictureLabel
     middle : (2,) float array
         Of its box.
     half : (2,) float array
@@ -47,7 +47,7 @@ class Tag:
         From what is named to the box; of no length where the box is at it.
     """
 
-    mark: Mark
+    mark: PictureLabel
     middle: FloatArray
     half: FloatArray
     line: FloatArray
@@ -58,7 +58,7 @@ class Tag:
         return float(np.linalg.norm(self.line[1] - self.line[0])) > _LED
 
 
-def tag_half(mark: Mark) -> FloatArray:
+def tag_half(mark: PictureLabel) -> FloatArray:
     """Return half the width and height of the box of a name."""
     sign = SIGN if mark.kind in ("over", "under") else 0.0
     wide = text_width(mark.text, TAG, bold=True) + 6.0 + sign
@@ -66,7 +66,7 @@ def tag_half(mark: Mark) -> FloatArray:
 
 
 def place_tags(
-    marks: tuple[Mark, ...],
+    marks: tuple[PictureLabel, ...],
     size: tuple[float, float],
     crossings: FloatArray,
     radius: float,
@@ -80,7 +80,7 @@ def place_tags(
 
     Parameters
     ----------
-    marks : tuple of Mark
+    marks : tuple of PictureLabel
     size : tuple of float
         Width and height of the picture in points.
     crossings : (N, 2) float array
@@ -126,7 +126,7 @@ class _Places:
 
     def __init__(
         self,
-        mark: Mark,
+        mark: PictureLabel,
         size: tuple[float, float],
         crossings: FloatArray,
         radius: float,

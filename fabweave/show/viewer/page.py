@@ -16,12 +16,12 @@ import shapely
 from fabweave.core.arrays import FloatArray
 from fabweave.core.colour_space import Colours
 from fabweave.core.records import fingerprint, optional, record, to_json
+from fabweave.former.plates import Laid
+from fabweave.former.way_out import leaving
 from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import Laid
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.plan.grade import Place
-from fabweave.plan.way_out import leaving
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 

@@ -1,6 +1,6 @@
 """Check a former: off all strips, slotted together, named where strips pass, and let out.
 
-What makes it is held to the same, in ``fabweave/piece/former.py``, and a little more closely:
+What makes it is held to the same, in ``fabweave/former/plates.py``, and a little more closely:
 
 - A name stands on the edge of its plate, and from the middle line of its strip no farther than two
   layers and some millimetres.

@@ -434,7 +434,7 @@ def _broken(couplings: Couplings, twist: _Twists) -> tuple[_Twists, _Twists]:
 
 
 @dataclass(frozen=True)
-class Search:
+class AnnealingSchedule:
     """How long to search.
 
     Parameters
@@ -470,9 +470,9 @@ class Search:
 
 
 SEARCHES = {
-    "quick": Search(200, 6, 60, 3, 1e7, 0, 0, 0, 0.0),
-    "normal": Search(600, 30, 100, 6, 6e7, 4, 3000, 2, 1.3e8),
-    "best": Search(2000, 200, 150, 20, 2e8, 8, 6000, 4, 6e8),
+    "quick": AnnealingSchedule(200, 6, 60, 3, 1e7, 0, 0, 0, 0.0),
+    "normal": AnnealingSchedule(600, 30, 100, 6, 6e7, 4, 3000, 2, 1.3e8),
+    "best": AnnealingSchedule(2000, 200, 150, 20, 2e8, 8, 6000, 4, 6e8),
 }
 
 #: Twists are disordered above the first temperature, and hardly change below the last.

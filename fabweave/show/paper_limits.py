@@ -8,7 +8,7 @@ MOST_PICTURED = 2_000
 MOST_VIEWED = 30_000
 
 
-def extent_notes(n_crossings: int, n_steps: int) -> list[Note]:
+def paper_notes(n_crossings: int, n_steps: int) -> list[Note]:
     """Say what a job is too large for, and what to use in its place.
 
     Parameters
@@ -22,9 +22,9 @@ def extent_notes(n_crossings: int, n_steps: int) -> list[Note]:
 
     Examples
     --------
-    >>> extent_notes(30_000, 2_000)
+    >>> paper_notes(30_000, 2_000)
     []
-    >>> extent_notes(100, 2_001)[0][:48]
+    >>> paper_notes(100, 2_001)[0][:48]
     'assembly.pdf tells its 2,001 steps without a pic'
     """
     notes: list[str] = []

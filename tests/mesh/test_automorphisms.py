@@ -8,11 +8,11 @@ from strategies import merged, shuffled
 from symmetry_oracle import all_motions
 from weaving_meshes import meshes
 
+from fabweave.mesh.automorphisms import Symmetry, find_symmetry
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus, tube
-from fabweave.mesh.symmetry import Symmetry, find_symmetry
 from fabweave.mesh.upright import largest_dimension
 
 

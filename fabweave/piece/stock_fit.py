@@ -10,7 +10,6 @@ from fabweave.nest.fits import fits_stock
 from fabweave.nest.layout import ROUGH
 from fabweave.nest.nesting import nest
 from fabweave.nest.strips import nest_strips, row_rests
-from fabweave.piece.rim_ring import RimRing
 from fabweave.piece.split.preferences import SHEET_EUR_M2, SheetsNeeded, sum_sheets
 from fabweave.piece.split.row_filling import Rests
 from fabweave.stock.material import Material
@@ -18,8 +17,6 @@ from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import Supplies, Supply
 
-#: Arcs of rings are nested as chords that are off by this at most, millimetres.
-FLAT_MM = 0.01
 #: Where straight strips are cut so that they fill rows, a piece more must save so much of a row, by
 #: what is preferred, an estimate: without, one of 603 crossings took 32 pieces for 20 to save two
 #: rows of 20. Where work is to be saved, rows are not filled.
@@ -129,19 +126,13 @@ def outlines_with_place(
     supply_of_piece = supplies.of(bunches)[threads]
     for index, supply in enumerate(supplies.each):
         group = np.flatnonzero(supply_of_piece == index)
-        placed[group] = _fit(
+        placed[group] = alone_on_sheet(
             [outlines[piece] for piece in group.tolist()], supply, supplies, effort
         )
     return placed
 
 
-def rings_fit(ring: RimRing, supplies: Supplies, effort: str) -> bool:
-    """Return whether each piece of a ring fits on a sheet of the first material, alone."""
-    outlines = [piece.path.flattened(FLAT_MM) for piece in ring.pieces]
-    return bool(_fit(outlines, supplies.each[0], supplies, effort).all())
-
-
-def _fit(
+def alone_on_sheet(
     outlines: Sequence[FloatArray], supply: Supply, supplies: Supplies, effort: str
 ) -> BoolArray:
     """Return which outlines fit on a sheet of a supply, each alone, (N,)."""

@@ -9,23 +9,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.job.stations import Stations
-from fabweave.options.settings import settings_from_options
-from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import (
+from fabweave.former.plates import (
     Former,
     Laid,
-    Mark,
     Plane,
     Plate,
+    StripMark,
     WayOut,
     build_former,
     closed_triangles,
     rim_loops,
     snapped,
 )
-from fabweave.plan.way_out import leaving, let_out
-from fabweave.sheet.former_sheets import former_notes, with_room
+from fabweave.former.sheets import former_notes, with_room
+from fabweave.former.way_out import leaving, let_out
+from fabweave.job.stations import Stations
+from fabweave.options.settings import settings_from_options
+from fabweave.piece.development import piece_stretches
 
 LAYER, THICK = 0.4, 1.2
 
@@ -136,7 +136,7 @@ def test_names_that_have_no_room_are_left_out_and_told():
     out = np.column_stack((np.cos(turns), np.sin(turns)))
     lines = shapely.shortest_line(disc.boundary, shapely.points(12.0 * out))
     edge = shapely.get_coordinates(lines)[::2]
-    marks = tuple(Mark(at, edge[at], -out[at]) for at in range(24))
+    marks = tuple(StripMark(at, edge[at], -out[at]) for at in range(24))
     plate = Plate("F1", False, Plane(np.zeros(3), np.eye(3)[:2]), disc, marks, ())
     pieces = [SimpleNamespace(id=f"A{at}") for at in range(24)]
     laid = with_room(Laid(Former((plate,), 1.0), None), pieces)

@@ -7,15 +7,15 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value, unit
+from fabweave.former.plates import Former, Laid, WayOut, rim_loops, snapped
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.congruence import DECIMALS
 from fabweave.piece.development import piece_stretches
-from fabweave.piece.former import Former, Laid, WayOut, rim_loops, snapped
 from fabweave.piece.piece import Piece
-from fabweave.plan.access import shut_from
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.order import Order
+from fabweave.plan.reach import shut_from
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 

@@ -382,20 +382,20 @@ class Skeleton:
         >>> Skeleton(np.zeros((5, 3)), edges, np.ones(5)).chains()
         [[0, 1], [1, 2], [1, 3, 4]]
         """
-        near: list[list[int]] = [[] for _ in self.places]
-        for one, two in self.edges.tolist():
-            near[one].append(two)
-            near[two].append(one)
+        neighbours: list[list[int]] = [[] for _ in self.places]
+        for tail, head in self.edges.tolist():
+            neighbours[tail].append(head)
+            neighbours[head].append(tail)
         left = {(min(edge), max(edge)) for edge in self.edges.tolist()}
-        knots = [at for at, around in enumerate(near) if len(around) not in (0, 2)]
+        knots = [at for at, around in enumerate(neighbours) if len(around) not in (0, 2)]
         chains = []
-        for start in [*knots, *range(len(near))]:
-            for first in sorted(near[start]):
+        for start in [*knots, *range(len(neighbours))]:
+            for first in sorted(neighbours[start]):
                 if (min(start, first), max(start, first)) not in left:
                     continue
                 chain = [start, first]
-                while len(near[chain[-1]]) == 2 and chain[-1] != start:
-                    chain.append(next(at for at in near[chain[-1]] if at != chain[-2]))
+                while len(neighbours[chain[-1]]) == 2 and chain[-1] != start:
+                    chain.append(next(at for at in neighbours[chain[-1]] if at != chain[-2]))
                 left -= {(min(pair), max(pair)) for pair in pairwise(chain)}
                 chains.append(chain)
         return chains

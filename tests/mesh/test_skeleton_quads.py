@@ -20,7 +20,7 @@ from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
 from fabweave.mesh.remesh.request import Remesh, parse_remesh
-from fabweave.mesh.remesh.tubes import (
+from fabweave.mesh.remesh.skeleton_quads import (
     Skeleton,
     find_chords,
     lengthened,

@@ -101,7 +101,7 @@ class Plane:
 
 
 @frozen_value
-class Mark:
+class StripMark:
     """Where a strip passes the edge of a plate, in the plate's coordinates.
 
     Parameters
@@ -137,7 +137,7 @@ class Plate:
     plane : Plane
     outline : shapely.Polygon
         What is cut, slots included; holes may be in it.
-    marks : tuple of Mark
+    marks : tuple of StripMark
     joins : tuple of Join
     snaps : tuple of (2, 2) float arrays
         Lines along which it breaks, where it could not be taken out whole.
@@ -147,7 +147,7 @@ class Plate:
     spine: bool
     plane: Plane
     outline: shapely.Polygon
-    marks: tuple[Mark, ...]
+    marks: tuple[StripMark, ...]
     joins: tuple[Join, ...]
     snaps: tuple[FloatArray, ...] = ()
 
@@ -357,7 +357,7 @@ def build_former(
         If no plate has room.
     """
     inside = _Inside(woven, layer_mm, thickness_mm)
-    strips = _Strips(woven.ribbons, woven.weave.threads, runs)
+    strips = _MiddleLines(woven.ribbons, woven.weave.threads, runs)
     pitch = max(_CROSSINGS * strips.step_mm, _NEAREST_T * thickness_mm)
     best = max(
         _layouts(inside.points, pitch, thickness_mm),
@@ -379,7 +379,7 @@ def _worth(plates: Sequence[Plate]) -> float:
     return sum(len(plate.marks) for plate in plates) - 0.5 * len(plates)
 
 
-class _Strips:
+class _MiddleLines:
     """The middle lines of strips, and which piece each part of them is of."""
 
     def __init__(self, ribbons: Ribbons, threads: Threads, runs: Runs) -> None:
@@ -407,7 +407,7 @@ class _Strips:
 
     def marks(
         self, plane: Plane, outline: shapely.Polygon, slotted: shapely.Polygon, reach: float
-    ) -> tuple[Mark, ...]:
+    ) -> tuple[StripMark, ...]:
         """Return where strips pass the edge of a plate, but for the mouths of its slots.
 
         A strip that lies in the plane passes at its crossings.
@@ -431,13 +431,13 @@ class _Strips:
         # Where a slot begins there is no edge.
         near &= np.linalg.norm(feet - whole, axis=1) < 2.0 * _CUT_MM
         return tuple(
-            Mark(int(self.owner[through[at]]), feet[at], unit(feet[at] - points[at]))
+            StripMark(int(self.owner[through[at]]), feet[at], unit(feet[at] - points[at]))
             for at in np.flatnonzero(near).tolist()
         )
 
 
 def _joined(
-    layout: _Layout, inside: _Inside, strips: _Strips, thick: float, *, closely: bool
+    layout: _Layout, inside: _Inside, strips: _MiddleLines, thick: float, *, closely: bool
 ) -> list[Plate]:
     """Return the plates of a layout with slots and marks: the largest group that holds together."""
 
@@ -522,7 +522,11 @@ def _on_line(one: _Part, across: Plane, places: FloatArray) -> FloatArray:
 
 
 def _slotted(
-    slices: Sequence[_Part], spines: Sequence[_Part], strips: _Strips, reach: float, thick: float
+    slices: Sequence[_Part],
+    spines: Sequence[_Part],
+    strips: _MiddleLines,
+    reach: float,
+    thick: float,
 ) -> list[Plate]:
     """Cut slots where slices and spines meet, and keep the largest group that hangs together."""
     parts = [*slices, *spines]

@@ -10,9 +10,9 @@ import shapely
 from fabweave.core.arrays import FloatArray
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.nest.layout import Placement
+from fabweave.former.plates import Former, Laid, Plate, StripMark
+from fabweave.nest.layout import Layout, Placement
 from fabweave.piece.congruence import DECIMALS
-from fabweave.piece.former import Former, Laid, Mark, Plate
 from fabweave.piece.piece import Piece
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
 from fabweave.sheet.labels.lettering import place_text, text_box
@@ -20,8 +20,8 @@ from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets, sheet_name, side_sheets
 from fabweave.stock.supplies import Supply
 
-#: The folder of a former in a job's folder, and the files that tell of it.
-FOLDER, RECORD, TEXT = "former", "former.json", "former.txt"
+#: The folder of a former in a job's folder.
+FOLDER = "former"
 #: What is said of a former that nothing lets out.
 STAYS = "The former stays inside: no gap is wide enough for a hand and for its parts."
 #: How high names are, of large plates and others; and how long a tick is, millimetres. The radius
@@ -38,8 +38,21 @@ def former_sheets(
     machine: MachineSettings,
     title: str,
     margin_mm: float,
+    steps: Sequence[str] = (),
 ) -> SideSheets:
     """Nest the plates of a former on sheets of their own, and draw these.
+
+    Parameters
+    ----------
+    laid : Laid
+    pieces : sequence of Piece
+    supply : Supply
+    machine : MachineSettings
+    title : str
+        Of the job.
+    margin_mm : float
+    steps : sequence of str
+        What its text says, from :func:`former_steps`.
 
     Raises
     ------
@@ -57,6 +70,8 @@ def former_sheets(
         machine,
         ids=[plate.id for plate in plates],
         margin_mm=margin_mm,
+        record=lambda layout: _former_record(laid, supply.material.name, layout, pieces),
+        text="\n".join(f"{at}. {text}\n" for at, text in enumerate(steps, start=1)),
     )
 
 
@@ -72,14 +87,14 @@ def with_room(laid: Laid, pieces: Sequence[Piece]) -> Laid:
 
 def _lettered(
     former: Former, plate: Plate, pieces: Sequence[Piece]
-) -> tuple[list[FloatArray], tuple[Mark, ...]]:
+) -> tuple[list[FloatArray], tuple[StripMark, ...]]:
     """Return the strokes of all names on a plate, and the marks whose names have room.
 
     A name stands at its place, or, where another is in the way, behind that one.
     """
     room = plate.outline.buffer(-_ROOM_MM)
     strokes: list[FloatArray] = []
-    named: list[Mark] = []
+    named: list[StripMark] = []
     taken: list[shapely.Geometry] = []
 
     def place(name: str, point: FloatArray, way: FloatArray, height: float, off: float) -> bool:
@@ -136,7 +151,9 @@ def _drawn(
     return PieceDrawing(plate.id, tuple(lines))
 
 
-def former_record(laid: Laid, sheets: SideSheets, pieces: Sequence[Piece]) -> dict[str, Any]:
+def _former_record(
+    laid: Laid, material: str, layout: Layout, pieces: Sequence[Piece]
+) -> dict[str, Any]:
     """Return what ``former/former.json`` holds.
 
     Of each plate it tells the sheet, and how that lies in space: a point (x, y) of the sheet is at
@@ -146,7 +163,7 @@ def former_record(laid: Laid, sheets: SideSheets, pieces: Sequence[Piece]) -> di
     return {
         "schema": "fabweave.former/1",
         "units": "mm",
-        "material": sheets.material.name,
+        "material": material,
         "thickness_mm": former.thickness_mm,
         "way_out": None
         if way is None
@@ -159,17 +176,17 @@ def former_record(laid: Laid, sheets: SideSheets, pieces: Sequence[Piece]) -> di
         },
         "sheets": [
             {
-                "name": drawing.name,
-                "width_mm": drawing.width_mm,
-                "height_mm": drawing.height_mm,
-                "margin_mm": sheets.layout.margin_mm,
-                "gap_mm": sheets.layout.gap_mm,
+                "name": sheet_name(FOLDER, number),
+                "width_mm": sheet.width_mm,
+                "height_mm": sheet.height_mm,
+                "margin_mm": layout.margin_mm,
+                "gap_mm": layout.gap_mm,
             }
-            for drawing in sheets.drawings
+            for number, sheet in enumerate(layout.sheets)
         ],
         "plates": [
             _record(plate, former, pieces, placement)
-            for plate, placement in zip(former.plates, sheets.layout.placements, strict=True)
+            for plate, placement in zip(former.plates, layout.placements, strict=True)
         ],
     }
 

@@ -10,7 +10,7 @@ from strategies import at_most
 from fabweave.nest.container import Container
 from fabweave.nest.item_shape import shape_of
 from fabweave.nest.layout import effort_named
-from fabweave.nest.place.search import SheetPixels, grid_of, kernels_of
+from fabweave.nest.place.spectral_packing import SheetPixels, grid_of, kernels_of
 
 SHEET = (160.0, 120.0)
 
