@@ -4,6 +4,8 @@ import re
 from importlib import resources
 from posixpath import dirname, join, normpath
 
+#: What is said of functions and types is for those who read the package.
+_DOC = re.compile(r"^ */\*\*.*?\*/\n", re.MULTILINE | re.DOTALL)
 #: What our modules begin with: names, or all of a module under one name.
 _IMPORT = re.compile(r'^import (?:\* as )?(\w+|\{[^}]*\}) from "(\.[^"]*)";$', re.MULTILINE)
 #: What they export, one name each.
@@ -24,7 +26,7 @@ def bundled(entry: str) -> str:
     made: dict[str, str] = {}
 
     def add(name: str) -> None:
-        text = resources.files("fabweave").joinpath(name).read_text("utf-8")
+        text = _DOC.sub("", resources.files("fabweave").joinpath(name).read_text("utf-8"))
 
         def imported(found: re.Match[str]) -> str:
             names, other = found[1], normpath(join(dirname(name), found[2]))

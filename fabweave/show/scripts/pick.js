@@ -26,13 +26,15 @@ export function placeOf(canvas, lens, point) {
   return { x: ((x + 1) / 2) * canvas.clientWidth, y: ((1 - y) / 2) * canvas.clientHeight };
 }
 
+/** @typedef {(at: number, point: THREE.Vector3) => void} Place Moves a corner to where it is seen. */
+
 /**
  * The nearest triangle that a ray meets, and where.
  *
  * @param {THREE.Ray} ray
  * @param {ArrayLike<number>} points
  * @param {ArrayLike<number> | null} index
- * @param {(at: number, point: THREE.Vector3) => unknown} [place] Moves a corner to where it is seen.
+ * @param {Place | null} [place]
  * @param {(first: number, point: THREE.Vector3) => boolean} [there] Whether something is seen at a
  *   point of the triangle that a corner begins.
  */

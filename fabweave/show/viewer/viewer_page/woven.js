@@ -121,12 +121,17 @@ export class Woven {
       { away: made.sway, share: swing.value },
     ].filter(({ share }) => share);
     const shift = new THREE.Vector3(), { x, y, z, w } = cut.value, normal = new THREE.Vector3(x, y, z);
-    const hit = nearestHit(ray, made.position, index.slice(...this.seen()), (at, point) => {
+    /** @type {import("../../scripts/pick.js").Place} */
+    const place = (at, point) => {
       for (const { away, share } of shifts) point.addScaledVector(shift.fromArray(away, 3 * at), share);
-    }, (at, point) => {
+    };
+    /** @type {(at: number, point: THREE.Vector3) => boolean} */
+    const there = (at, point) => {
       const code = this.codes[made.piece[at]];
       return code !== HIDDEN && code !== LATER && (code >= FRESH || point.dot(normal) <= w);
-    });
+    };
+    const shown = index.slice(...this.seen());
+    const hit = nearestHit(ray, made.position, shown, shifts.length ? place : null, there);
     return hit && { point: hit.point, piece: made.piece[index[3 * hit.triangle]] };
   }
 }
