@@ -49,7 +49,7 @@ export class PiecePanel {
 
   /**
    * @param {number} chosen
-   * @param {import("./page.js").State} state
+   * @param {import("./viewer.js").State} state
    */
   show(chosen, state) {
     const step = state.stepwise ? this.plan.steps[state.step - 1] : null;
@@ -110,7 +110,7 @@ export class SheetPanel {
    * Show the sheet that is turned up.
    *
    * @param {number[]} how
-   * @param {import("./page.js").State} state
+   * @param {import("./viewer.js").State} state
    */
   show(how, state, printing = false) {
     const { plan } = this, panel = by("panel-sheet"), sheet = plan.sheets[state.sheet];
@@ -154,7 +154,7 @@ export class SheetPanel {
    *
    * @param {Values} sheet
    * @param {number[]} how
-   * @param {import("./page.js").State} state
+   * @param {import("./viewer.js").State} state
    * @param {boolean} unseen
    */
   #seek(sheet, how, { piece: chosen, zoom }, unseen) {
@@ -182,7 +182,7 @@ export class StepsPanel {
     this.clock = clock;
   }
 
-  /** @param {import("./page.js").State} state */
+  /** @param {import("./viewer.js").State} state */
   show({ done, stepwise, step }) {
     const panel = by("panel-steps"), here = stepwise ? step : 0;
     if (panel.hidden) return;
