@@ -2,11 +2,12 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+NODE := tests/pages/node_modules/.bin
 INSTALLED := $(VENV)/.installed
 # One process a processor; a file's tests stay together, as they share what they set up.
 PYTEST := $(BIN)/pytest -n logical --maxprocesses 8 --dist loadfile
 
-.PHONY: help demo test test-all lint quick all digests rooms bench gallery figures outputs clean
+.PHONY: help demo test test-all lint scripts quick all digests rooms bench gallery figures outputs clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -34,6 +35,14 @@ lint: $(INSTALLED)  ## check style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	@$(MAKE) --no-print-directory scripts
+
+scripts:  ## check style and types of the pages' scripts, where npm is there
+	@if ! command -v npm >/dev/null; then echo "npm is not there: the pages' scripts are not checked"; \
+	elif ! npm install --prefix tests/pages --no-package-lock --no-audit --no-fund --silent; then \
+	  echo "npm could not fetch what checks them: the pages' scripts are not checked"; \
+	else $(NODE)/tsc -p tests/pages && \
+	  $(NODE)/oxlint -c tests/pages/.oxlintrc.json --ignore-pattern '**/three.js' fabweave; fi
 
 quick: $(INSTALLED)
 	$(PYTEST) -m "not slow" --hypothesis-profile=glance
@@ -67,4 +76,4 @@ $(INSTALLED): pyproject.toml
 	touch $@
 
 clean:  ## remove what was installed and built
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) tests/pages/node_modules build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -36,7 +36,6 @@ from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.io.files import READABLE
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
-from fabweave.show.viewer.page import three_script
 from fabweave.studio.state import FIRST, SIZE, State, opened
 from fabweave.studio.work import designs, look, make, plan
 from fabweave.studio.worker import Told, Work, Worker, framed
@@ -118,6 +117,9 @@ _MOST_BYTES, _LONGEST_WISH = 256 * 2**20, 2**20
 _PATIENCE_S = 0.8
 #: What may be dropped on a page.
 _TAKEN = (*READABLE, "toml")
+#: Folders of the package that pages are served from, under the same names, so that modules find one
+#: another there as they do in the package.
+_PLACES = ("studio/page", "show/scripts")
 _TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 #: Pages may load what is served here and nothing else; finished jobs have their scripts in them.
@@ -319,13 +321,13 @@ def studio_app(
             Mount(
                 f"/{token}",
                 routes=[
-                    Route("/", partial(_file, "studio.html")),
+                    Route("/", partial(_file, "studio/page", "studio.html")),
                     Route("/state", first),
                     Route("/take", take, methods=["POST"]),
                     Route("/end", end, methods=["POST"]),
                     WebSocketRoute("/live", live),
                     Mount("/jobs", StaticFiles(directory=folder / "jobs", html=True)),
-                    Route("/{name}", _script),
+                    *(Route(f"/{place}/{{name}}", partial(_named, place)) for place in _PLACES),
                 ],
             )
         ],
@@ -376,19 +378,14 @@ async def _taken(request: Request, folder: Path) -> dict[str, Any]:
     return (await asyncio.to_thread(opened, path)).to_json()
 
 
-async def _script(request: Request) -> Response:
-    return await _file(request.path_params["name"], request)
+async def _named(place: str, request: Request) -> Response:
+    return await _file(place, request.path_params["name"], request)
 
 
-async def _file(name: str, _request: Request) -> Response:
+async def _file(place: str, name: str, _request: Request) -> Response:
     """Return one of the files of the page: its own, or one that it shares with the viewer."""
     kind = _TYPES.get(name.rpartition(".")[2])
-    if name == "three.js":
-        return Response(three_script(), media_type="text/javascript")
-    if kind and re.fullmatch(r"[a-z]+\.[a-z]+", name):
-        for place in ("fabweave.studio", "fabweave.show.viewer"):
-            inner = "page" if place.endswith("studio") else "viewer_page"
-            file = resources.files(place).joinpath(inner, name)
-            if file.is_file():
-                return Response(file.read_text("utf-8"), media_type=kind)
+    file = resources.files("fabweave").joinpath(place, name)
+    if kind and re.fullmatch(r"[a-z]+\.[a-z]+", name) and file.is_file():
+        return Response(file.read_text("utf-8"), media_type=kind)
     return PlainTextResponse("There is no such file.", 404)

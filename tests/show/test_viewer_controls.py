@@ -145,7 +145,8 @@ def test_pieces_come_the_way_that_the_step_says(tab, torus):
     for step in torus.plan.steps:
         for label, under in ways_in(step).items():
             sign = tab.page.evaluate(
-                "([step, piece]) => wayIn(fabweave.plan, fabweave.plan.steps[step], piece)",
+                "([step, piece]) => modules['show/viewer/viewer_page/flight.js']"
+                ".wayIn(fabweave.plan, fabweave.plan.steps[step], piece)",
                 [step.step - 1, torus.ids.index(label)],
             )
             if not under:
@@ -159,7 +160,9 @@ def test_pieces_come_the_way_that_the_step_says(tab, torus):
 def test_a_strip_slides_along_its_own_course(tab):
     """A rung that is shifted by the way to another one stands where that one is."""
     off, beyond, landed = tab.page.evaluate("""() => {
-        const plan = fabweave.plan, strips = readStrips(plan.data.space, plan), piece = 5;
+        const { shiftStrip, landStrip } = modules["show/viewer/viewer_page/flight.js"];
+        const { readStrips } = modules["show/viewer/viewer_page/strips.js"];
+        const strips = readStrips(fabweave.plan), piece = 5;
         const { made, placed, firsts, counts } = strips;
         const from = firsts[piece], count = counts[piece], axes = [0, 1, 2];
         const gap = (a, b) => Math.hypot(...axes.map((k) => made.position[a + k] - placed[b + k]));

@@ -10,9 +10,13 @@ from read_viewer import read_viewer
 from viewer_scene import make_page, page_data, triangles_of
 
 import fabweave
-from fabweave.show.viewer.page import space_record, three_script, viewer_page
+from fabweave.show.bundle import bundled
+from fabweave.show.viewer.page import space_record, viewer_page
 
 PACKAGE = Path(fabweave.__file__).parent
+#: A module of a script: its name, and what is in it.
+MODULE = r'^modules\["([^"]*)"\] = \(\(\) => \{$(.*?)^\}\)\(\);$'
+SCRIPTS = PACKAGE / "show" / "scripts"
 
 
 @pytest.fixture(scope="module")
@@ -20,15 +24,30 @@ def torus():
     return make_page("shape:torus?m=8&n=4", 300.0)
 
 
-def test_three_has_what_the_pages_use_and_its_licence():
-    script = three_script()
-    licence, bundle = script.split("*/", 1)
+def test_three_has_what_the_pages_use_and_its_licence(torus):
+    licence, bundle = (SCRIPTS / "three.js").read_text("utf-8").split("*/", 1)
     assert "Permission is hereby granted" in licence
+    assert licence in torus[0]
     assert "</script" not in bundle
     ours = [path.read_text("utf-8") for path in PACKAGE.rglob("*.js") if path.name != "three.js"]
     used = {name for text in ours for name in re.findall(r"\bTHREE\.(\w+)", text)}
     assert len(used) > 30
-    assert used == {name for name in used if f"{name}:()=>" in bundle}
+    assert used == set(re.findall(r"^export const (\w+) = THREE\.\1;$", bundle, re.MULTILINE))
+
+
+def test_pages_hold_all_scripts_each_after_those_that_it_imports():
+    pages = ("viewer/viewer_page/page.js", "studio.js", "widget.js")
+    entries = ["show/" + pages[0], *("studio/page/" + name for name in pages[1:])]
+    held = set()
+    for entry in entries:
+        script, made = bundled(entry), set()
+        for name, body in re.findall(MODULE, script, re.DOTALL | re.MULTILINE):
+            assert name not in made
+            assert set(re.findall(r'= modules\["(.*?)"\];$', body, re.MULTILINE)) <= made
+            made.add(name)
+        assert name == entry
+        held |= made
+    assert held == {path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.js")}
 
 
 def space_of(job):

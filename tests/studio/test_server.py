@@ -4,11 +4,13 @@ import glob
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from posixpath import dirname, join, normpath
 
 import pytest
 from live_studio import Studio
@@ -54,9 +56,20 @@ def test_the_first_state_is_what_was_named(studio):
     assert "Access-Control-Allow-Origin" not in headers
 
 
-@pytest.mark.parametrize("name", ["", "studio.js", "studio.css", "three.js", "camera.js"])
-def test_all_that_the_page_needs_is_served(studio, name):
-    assert studio.ask(name)[0] == 200
+def test_all_that_the_page_needs_is_served(studio):
+    page = studio.ask("")[2].decode("utf-8")
+    wanted = re.findall(r'(?:src|href)="([^":]+)"', page)
+    served = set()
+    while wanted:
+        name = wanted.pop()
+        status, _, body = studio.ask(name)
+        assert status == 200, name
+        served.add(name)
+        imports = re.findall(r'from "(\.[^"]*)";$', body.decode("utf-8"), re.MULTILINE)
+        found = {normpath(join(dirname(name), other)) for other in imports}
+        wanted += found - served - set(wanted)
+    shared = {"show/scripts/three.js", "show/scripts/camera.js"}
+    assert {"studio/page/studio.js", "studio/page/studio.css"} | shared <= served
 
 
 @pytest.mark.parametrize(
@@ -76,7 +89,7 @@ def test_pages_of_others_are_turned_away(studio, path, more):
 @pytest.mark.parametrize(
     "path",
     ["/", "/state", "/wrong/state", "../state", "jobs/../../state.py", "studio.py", "..%2fstate.py",
-     "jobs/%2e%2e/%2e%2e/etc/passwd"],
+     "jobs/%2e%2e/%2e%2e/etc/passwd", "studio/page/%2e%2e/server.py", "studio/page/x/../up.js"],
 )  # fmt: skip
 def test_nothing_is_served_without_the_secret_or_from_elsewhere(studio, path):
     assert studio.ask(path)[0] in (404, 405)

@@ -1,4 +1,4 @@
-"""Bundle what our pages use of three.js, minified, with its licence.
+"""Bundle what our pages use of three.js, minified, with its licence, as a module.
 
 Run it with: python tests/tools/make_three.py
 when a page uses more of three.js, or to go to another release. It needs npm, of Node.
@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-MADE = ROOT / "fabweave" / "show" / "viewer" / "three.js"
+MADE = ROOT / "fabweave" / "show" / "scripts" / "three.js"
 #: The releases: of the library, and of what bundles it.
 THREE, ESBUILD = "0.187.0", "0.28.2"
 
@@ -42,7 +42,9 @@ def main() -> None:
             input=f"export {{ {', '.join(used())} }} from 'three'", encoding="utf-8",
             cwd=folder, capture_output=True, check=True,
         ).stdout  # fmt: skip
-    MADE.write_text(f"/*! three.js {THREE}: what our pages use.\n\n{licence}\n*/\n{made}", "utf-8")
+    begun = f"/*! three.js {THREE}: what our pages use.\n\n{licence}\n*/\n"
+    exports = [f"export const {name} = THREE.{name};\n" for name in used()]
+    MADE.write_text("".join([begun, made, *exports]), "utf-8")
     print(f"{MADE}: three.js {THREE}, {MADE.stat().st_size / 1000:.0f} kB")
 
 

@@ -6,7 +6,6 @@ import re
 from base64 import b64encode
 from collections.abc import Sequence
 from importlib import resources
-from importlib.resources.abc import Traversable
 from itertools import accumulate, groupby, pairwise
 from typing import Any
 
@@ -23,6 +22,7 @@ from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.plan.grade import Place
 from fabweave.ribbon.project import Ribbons
+from fabweave.show.bundle import bundled
 from fabweave.weave.pattern import Weave
 
 #: Coordinates are whole numbers of steps from the lower corner, up to this.
@@ -215,8 +215,7 @@ def viewer_page(
         "TITLE": html.escape(title),
         "STYLE": _page_file("page.css"),
         "DATA": _compact(data),
-        "THREE": three_script(),
-        "SCRIPT": _scripts(),
+        "SCRIPT": bundled("show/viewer/viewer_page/page.js"),
     }
     # One pass, so that nothing that is put in is looked at again.
     return re.sub(r"\{\{(\w+)\}\}", lambda name: parts[name[1]], _page_file("page.html"))
@@ -252,24 +251,9 @@ def _colour_runs(colours: Colours, space: SpaceRecord) -> list[list[list[str | i
     ]
 
 
-def three_script() -> str:
-    """Return what our pages use of three.js, with its licence (``tests/tools/make_three.py``)."""
-    return resources.files("fabweave.show.viewer").joinpath("three.js").read_text("utf-8")
-
-
-def _scripts() -> str:
-    """Return our own scripts; that which ties the others together comes last."""
-    names = (file.name for file in _page_folder().iterdir() if file.name.endswith(".js"))
-    return "\n".join(map(_page_file, sorted(names, key=lambda name: (name == "page.js", name))))
-
-
-def _page_folder() -> Traversable:
-    return resources.files("fabweave.show.viewer").joinpath("viewer_page")
-
-
 def _page_file(name: str) -> str:
     """Return one of the files that the page is made of."""
-    return _page_folder().joinpath(name).read_text("utf-8")
+    return resources.files("fabweave.show.viewer").joinpath("viewer_page", name).read_text("utf-8")
 
 
 def _compact(value: Any) -> str:

@@ -1,6 +1,8 @@
-/** Strands in the light of a studio: a key light that casts shadows, a bright sky, and what they mirror. */
+// Strands in the light of a studio: a key light that casts shadows, a bright sky, and what they mirror.
 
-const FABRIC_VERTEX = `
+import { PLAIN_LIGHT } from "../../show/scripts/strands.js";
+
+export const FABRIC_VERTEX = `
 attribute vec4 shade;
 attribute vec3 colour;
 attribute float owner;
@@ -21,7 +23,9 @@ const UNPACK = `
 uniform sampler2D depths;
 uniform float shadowing, texel;
 varying vec4 vLight;
-float far(vec2 at) { return dot(texture2D(depths, at), vec4(1.0, 1.0 / 255.0, 1.0 / 65025.0, 1.0 / 16581375.0)); }
+float far(vec2 at) {
+  return dot(texture2D(depths, at), vec4(1.0, 1.0 / 255.0, 1.0 / 65025.0, 1.0 / 16581375.0));
+}
 float lit(float bias) {
   if (shadowing < 0.5) return 1.0;
   vec3 at = vLight.xyz / vLight.w * 0.5 + 0.5;
@@ -32,7 +36,7 @@ float lit(float bias) {
 }`;
 
 // The face side has a sheen; the back is dull and paler, as most sheets are.
-const FABRIC_FRAGMENT = `${UNPACK}
+export const FABRIC_FRAGMENT = `${UNPACK}${PLAIN_LIGHT}
 uniform vec3 eye, key;
 uniform float plain;
 varying vec3 vNormal, vColour, vPlace;
@@ -40,7 +44,8 @@ varying float vDip, vChosen;
 // A room that is bright above, with two windows.
 vec3 room(vec3 way) {
   vec3 sky = mix(vec3(0.34, 0.33, 0.31), vec3(0.97, 0.98, 1.0), smoothstep(-0.6, 0.9, way.z));
-  float window = smoothstep(0.80, 0.93, dot(way, normalize(vec3(-0.5, -0.7, 0.6)))) + 0.7 * smoothstep(0.84, 0.95, dot(way, normalize(vec3(0.8, 0.3, 0.45))));
+  float window = smoothstep(0.80, 0.93, dot(way, normalize(vec3(-0.5, -0.7, 0.6))))
+    + 0.7 * smoothstep(0.84, 0.95, dot(way, normalize(vec3(0.8, 0.3, 0.45))));
   return sky + 1.6 * window;
 }
 void main() {
@@ -48,8 +53,7 @@ void main() {
   vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
   if (plain > 0.5) {
     // While things move and software draws.
-    float away = max(0.0, -side * vDip);
-    vec3 quick = vColour * (0.62 + 0.12 * n.z + 0.3 * max(dot(n, key), 0.0)) * (1.0 - 0.3 * away * away) * (side > 0.0 ? 1.0 : 0.85);
+    vec3 quick = plainLight(vColour, vNormal, key, side, vDip, 0.35);
     gl_FragColor = vec4(vChosen > 0.5 ? mix(quick, vec3(0.84, 0.37, 0.0), 0.62) : quick, 1.0);
     return;
   }
@@ -68,7 +72,7 @@ void main() {
   gl_FragColor = vec4(seen, 1.0);
 }`;
 
-const DEPTH_VERTEX = `
+export const DEPTH_VERTEX = `
 attribute vec4 shade;
 uniform float lift;
 uniform mat4 toLight;
@@ -78,14 +82,14 @@ void main() {
   vFar = gl_Position.z / gl_Position.w * 0.5 + 0.5;
 }`;
 
-const DEPTH_FRAGMENT = `
+export const DEPTH_FRAGMENT = `
 varying float vFar;
 void main() {
   vec4 parts = fract(vFar * vec4(1.0, 255.0, 65025.0, 16581375.0));
   gl_FragColor = parts - parts.yzww * vec4(1.0 / 255.0, 1.0 / 255.0, 1.0 / 255.0, 0.0);
 }`;
 
-const FLOOR_VERTEX = `
+export const FLOOR_VERTEX = `
 uniform mat4 toLight;
 varying vec4 vLight;
 varying vec3 vPlace;
@@ -96,7 +100,7 @@ void main() {
 }`;
 
 // The floor is the paper, darker where light does not reach; it fades to all sides.
-const FLOOR_FRAGMENT = `${UNPACK}
+export const FLOOR_FRAGMENT = `${UNPACK}
 uniform vec3 middle;
 uniform float reach;
 varying vec3 vPlace;

@@ -1,499 +1,437 @@
-/** After so long without a change, pieces, sheets and steps are made; an answer is late after so long. */
-const REST = 500, LATE_MS = 900;
-/** After so long more, sheets are nested as they will be. */
-const FINER = 2500;
-/** So many states can be undone, and so many variants are kept. */
-const MOST_STATES = 200, MOST_KEPT = 24;
-/** What another model has no use for. */
-const OF_THE_MODEL = ["leave_out", "rim", "remesh", "refine", "up", "hang", "load", "bodies", "twists", "layout", "pin"];
+import { by, escaped, turnUp } from "../../show/scripts/html.js";
+import { Controls } from "./controls.js";
+import { History } from "./history.js";
+import { Making } from "./making.js";
+import { unpacked } from "./message.js";
+import { cleaned, forAnotherModel, numbersIn, pin, pinned, toggleFace, toggleFastener } from "./options.js";
+import { shortly, showNotes, showOutcome } from "./outcome.js";
+import { Scene } from "./scene.js";
+import { dragPieces, drawSheets, drawStrips } from "./sheets.js";
+import { Shelf } from "./shelf.js";
+import { UpHandle } from "./up.js";
+import { Wishes } from "./wishes.js";
 
-/** Tie the page together: a state is a mesh and options, as a job.toml has them. */
-(async function () {
-  const by = (id) => document.getElementById(id), base = location.pathname;
-  const memory = (name, value) => {
-    try {
-      if (value === undefined) return JSON.parse(sessionStorage.getItem(base + name));
-      sessionStorage.setItem(base + name, JSON.stringify(value));
-    } catch (error) { /* A full or forbidden store: the page works without. */ }
-    return null;
-  };
-  const given = await (await fetch("state")).json();
-  const states = memory("states") || [{ mesh: given.mesh, options: given.options }];
-  let at = Math.min(memory("at") ?? 0, states.length - 1), state = states[at], shelf = memory("shelf") || [];
-  let socket, number = 0, retry = 0, tool = "choose", yarns = false, chosen = -1;
+const TABS = ["strips", "sheets", "steps", "shelf"];
+/** What a tap does, and how that is told. @type {Record<string, string>} */
+const TOOLS = {
+  choose: "",
+  leave: "Tap faces to leave them out; red ones are left out.",
+  fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand.",
+  up: "Drag the arrow to what is to point up; it stops at the axes of the file. Tap it twice to have it as read.",
+};
+/** A picture on the shelf is so many pixels wide. */
+const SHELF_PX = 360;
+
+/** @typedef {import("./options.js").State} State */
+/** @typedef {import("./options.js").Options} Options */
+/** @typedef {Record<string, any>} Values */
+
+/** Say what is to be known now. @param {string} text */
+function hint(text, wrong = false) {
+  by("hint").textContent = text;
+  by("hint").classList.toggle("wrong", wrong);
+}
+
+/** The page: it shows one state, as far as the server has worked it out. */
+class Studio {
+  tool = "choose";
+  yarns = false;
+  #chosen = -1;
   // What was seen last: the header, its arrays, triangles by their digest; and what is planned.
-  let seen = null, arrays = {}, have = "", plan = {};
-  const flight = { look: 0, plan: 0, make: 0, designs: 0 };
-  let since = 0, dirty = false, resting = 0, late = 0, finer = 0;
-  const scene = makeScene(by("object"), { tapped, arrowAt });
-  by("no-space").hidden = Boolean(scene);
-  const upArrow = scene && makeUpArrow(scene, by("arrow"), {
-    turn: () => seen.turn, leaning: (text) => hint(`Up: ${text}`),
-    chosen: (up) => change({ mesh: state.mesh, options: { ...state.options, up } }),
-    usual: () => state.options.up && change({ mesh: state.mesh, options: { ...state.options, up: null } }),
-  });
+  /** @type {Values | null} */
+  seen = null;
+  /** @type {Values} */
+  #arrays = {};
+  #have = "";
+  /** @type {Values} */
+  plan = {};
+
+  /** @param {string} base @param {State & { folder: string }} given */
+  constructor(base, given) {
+    this.history = new History(base, { mesh: given.mesh, options: given.options });
+    this.shelf = new Shelf(base);
+    this.state = this.history.now;
+    this.wishes = new Wishes(`ws://${location.host}${base}live`, {
+      state: () => this.state, view: () => this.#view(), yarns: () => this.yarns, rough: () => this.#rough(),
+      reached: () => hint(""),
+      lost: () => hint("The studio does not answer. Is it still running? The page tries again.", true),
+      told: (data) => this.#told(data), ended: (to) => this.#ended(to),
+    });
+    this.making = new Making(given.folder, this.wishes);
+    this.controls = new Controls((control, said, keep) => this.#controlled(control, said, keep));
+    this.scene = Scene.on(by("object"), { tapped: (hit) => this.#tapped(hit), arrowAt: (x, y) => this.#arrowAt(x, y) });
+    this.up = this.scene && new UpHandle(this.scene, by("arrow"), {
+      turn: () => this.seen?.turn, leaning: (text) => hint(`Up: ${text}`), chosen: (up) => this.set({ up }),
+      usual: () => this.state.options.up && this.set({ up: null }),
+    });
+    by("no-space").hidden = Boolean(this.scene);
+  }
 
   // ---- what is asked, and what is answered
 
-  function connect() {
-    socket = new WebSocket(`ws://${location.host}${base}live`);
-    socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      retry = 0;
-      flight.look = flight.plan = 0;
-      hint("");
-      look();
-    };
-    socket.onmessage = ({ data }) => answered(data);
-    socket.onclose = () => {
-      hint("The studio does not answer. Is it still running? The page tries again.", true);
-      setTimeout(connect, Math.min(8000, 500 * 2 ** retry++));
-    };
+  #view() {
+    const { yarns, tool } = this;
+    return { have: yarns ? "" : this.#have, yarns, faces: tool === "leave" };
   }
 
-  function ask(to, more = {}) {
-    if (!socket || socket.readyState !== WebSocket.OPEN) return;
-    number += 1;
-    if (!more.stop) flight[to] = number;
-    socket.send(JSON.stringify({ n: number, to, ...state, ...more }));
+  #rough() {
+    return this.plan.steps && this.plan.effort === "quick" && this.state.options.effort !== "quick";
   }
 
-  /** Ask how the object looks; while an answer is under way, as soon as that is there, or late. */
-  function look() {
-    clearTimeout(late);
-    const waits = flight.look && performance.now() - since < LATE_MS;
-    dirty = Boolean(waits);
-    if (waits) {
-      late = setTimeout(look, LATE_MS);
-      return;
-    }
-    since = performance.now();
-    ask("look", { have: yarns ? "" : have, yarns, faces: tool === "leave" });
+  /** @param {string | ArrayBuffer} data */
+  #told(data) {
+    const [head, found] = data instanceof ArrayBuffer ? unpacked(data) : [JSON.parse(data), null], { to, n } = head;
+    if (!this.wishes.wanted(to, n)) return;
+    if (head.progress) this.#progress(to, head.progress);
+    else if (head.error) this.#failed(to, head.error);
+    else if (to === "look" && found) this.#looked(head, found);
+    else if (to === "plan") this.#planned(head, found);
+    else if (to === "make" && head.made) this.making.made(head);
+    else if (head.design) this.#keep(head.design);
+    if (head.done || head.stopped) this.wishes.ended(to, n, head.stopped);
   }
 
-  function answered(data) {
-    const [head, found] = data instanceof ArrayBuffer ? unpacked(data) : [JSON.parse(data), null];
-    const { to, n } = head;
-    // Of plans only the latest counts; of looks, all that come are newer than what is seen.
-    if (to === "plan" && n !== flight.plan) return;
-    if (head.progress) progress(to, head.progress);
-    else if (head.error) failed(to, head.error);
-    else if (to === "look" && found) looked(head, found);
-    else if (to === "plan") planned(head, found);
-    else if (to === "make" && head.made) made(head);
-    else if (head.design) keep(head.design);
-    if (head.done || head.stopped) ended(to, n, head.stopped);
+  /** @param {import("./wishes.js").To} to */
+  #ended(to) {
+    if (to === "make") this.making.ended();
+    if (to === "designs") this.drawShelf();
+    if (!this.wishes.waits("look", "plan", "designs")) by("busy").hidden = true;
   }
 
-  function ended(to, n, stopped) {
-    if (n !== flight[to]) return;
-    flight[to] = 0;
-    if (to === "look" && dirty) look();
-    else if (to === "look") rest();
-    if (to === "plan" && !stopped && plan.steps && plan.effort === "quick" && state.options.effort !== "quick") finer = setTimeout(() => ask("plan", { finer: true }), FINER);
-    if (to === "make") by("job-stop").hidden = true;
-    if (to === "designs") drawShelf();
-    if (!flight.look && !flight.plan && !flight.designs) by("busy").hidden = true;
-  }
-
-  /** When nothing changes for a while, find out what it comes to. */
-  function rest() {
-    clearTimeout(resting);
-    resting = setTimeout(() => {
-      resting = 0;
-      ask("plan", { yarns });
-    }, REST);
-  }
-
-  function progress(to, { what, done, total }) {
-    const bar = to === "make" ? by("job-progress") : by("busy").querySelector("progress");
+  /** @param {string} to @param {{ what: string, done: number, total: number }} progress */
+  #progress(to, { what, done, total }) {
+    const make = to === "make", bar = make ? by("job-progress") : by("busy").querySelector("progress");
     if (total > 1) [bar.max, bar.value] = [total, done];
     else bar.removeAttribute("value");
-    if (to === "make") by("job-text").textContent = what;
-    else {
-      by("busy").hidden = false;
-      by("busy").querySelector("span").textContent = what;
-    }
+    (make ? by("job-text") : by("busy").querySelector("span")).textContent = what;
+    if (!make) by("busy").hidden = false;
   }
 
-  function failed(to, text) {
-    if (to === "make") {
-      by("job-text").textContent = text;
-      by("job-progress").hidden = true;
-      return;
-    }
+  /** @param {string} to @param {string} text */
+  #failed(to, text) {
+    if (to === "make") return this.making.failed(text);
     hint(text, true);
     if (to === "look") by("outcome").classList.add("stale");
-    if (to === "plan" && !plan.figures) by("verdict").querySelector("span").textContent = text.split("\n")[0];
-  }
-
-  function hint(text, wrong = false) {
-    by("hint").textContent = text;
-    by("hint").classList.toggle("wrong", wrong);
+    if (to === "plan" && !this.plan.figures) by("verdict").querySelector("span").textContent = text.split("\n")[0];
+    return undefined;
   }
 
   // ---- what is shown
 
-  function looked(head, found) {
-    seen = head;
-    arrays = found;
-    if (found.index) have = yarns ? "" : head.shape;
-    hint(head.better ? "This is a first answer. A better one is being searched for." : TOOLS[tool]);
-    if (scene) {
-      scene.show(found, yarns ? 0 : usualWidthOf(found.position));
-      scene.choose(-1);
-      upArrow.reset();
-    }
+  /** @param {Values} head @param {Values} found */
+  #looked(head, found) {
+    this.seen = head;
+    this.#arrays = found;
+    if (found.index) this.#have = this.yarns ? "" : head.shape;
+    hint(head.better ? "This is a first answer. A better one is being searched for." : TOOLS[this.tool]);
+    this.scene?.show(found, this.yarns);
+    this.scene?.choose(-1);
+    this.up?.reset();
     by("title").textContent = document.title = head.title;
     by("toml").href = URL.createObjectURL(new Blob([head.toml], { type: "application/toml" }));
-    drawControls(head.controls);
-    notes(head.notes);
-    overlays();
+    this.controls.draw(head.controls);
+    showNotes(head.notes);
+    this.#mark();
     document.body.dataset.seen = head.n;
   }
 
-  function overlays() {
-    if (!scene) return;
-    scene.showFaces(tool === "leave" ? arrays : null, new Set(listed(state.options.leave_out)));
-    scene.showDots(tool === "fasten", plan.fastened || [], fastenedByHand());
+  /** Show the faces or the crossings that the tool is for. */
+  #mark() {
+    const { tool, plan, state: { options } } = this;
+    this.scene?.showFaces(tool === "leave" ? this.#arrays : null, new Set(numbersIn(options.leave_out)));
+    this.scene?.showDots(tool === "fasten", plan.fastened || [], numbersIn(options.fasten));
   }
 
-  function planned(head, found) {
+  /** @param {Values} head @param {Values | null} found */
+  #planned(head, found) {
+    const flat = by("flat");
     if (head.figures) {
-      plan = head;
-      outcome(head);
-      by("flat").classList.remove("stale");
-      drawStrips(by("panel-strips"), head.pieces, Math.max(300, by("flat").clientWidth - 24));
+      this.plan = head;
+      showOutcome(head);
+      flat.classList.remove("stale");
+      drawStrips(by("panel-strips"), head.pieces, Math.max(300, flat.clientWidth - 24));
       for (const name of ["sheets", "steps"]) by(`panel-${name}`).innerHTML = "<p>Coming …</p>";
-    } else if (found && scene) {
-      arrays = { ...arrays, ...found };
-      if (found.index) have = head.shape;
-      scene.show(found, usualWidthOf(found.position));
-      overlays();
+    } else if (found && this.scene) {
+      this.#arrays = { ...this.#arrays, ...found };
+      if (found.index) this.#have = head.shape;
+      this.scene.show(found);
+      this.#mark();
     } else if (head.sheets) {
-      Object.assign(plan, head);
-      drawSheets(by("panel-sheets"), plan.pieces, head.sheets, head.placed, Math.max(110, by("flat").clientHeight - 36), new Set(pins().map((pin) => pin.split("@")[0])), head.effort === "quick" ? "nested quickly" : `nested by effort ${head.effort}`);
+      Object.assign(this.plan, head);
+      const how = head.effort === "quick" ? "nested quickly" : `nested by effort ${head.effort}`;
+      drawSheets(by("panel-sheets"), this.plan, Math.max(110, flat.clientHeight - 36), pinned(this.state.options), how);
     } else if (head.steps) {
-      plan.steps = head.steps;
-      by("panel-steps").innerHTML = `<ol>${head.steps.map(({ pieces, text }) => `<li><button type="button" data-id="${escaped(pieces[0] || "")}">${escaped(text)}</button></li>`).join("")}</ol>`;
+      this.plan.steps = head.steps;
+      const rows = head.steps.map(({ pieces, text }) =>
+        `<li><button type="button" data-id="${escaped(pieces[0] || "")}">${escaped(text)}</button></li>`);
+      by("panel-steps").innerHTML = `<ol>${rows.join("")}</ol>`;
     }
-    choose(chosen);
+    this.choose(this.#chosen);
   }
 
-  const span = (range, digits = 1) => (range ? range.map((value) => value.toFixed(digits)).join(" to ") : "not known");
-
-  function outcome({ verdict, figures, hours, widths }) {
-    by("outcome").classList.remove("stale");
-    by("verdict").dataset.level = verdict.level;
-    by("verdict").querySelector("b").textContent = verdict.level[0].toUpperCase() + verdict.level.slice(1);
-    by("verdict").querySelector("span").textContent = verdict.reasons.length ? "" : "as it is.";
-    by("reasons").innerHTML = verdict.reasons.slice(0, 5).map(({ text, cure }) => `<p>${escaped(text)}<small>${escaped(cure)}</small></p>`).join("");
-    const rows = [
-      ["Pieces", `${figures.pieces} of ${figures.kinds} kinds`], ["Crossings", figures.crossings], ["Threads", figures.threads],
-      ["Sheets", `${figures.sheets}, ${(100 * figures.use).toFixed(0)} % used`], ["Assembly", hours || "not known"],
-      ["Cutting", figures.cutting_h ? `${span(figures.cutting_h.map((h) => 60 * h), 0)} min` : "not known"],
-      ["Price", figures.price ? `${span(figures.price, 0)} EUR` : "not known"],
-      ["Form", figures.collapses ? "collapses" : figures.form_mm == null ? "not known" : `settles ${figures.form_mm.toFixed(1)} mm`],
-      ...(figures.likeness_mm == null ? [] : [["Off the model", `${figures.likeness_mm.toFixed(1)} mm at most`]]),
-      ...(figures.broken ? [["Broken twill", `${figures.broken} conditions`]] : []),
-      ["Longest piece", `${figures.longest_mm.toFixed(0)} mm`],
-    ];
-    by("figures").innerHTML = rows.map(([name, value]) => `<dt>${name}</dt><dd>${escaped(value)}</dd>`).join("");
-    drawWidths(by("widths"), widths);
+  /** Bring out a piece in space, on its sheet and in words; -1 for none. @param {number} piece */
+  choose(piece) {
+    const { pieces = [], placed = [], steps = [] } = this.plan, own = pieces[piece];
+    this.#chosen = own ? piece : -1;
+    this.scene?.choose(this.#chosen);
+    for (const shape of by("flat").querySelectorAll(".piece"))
+      shape.classList.toggle("chosen", Number(shape.dataset.piece) === this.#chosen);
+    by("flat").querySelector("[role=tabpanel]:not([hidden]) .piece.chosen")?.scrollIntoView({ block: "nearest" });
+    const place = placed.find(([number]) => number === piece);
+    const step = own ? steps.findIndex((one) => one.pieces.includes(own.id)) : -1;
+    const where = [place && `sheet ${place[1] + 1}`, step < 0 ? "" : `step ${step + 1}`];
+    by("chosen").textContent = own ? [own.id, `kind ${own.kind}`, ...where].filter(Boolean).join(", ") : "";
   }
 
-  function notes(texts) {
-    by("notes").innerHTML = texts.slice(0, 6).map((text) => `<p>${escaped(text.split(". ")[0])}</p>`).join("");
+  /** Choose a piece by its name. @param {string} name */
+  chooseNamed(name) {
+    if (this.plan.pieces) this.choose(this.plan.pieces.findIndex(({ id }) => id === name));
   }
 
-  /** Bring out a piece in space, on its sheet and in words; -1 for none. */
-  function choose(piece) {
-    chosen = plan.pieces && piece >= 0 && piece < plan.pieces.length ? piece : -1;
-    if (scene) scene.choose(chosen);
-    for (const shape of document.querySelectorAll("#flat .piece")) shape.classList.toggle("chosen", Number(shape.dataset.piece) === chosen);
-    const shape = document.querySelector("#flat [role=tabpanel]:not([hidden]) .piece.chosen");
-    if (shape) shape.scrollIntoView({ block: "nearest" });
-    const own = chosen < 0 ? null : plan.pieces[chosen], place = own && plan.placed && plan.placed.find(([origin]) => origin === chosen);
-    const step = own && plan.steps ? plan.steps.findIndex(({ pieces }) => pieces.includes(own.id)) : -1;
-    by("chosen").textContent = own ? `${own.id}, kind ${own.kind}${place ? `, sheet ${place[1] + 1}` : ""}${step < 0 ? "" : `, step ${step + 1}`}` : "";
-  }
+  // ---- changes
 
-  // ---- controls
-
-  let structure = "";
-  const fieldName = ({ option, label }) => `${option}-${label}`.replace(/[^\w-]/g, "_");
-
-  function drawControls(list) {
-    const now = JSON.stringify(list.map(({ value, least, most, template, ...rest }) => rest));
-    if (now !== structure) {
-      structure = now;
-      const focused = document.activeElement && document.activeElement.dataset.field;
-      let group = "";
-      by("controls").innerHTML = list.map((one) => {
-        const head = one.group === group ? "" : `<h2>${one.group}</h2>`;
-        group = one.group;
-        return `${head}<label class="${one.kind}" title="${escaped(one.help)}"><span>${escaped(one.label)}</span>${fieldOf(one)}</label>`;
-      }).join("");
-      const again = focused && by("controls").querySelector(`[data-field="${focused}"]`);
-      if (again) again.focus();
-    }
-    list.forEach((one) => {
-      for (const field of by("controls").querySelectorAll(`[data-field="${fieldName(one)}"]`)) {
-        field.control = one;
-        if (one.kind === "range") [field.min, field.max, field.step] = [one.least, one.most, field.type === "number" ? "any" : one.step];
-        // What is being dragged or typed stays as it is.
-        if (document.activeElement !== field || one.kind === "choice") field.value = one.value;
-      }
-    });
-  }
-
-  function fieldOf(one) {
-    const name = `data-field="${fieldName(one)}" aria-label="${escaped(`${one.group}: ${one.label}`)}"`;
-    if (one.kind === "choice") return `<select ${name}>${one.choices.map(([value, text]) => `<option value="${escaped(value)}">${escaped(text)}</option>`).join("")}</select>`;
-    if (one.kind === "text") return `<input type="text" ${name} spellcheck="false">`;
-    return `<span class="both"><input type="number" ${name}>${one.unit ? `<small>${one.unit}</small>` : ""}</span><input type="range" ${name}>`;
-  }
-
-  /** Change the state; it can be undone once the change is kept. */
-  function change(next, keep = true) {
-    state = { mesh: next.mesh, options: Object.fromEntries(Object.entries(next.options).filter(([, value]) => value !== null && value !== "")) };
-    if (keep) {
-      states.splice(at + 1, states.length, state);
-      if (states.length > MOST_STATES) states.shift();
-      at = states.length - 1;
-      remember();
-    }
-    clearTimeout(resting);
-    clearTimeout(finer);
-    if (flight.plan) ask("plan", { stop: true });
-    flight.plan = 0;
+  /** Change the state; it can be undone once the change is kept. @param {State} next */
+  change(next, keep = true) {
+    this.state = cleaned(next);
+    if (keep) this.history.add(this.state);
+    this.#drawHistory();
     for (const id of ["outcome", "flat"]) by(id).classList.add("stale");
-    look();
+    this.wishes.changed();
   }
 
-  function remember() {
-    memory("states", states);
-    memory("at", at);
-    by("undo").disabled = at === 0;
-    by("redo").disabled = at === states.length - 1;
+  /** Change some options. @param {Options} options */
+  set(options, keep = true) {
+    const { mesh, options: before } = this.state;
+    this.change({ mesh, options: { ...before, ...options } }, keep);
   }
 
-  function go(steps) {
-    const to = at + steps;
-    if (to < 0 || to >= states.length) return;
-    at = to;
-    remember();
-    change(states[at], false);
+  /** Undo or do again so many changes. @param {number} steps */
+  go(steps) {
+    if (!this.history.has(steps)) return;
+    this.history.go(steps);
+    this.change(this.history.now, false);
   }
 
-  function taken(field, keep) {
-    const { option, template, value, kind } = field.control;
-    const text = field.value === "" ? null : kind === "range" ? String(Number(field.value)) : field.value;
-    if (kind === "range" && (text === null || !field.checkValidity())) return;
-    const said = text === null ? null : template.replace("{}", () => text);
-    if (!keep && said === null) return;
-    for (const other of by("controls").querySelectorAll(`[data-field="${field.dataset.field}"]`)) if (other !== field) other.value = field.value;
-    if (option === "mesh") {
-      const model = kind === "choice", options = model ? Object.fromEntries(Object.entries(state.options).filter(([name]) => !OF_THE_MODEL.includes(name))) : state.options;
-      change({ mesh: said, options }, keep);
-    } else change({ mesh: state.mesh, options: { ...state.options, [option]: option === "sheet" && said ? [said] : said } }, keep);
+  #drawHistory() {
+    by("undo").disabled = !this.history.has(-1);
+    by("redo").disabled = !this.history.has(1);
   }
-  by("controls").addEventListener("input", ({ target }) => target.type === "range" && target.control && taken(target, false));
-  by("controls").addEventListener("change", ({ target }) => target.control && taken(target, true));
-  by("controls").addEventListener("submit", (event) => event.preventDefault());
+
+  /** @param {Values} control @param {string | null} said @param {boolean} keep */
+  #controlled({ option, kind }, said, keep) {
+    const { options } = this.state;
+    if (option !== "mesh") this.set({ [option]: option === "sheet" && said ? [said] : said }, keep);
+    else this.change({ mesh: said ?? "", options: kind === "choice" ? forAnotherModel(options) : options }, keep);
+  }
 
   // ---- by hand
 
-  const TOOLS = { choose: "", leave: "Tap faces to leave them out; red ones are left out.", fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand.", up: "Drag the arrow to what is to point up; it stops at the axes of the file. Tap it twice to have it as read." };
-  const listed = (text) => String(text || "").split(",").filter((part) => /^\d+$/.test(part)).map(Number);
-  /** Crossings that are fastened by number, after the rule. */
-  const fastenedByHand = () => listed(state.options.fasten);
-
-  function toggled(numbers, one) {
-    return (numbers.includes(one) ? numbers.filter((other) => other !== one) : [...numbers, one]).sort((a, b) => a - b);
+  /** @param {import("./scene.js").Hit | null} hit */
+  #tapped(hit) {
+    const { tool, state: { options } } = this;
+    if (!hit) this.choose(-1);
+    else if (tool === "choose" || tool === "up") this.choose(hit.piece ?? -1);
+    else if (tool === "leave" && hit.face !== undefined) this.set(toggleFace(options, hit.face));
+    else if (tool === "fasten" && hit.crossing !== undefined) this.set(toggleFastener(options, hit.crossing));
   }
 
-  /** The arrow is drawn, and its tip is seen there. */
-  function arrowAt(x, y) {
+  /** The arrow is drawn, and its tip is seen there. @param {number} x @param {number} y */
+  #arrowAt(x, y) {
     by("arrow").hidden = false;
     by("arrow").style.transform = `translate(${x}px, ${y}px)`;
   }
 
-  function tapped(hit) {
-    if (!hit) return choose(-1);
-    if (tool === "choose" || tool === "up") return choose(hit.piece);
-    if (tool === "leave" && hit.face !== undefined) {
-      const words = String(state.options.leave_out || "").split(",").filter((part) => part && !/^\d+$/.test(part));
-      const numbers = toggled(listed(state.options.leave_out), hit.face);
-      change({ mesh: state.mesh, options: { ...state.options, leave_out: [...words, ...numbers].join(",") || null } });
-    } else if (tool === "fasten" && hit.crossing !== undefined) {
-      const rule = String(state.options.fasten || "").split(",").filter((part) => part && !/^\d+$/.test(part)).join(",") || "form";
-      const numbers = toggled(fastenedByHand(), hit.crossing);
-      change({ mesh: state.mesh, options: { ...state.options, fasten: numbers.length ? `${rule},${numbers.join(",")}` : rule === "form" ? null : rule } });
-    }
-    return undefined;
+  /**
+   * Pin a piece where it was dragged to, or let it go again.
+   *
+   * @param {number} piece
+   * @param {number[] | null} place
+   */
+  pin(piece, place) {
+    this.set(pin(this.state.options, this.plan.pieces[piece].id, place));
   }
 
-  const pins = () => String(state.options.pin || "").split("/").filter(Boolean);
-
-  /** Pin a piece where it was dragged to, or let it go again. */
-  function pin(id, place) {
-    const others = pins().filter((one) => one.split("@")[0] !== id), own = place ? [`${id}@${place[1] + 1}:${place.slice(2).map((value) => +value.toFixed(2)).join(",")}`] : [];
-    change({ mesh: state.mesh, options: { ...state.options, pin: [...others, ...own].join("/") || null } });
+  /** @param {string} tool */
+  take(tool) {
+    this.tool = tool;
+    for (const other of document.querySelectorAll("[data-tool]"))
+      other.setAttribute("aria-pressed", String(other.getAttribute("data-tool") === tool));
+    hint(TOOLS[tool]);
+    by("arrow").hidden = true;
+    this.scene?.showArrow(tool === "up");
+    if (tool === "leave" && !this.#arrays.face) this.wishes.look();
+    else this.#mark();
   }
-  dragPieces(by("panel-sheets"), () => plan, (place) => pin(plan.pieces[place[0]].id, place));
-  by("panel-sheets").addEventListener("dblclick", ({ target }) => target.closest(".pinned") && pin(plan.pieces[Number(target.dataset.piece)].id, null));
 
-  for (const button of document.querySelectorAll("[data-tool]"))
-    button.addEventListener("click", () => {
-      tool = button.dataset.tool;
-      for (const other of document.querySelectorAll("[data-tool]")) other.setAttribute("aria-pressed", other === button);
-      hint(TOOLS[tool]);
-      by("arrow").hidden = true;
-      if (scene) scene.showArrow(tool === "up");
-      if (tool === "leave" && !arrays.face) look();
-      else overlays();
-    });
-  for (const [id, act] of [["yarns", (on) => { yarns = on; have = ""; look(); }], ["shadows", (on) => scene && scene.shadows(on)]])
-    by(id).addEventListener("click", () => {
-      const on = by(id).getAttribute("aria-pressed") !== "true";
-      by(id).setAttribute("aria-pressed", on);
-      act(on);
-    });
-  const dark = (on) => {
+  /** Show yarns instead of ribbons. @param {boolean} on */
+  showYarns(on) {
+    this.yarns = on;
+    this.#have = "";
+    this.wishes.look();
+  }
+
+  /** @param {boolean} on */
+  darken(on) {
     document.documentElement.classList.toggle("dark", on);
     by("theme").textContent = on ? "Light" : "Dark";
-    if (scene) scene.draw();
-  };
-  dark(matchMedia("(prefers-color-scheme: dark)").matches);
-  by("theme").addEventListener("click", () => dark(!document.documentElement.classList.contains("dark")));
+    this.scene?.draw();
+  }
 
   // ---- flat, shelf
 
-  function openTab(name) {
-    for (const tab of ["strips", "sheets", "steps", "shelf"]) {
-      by(`tab-${tab}`).setAttribute("aria-selected", tab === name);
-      by(`panel-${tab}`).hidden = tab !== name;
-    }
-    choose(chosen);
-  }
-  for (const tab of ["strips", "sheets", "steps", "shelf"]) by(`tab-${tab}`).addEventListener("click", () => openTab(tab));
-  by("flat").addEventListener("click", ({ target }) => {
-    if (target.closest("#try")) {
-      ask("designs");
-      drawShelf();
-    }
-    const shape = target.closest(".piece"), step = target.closest("[data-id]"), kept = target.closest("[data-kept]"), gone = target.closest("[data-gone]");
-    if (shape) choose(Number(shape.dataset.piece));
-    else if (step && plan.pieces) choose(plan.pieces.findIndex(({ id }) => id === step.dataset.id));
-    else if (gone) {
-      shelf.splice(Number(gone.dataset.gone), 1);
-      drawShelf();
-    } else if (kept) change(shelf[Number(kept.dataset.kept)].state);
-  });
-
-  function drawShelf() {
-    memory("shelf", shelf);
-    by("tab-shelf").textContent = shelf.length ? `Shelf (${shelf.length})` : "Shelf";
-    by("panel-shelf").innerHTML = shelf.length ? `<div class="row">${shelf.map(({ name, picture, words }, k) => `
-      <figure><button type="button" class="link" data-kept="${k}" aria-label="Go back to ${escaped(name)}">${picture ? `<img alt="" src="${picture}">` : ""}
-      <figcaption><b>${escaped(name)}</b><br>${escaped(words)}</figcaption></button><button type="button" data-gone="${k}" aria-label="Take ${escaped(name)} off the shelf">×</button></figure>`).join("")}</div>`
-      : "<p>Keep puts this variant here, with its picture and figures, to compare it with others and to go back to it.</p>";
-    by("panel-shelf").insertAdjacentHTML("afterbegin", `<p><button type="button" id="try"${flight.designs ? " disabled" : ""} title="Other meshes, patterns and widths of this model">Try designs</button></p>`);
+  /** @param {string} name */
+  openTab(name) {
+    turnUp(TABS, name);
+    this.choose(this.#chosen);
   }
 
-  function keep(variant) {
-    shelf.unshift(variant);
-    shelf.length = Math.min(shelf.length, MOST_KEPT);
-    drawShelf();
+  drawShelf() {
+    this.shelf.draw(this.wishes.waits("designs"));
   }
-  by("keep").addEventListener("click", () => {
-    const { figures, hours, verdict } = plan, stale = by("outcome").classList.contains("stale");
-    const words = figures && !stale ? `${verdict.level}; ${figures.pieces} pieces of ${figures.kinds} kinds, ${figures.sheets} sheets, ${hours || "hours not known"}, ${figures.median_mm.toFixed(1)} mm wide${figures.collapses ? ", collapses" : figures.form_mm == null ? "" : `, settles ${figures.form_mm.toFixed(1)} mm`}` : "not planned yet";
-    keep({ name: seen ? seen.title : state.mesh, state, words, picture: scene ? scene.picture(360) : "" });
-    openTab("shelf");
-  });
 
-  // ---- files, commands, the job
+  /** @param {import("./shelf.js").Variant} variant */
+  #keep(variant) {
+    this.shelf.keep(variant);
+    this.drawShelf();
+  }
 
-  by("undo").addEventListener("click", () => go(-1));
-  by("redo").addEventListener("click", () => go(1));
-  document.addEventListener("keydown", (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text], input[type=number]")) return;
-    const key = event.key.toLowerCase();
-    if (key !== "z" && key !== "y") return;
-    event.preventDefault();
-    go(key === "y" || event.shiftKey ? 1 : -1);
-  });
-  by("stop").addEventListener("click", () => {
-    for (const to of ["look", "plan", "designs"]) if (flight[to]) ask(to, { stop: true });
-  });
-  by("copy").addEventListener("click", async () => {
-    try {
-      await navigator.clipboard.writeText(seen.command);
-      hint(`Copied: ${seen.command}`);
-    } catch (error) {
-      hint(seen.command);
-    }
-  });
+  /** Let the server put designs of its own on the shelf. */
+  tryDesigns() {
+    this.wishes.ask("designs");
+    this.drawShelf();
+  }
 
-  async function take(file) {
+  /** Take a variant off the shelf. @param {number} number */
+  drop(number) {
+    this.shelf.drop(number);
+    this.drawShelf();
+  }
+
+  /** Put what is seen on the shelf. */
+  keep() {
+    const planned = this.plan.figures && !by("outcome").classList.contains("stale");
+    const name = this.seen ? this.seen.title : this.state.mesh, picture = this.scene?.picture(SHELF_PX) ?? "";
+    this.#keep({ name, state: this.state, words: planned ? shortly(this.plan) : "not planned yet", picture });
+    this.openTab("shelf");
+  }
+
+  /** Read a file that was given. @param {File} file */
+  async read(file) {
     hint(`Reading ${file.name} …`);
     try {
-      const answer = await (await fetch(`take?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file })).json();
+      const sent = await fetch(`take?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file });
+      const answer = await sent.json();
       if (answer.error) hint(answer.error, true);
-      else change({ mesh: answer.mesh, options: answer.options });
-    } catch (error) {
+      else this.change(answer);
+    } catch {
       hint("The studio did not take the file. Is it still running?", true);
     }
   }
-  by("open").addEventListener("change", () => {
-    if (by("open").files[0]) take(by("open").files[0]);
-    by("open").value = "";
-  });
-  document.addEventListener("dragover", (event) => {
-    event.preventDefault();
-    document.body.classList.add("drop");
-  });
-  document.addEventListener("dragleave", (event) => event.relatedTarget || document.body.classList.remove("drop"));
-  document.addEventListener("drop", (event) => {
-    event.preventDefault();
-    document.body.classList.remove("drop");
-    if (event.dataTransfer.files[0]) take(event.dataTransfer.files[0]);
-  });
 
-  by("make").addEventListener("click", () => {
-    by("job-title").textContent = "Making the job";
-    by("job-text").textContent = "";
-    by("job-frame").hidden = by("job-open").hidden = true;
-    by("job-stop").hidden = by("job-progress").hidden = false;
-    by("job-progress").removeAttribute("value");
-    by("job").showModal();
-    ask("make");
-  });
-  by("job-stop").addEventListener("click", () => {
-    ask("make", { stop: true });
-    by("job-text").textContent = "Stopped; nothing was written.";
-    by("job-progress").hidden = true;
-  });
-  by("job-close").addEventListener("click", () => by("job").close());
-
-  function made({ made: folder, chosen: why, verdict }) {
-    by("job-title").textContent = `${given.folder}/jobs/${folder}`;
-    by("job-text").textContent = why || verdict;
-    by("job-progress").hidden = true;
-    by("job-frame").src = by("job-open").href = `jobs/${folder}/index.html`;
-    by("job-frame").hidden = by("job-open").hidden = false;
+  async copyCommand() {
+    const { command } = this.seen ?? {};
+    try {
+      await navigator.clipboard.writeText(command);
+      hint(`Copied: ${command}`);
+    } catch {
+      hint(command);
+    }
   }
 
-  by("end").addEventListener("click", async () => {
-    socket.onclose = null;
+  async end() {
+    this.wishes.end();
     await fetch("end", { method: "POST" });
-    document.body.innerHTML = "<main><p style='padding:2rem'>The studio has ended. This page can be closed.</p></main>";
-  });
+    document.body.innerHTML =
+      "<main><p style='padding:2rem'>The studio has ended. This page can be closed.</p></main>";
+  }
 
-  window.studio = { get fps() { return scene ? scene.fps : 0; }, get state() { return state; }, get seen() { return seen; }, get plan() { return plan; }, get settled() { return Boolean(plan.steps && !flight.look && (!flight.plan || plan.sheets) && !dirty && !resting && !by("outcome").classList.contains("stale")); } };
-  remember();
-  drawShelf();
-  connect();
-})();
+  /** Whether all is there that was asked for last. */
+  get settled() {
+    const { plan, wishes } = this, planned = plan.steps && (plan.sheets || !wishes.waits("plan"));
+    return Boolean(planned && wishes.settled && !by("outcome").classList.contains("stale"));
+  }
+
+  /** Frames a second. */
+  get fps() {
+    return this.scene?.fps ?? 0;
+  }
+
+  begin() {
+    this.#drawHistory();
+    this.history.keep();
+    this.drawShelf();
+    this.wishes.connect();
+  }
+}
+
+/** Give the buttons of the page their work. @param {Studio} studio */
+function connect(studio) {
+  const click = (id, act) => by(id).addEventListener("click", act);
+  const toggle = (id, act) => click(id, () => {
+    const on = by(id).getAttribute("aria-pressed") !== "true";
+    by(id).setAttribute("aria-pressed", on);
+    act(on);
+  });
+  for (const button of document.querySelectorAll("[data-tool]"))
+    button.addEventListener("click", () => studio.take(button.getAttribute("data-tool") || ""));
+  toggle("yarns", (on) => studio.showYarns(on));
+  toggle("shadows", (on) => studio.scene?.shadows(on));
+  click("theme", () => studio.darken(!document.documentElement.classList.contains("dark")));
+  for (const tab of TABS) click(`tab-${tab}`, () => studio.openTab(tab));
+  click("keep", () => studio.keep());
+  click("undo", () => studio.go(-1));
+  click("redo", () => studio.go(1));
+  click("stop", () => studio.wishes.stop("look", "plan", "designs"));
+  click("copy", () => studio.copyCommand());
+  click("end", () => studio.end());
+  click("flat", ({ target }) => {
+    const { id, dataset } = target.closest(".piece, #try, [data-id], [data-kept], [data-gone]") ?? {};
+    if (!dataset) return;
+    if (id === "try") studio.tryDesigns();
+    else if (dataset.piece) studio.choose(Number(dataset.piece));
+    else if (dataset.id !== undefined) studio.chooseNamed(dataset.id);
+    else if (dataset.kept) studio.change(studio.shelf.variant(Number(dataset.kept)).state);
+    else studio.drop(Number(dataset.gone));
+  });
+  dragPieces(by("panel-sheets"), () => studio.plan, (place) => studio.pin(place[0], place));
+  by("panel-sheets").addEventListener("dblclick", ({ target }) => {
+    const shape = target.closest(".pinned");
+    if (shape) studio.pin(Number(shape.dataset.piece), null);
+  });
+}
+
+/** Let the page hear keys, and take files. @param {Studio} studio */
+function listen(studio) {
+  document.addEventListener("keydown", (event) => {
+    const { target, ctrlKey, metaKey, shiftKey } = event, key = event.key.toLowerCase();
+    if (!(ctrlKey || metaKey) || (key !== "z" && key !== "y")) return;
+    if (target instanceof Element && target.matches("input[type=text], input[type=number]")) return;
+    event.preventDefault();
+    studio.go(key === "y" || shiftKey ? 1 : -1);
+  });
+  by("open").addEventListener("change", () => {
+    const [file] = by("open").files;
+    if (file) studio.read(file);
+    by("open").value = "";
+  });
+  const over = (on) => document.body.classList.toggle("drop", on);
+  document.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    over(true);
+  });
+  document.addEventListener("dragleave", (event) => event.relatedTarget || over(false));
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    over(false);
+    const file = event.dataTransfer?.files[0];
+    if (file) studio.read(file);
+  });
+}
+
+const given = await (await fetch("state")).json(), studio = new Studio(location.pathname, given);
+connect(studio);
+listen(studio);
+studio.darken(matchMedia("(prefers-color-scheme: dark)").matches);
+// For those who test the page or build on it.
+Object.assign(window, { studio });
+studio.begin();

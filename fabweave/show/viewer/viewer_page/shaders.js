@@ -1,9 +1,16 @@
-/** How a strip is shown. */
-const HIDDEN = 0, PLAIN = 1, FADED = 2, FRESH = 3, CHOSEN = 4, LATER = 5;
-/** What is in place is as strong as this until somebody chooses otherwise. */
-const THERE = 0.5;
+import { PLAIN_LIGHT } from "../../scripts/strands.js";
 
-const STRIP_VERTEX = `
+/** How a strip is shown: as a number from 0 to 5. */
+export const HIDDEN = 0;
+export const PLAIN = 1;
+export const FADED = 2;
+export const FRESH = 3;
+export const CHOSEN = 4;
+export const LATER = 5;
+/** What is in place is as strong as this until somebody chooses otherwise. */
+export const THERE = 0.5;
+
+export const STRIP_VERTEX = `
 attribute float piece, across, along, dip;
 attribute vec3 tint, away, going, sway;
 uniform sampler2D states;
@@ -31,10 +38,9 @@ void cutAway() {
   if ((vState.a < 0.5 || vState.a > 0.9) && dot(vPlace, cut.xyz) > cut.w) discard;
 }`;
 
-// Where a strip dives under another it is darker, as in the shade of the one above; where it lies
-// over another, a gap as pale as the paper runs along both of its rails, a share of its half width.
-// From behind it is the other way round.
-const STRIP_FRAGMENT = `${CUT}
+// Where a strip lies over another, a gap as pale as the paper runs along both of its rails, a share
+// of its half width. From behind it is the other way round.
+export const STRIP_FRAGMENT = `${CUT}${PLAIN_LIGHT}
 #define HALO 0.12
 uniform vec3 paper;
 uniform float pitch, there, later;
@@ -52,10 +58,7 @@ void main() {
   if (code == 5.0 && sieve(gl_FragCoord.xy) >= later) discard;
   bool brought = code == 3.0 || code == 4.0;
   float side = gl_FrontFacing ? 1.0 : -1.0;
-  float lit = max(dot(normalize(vNormal) * side, normalize(vec3(-0.35, 0.5, 0.8))), 0.0);
-  float below = max(0.0, -side * vDip);
-  vec3 colour = vTint * (0.58 + 0.45 * lit) * (1.0 - (brought ? 0.2 : 0.35) * below * below);
-  if (side < 0.0) colour = mix(colour, vec3(dot(colour, vec3(0.3, 0.6, 0.1))), 0.35) * 0.8;
+  vec3 colour = plainLight(vTint, vNormal, normalize(vec3(-0.35, 0.5, 0.8)), side, vDip, brought ? 0.2 : 0.35);
   float middle = abs(vAcross - 0.5) * 2.0, edge = 1.0 - HALO * smoothstep(0.0, 0.8, side * vDip);
   // Towards a grey between the paper and the middle: a pale strip would be lost in the paper itself.
   if (code == 2.0) colour = mix(mix(paper, vec3(0.5), 0.3), colour, there);
@@ -71,7 +74,7 @@ void main() {
   gl_FragColor = vec4(colour, 1.0);
 }`;
 
-const NUMBER_FRAGMENT = `${CUT}
+export const NUMBER_FRAGMENT = `${CUT}
 varying float vPiece;
 void main() {
   cutAway();

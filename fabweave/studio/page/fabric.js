@@ -1,0 +1,168 @@
+import { nearestHit } from "../../show/scripts/pick.js";
+import * as THREE from "../../show/scripts/three.js";
+import {
+  DEPTH_FRAGMENT, DEPTH_VERTEX, FABRIC_FRAGMENT, FABRIC_VERTEX, FLOOR_FRAGMENT, FLOOR_VERTEX,
+} from "./light.js";
+
+/** Shadow maps are so many pixels wide, where the browser has a graphics card and where it has none. */
+const SHADOW = 2048, SHADOW_SLOW = 1024;
+/** Strands are drawn so much of their usual distance above and below one another, as a share of their width. */
+const LIFT = 0.07;
+/** The direction of the key light, and how far the floor reaches, in radii of the object. */
+const KEY = new THREE.Vector3(-0.45, -0.55, 0.75).normalize(), FLOOR = 2.4;
+
+/** @typedef {{ center: THREE.Vector3, radius: number }} Ball */
+/** @typedef {Record<string, any>} Arrays */
+
+/**
+ * Put an array into a geometry, in the room of the one before where it fits.
+ *
+ * @param {THREE.BufferGeometry} geometry
+ * @param {string} name
+ * @param {Float32Array | Int8Array | Uint8Array} array
+ * @param {number} size
+ */
+export function fill(geometry, name, array, size, normalized = false) {
+  const old = geometry.attributes[name];
+  if (old && old.array.length === array.length && old.array.constructor === array.constructor) {
+    old.array.set(array);
+    old.needsUpdate = true;
+  } else geometry.setAttribute(name, new THREE.BufferAttribute(array, size, normalized));
+}
+
+/** Strands, in light and shadow, and the floor that they stand on. */
+export class Fabric {
+  #geometry = new THREE.BufferGeometry();
+  #lamp = new THREE.OrthographicCamera();
+  #shade = new THREE.Scene();
+  #target;
+  #shadowed = false;
+  #crossings = new Float32Array();
+
+  /** @param {boolean} slow Whether software draws. */
+  constructor(slow) {
+    this.#target = new THREE.WebGLRenderTarget(...(slow ? [SHADOW_SLOW, SHADOW_SLOW] : [SHADOW, SHADOW]));
+    const shared = {
+      toLight: { value: new THREE.Matrix4() }, depths: { value: this.#target.texture }, shadowing: { value: 1 },
+      texel: { value: 1 / this.#target.width }, lift: { value: 0 },
+    };
+    this.uniforms = {
+      ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: KEY }, plain: { value: 0 },
+    };
+    this.ground = { ...shared, middle: { value: new THREE.Vector3() }, reach: { value: 1 } };
+    const side = THREE.DoubleSide;
+    this.cloth = new THREE.ShaderMaterial({
+      uniforms: this.uniforms, vertexShader: FABRIC_VERTEX, fragmentShader: FABRIC_FRAGMENT, side,
+    });
+    this.depth = new THREE.ShaderMaterial({
+      uniforms: shared, vertexShader: DEPTH_VERTEX, fragmentShader: DEPTH_FRAGMENT, side,
+    });
+    this.floor = new THREE.Mesh(new THREE.CircleGeometry(1, 64), new THREE.ShaderMaterial({
+      uniforms: this.ground, vertexShader: FLOOR_VERTEX, fragmentShader: FLOOR_FRAGMENT, transparent: true,
+      depthWrite: false,
+    }));
+    this.mesh = new THREE.Mesh(this.#geometry, this.cloth);
+    this.mesh.frustumCulled = false;
+  }
+
+  /** Whether there is anything to be seen. */
+  get there() {
+    return Boolean(this.#geometry.index);
+  }
+
+  /** The middles of crossings, three numbers each. */
+  get crossings() {
+    return this.#crossings;
+  }
+
+  /**
+   * Show an object; triangles that are not sent are as they were.
+   *
+   * @param {Arrays} arrays
+   * @param {number} widthMm
+   * @param {Ball} ball
+   * @param {number} low Where the floor is.
+   */
+  show({ position, shade, colour, index, owner, crossing }, widthMm, ball, low) {
+    const geometry = this.#geometry, count = position.length / 3;
+    if (geometry.attributes.position?.count !== count)
+      for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
+    this.#crossings = crossing ?? new Float32Array();
+    fill(geometry, "position", position, 3);
+    fill(geometry, "shade", shade, 4, true);
+    fill(geometry, "colour", colour, 3, true);
+    fill(geometry, "owner", Float32Array.from({ length: count }, (_, k) => (owner ? owner[k >> 1] : -9)), 1);
+    if (index && geometry.index && geometry.index.array.length === index.length) {
+      geometry.index.array.set(index);
+      geometry.index.needsUpdate = true;
+    } else if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    this.uniforms.lift.value = LIFT * widthMm;
+    this.floor.position.copy(ball.center).setZ(low);
+    this.floor.scale.setScalar(FLOOR * ball.radius);
+    this.ground.middle.value.copy(this.floor.position);
+    this.ground.reach.value = FLOOR * ball.radius;
+    this.#shadowed = false;
+  }
+
+  /**
+   * Make it ready to be drawn: with shadows, or in plain light.
+   *
+   * @param {THREE.WebGLRenderer} renderer
+   * @param {Ball} ball
+   * @param {import("../../show/scripts/camera.js").Camera} camera
+   * @param {boolean} shadows
+   * @param {boolean} plain
+   */
+  light(renderer, ball, camera, shadows, plain) {
+    this.uniforms.shadowing.value = Number(shadows);
+    this.uniforms.plain.value = Number(plain);
+    this.uniforms.eye.value.copy(camera.lens.position);
+    this.floor.visible = shadows && camera.towards().z > -0.05;
+    if (shadows && !this.#shadowed) this.#castShadows(renderer, ball);
+  }
+
+  /**
+   * Draw how far the key light reaches.
+   *
+   * @param {THREE.WebGLRenderer} renderer
+   * @param {Ball} ball
+   */
+  #castShadows(renderer, { center, radius }) {
+    const span = 1.05 * radius, lamp = this.#lamp, scene = this.mesh.parent;
+    Object.assign(lamp, { left: -span, right: span, top: span, bottom: -span, near: 0.5 * span, far: 4.5 * span });
+    lamp.position.copy(center).addScaledVector(KEY, 2 * span);
+    lamp.up.set(0, 0, 1);
+    lamp.lookAt(center);
+    lamp.updateProjectionMatrix();
+    lamp.updateMatrixWorld();
+    this.uniforms.toLight.value.multiplyMatrices(lamp.projectionMatrix, lamp.matrixWorldInverse);
+    this.mesh.material = this.depth;
+    this.#shade.add(this.mesh);
+    renderer.setRenderTarget(this.#target);
+    renderer.setClearColor(0xffffff, 1);
+    renderer.clear();
+    renderer.render(this.#shade, lamp);
+    renderer.setRenderTarget(null);
+    this.mesh.material = this.cloth;
+    scene?.add(this.mesh);
+    this.#shadowed = true;
+  }
+
+  /**
+   * The point that a ray meets first, its piece, and the crossing that is nearest to it.
+   *
+   * @param {THREE.Ray} ray
+   */
+  touch(ray) {
+    const { index, attributes } = this.#geometry;
+    const hit = index && nearestHit(ray, attributes.position.array, index.array);
+    if (!hit) return null;
+    const from = new THREE.Vector3();
+    let crossing = -1, least = Infinity;
+    for (let k = 0; k < this.#crossings.length; k += 3) {
+      const far = hit.point.distanceToSquared(from.fromArray(this.#crossings, k));
+      if (far < least) [least, crossing] = [far, k / 3];
+    }
+    return { point: hit.point, piece: attributes.owner.array[index.array[3 * hit.triangle]], crossing };
+  }
+}

@@ -1,0 +1,46 @@
+import { by } from "../../show/scripts/html.js";
+
+/** The dialog in which a job is made, and then opens. */
+export class Making {
+  /** @param {string} folder @param {import("./wishes.js").Wishes} wishes */
+  constructor(folder, wishes) {
+    this.folder = folder;
+    by("make").addEventListener("click", () => {
+      this.#begin();
+      wishes.ask("make");
+    });
+    by("job-stop").addEventListener("click", () => {
+      wishes.stop("make");
+      this.failed("Stopped; nothing was written.");
+    });
+    by("job-close").addEventListener("click", () => by("job").close());
+  }
+
+  #begin() {
+    by("job-title").textContent = "Making the job";
+    by("job-text").textContent = "";
+    by("job-frame").hidden = by("job-open").hidden = true;
+    by("job-stop").hidden = by("job-progress").hidden = false;
+    by("job-progress").removeAttribute("value");
+    by("job").showModal();
+  }
+
+  /** @param {string} text */
+  failed(text) {
+    by("job-text").textContent = text;
+    by("job-progress").hidden = true;
+  }
+
+  /** Nothing can be stopped any more. */
+  ended() {
+    by("job-stop").hidden = true;
+  }
+
+  /** @param {{ made: string, chosen?: string, verdict: string }} head */
+  made({ made, chosen, verdict }) {
+    by("job-title").textContent = `${this.folder}/jobs/${made}`;
+    this.failed(chosen || verdict);
+    by("job-frame").src = by("job-open").href = `jobs/${made}/index.html`;
+    by("job-frame").hidden = by("job-open").hidden = false;
+  }
+}
