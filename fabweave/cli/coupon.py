@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from fabweave.cli.options import Length, folder_option, table_option
+from fabweave.cli.options import folder_option, length_up_to, table_option
 from fabweave.core.parallel.interrupt import held_back
 
 
@@ -12,7 +12,9 @@ from fabweave.core.parallel.interrupt import held_back
 @click.argument("directory", required=False, type=click.Path(path_type=Path))
 @click.option("--material", metavar="NAME", help="The material to test. [default: the job's]")
 @table_option("library")
-@click.option("--thickness", type=Length(100.0), help="Measured thickness. [default: the job's]")
+@click.option(
+    "--thickness", type=length_up_to(100.0), help="Measured thickness. [default: the job's]"
+)
 @table_option("fastener")
 @folder_option(
     "A folder of its own for coupon.dxf, .svg, .png and .txt. It replaces an older coupon."

@@ -37,7 +37,13 @@ class _Commands(click.Group):
         return super().resolve_command(ctx, args)
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_Commands,
+    commands=[
+        coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets, verify,
+    ],
+    context_settings={"help_option_names": ["-h", "--help"]},
+)  # fmt: skip
 @click.version_option(__version__, prog_name="fabweave")
 def cli() -> None:
     """Turn a polygon mesh into a woven object that a person can cut and assemble.
@@ -46,22 +52,6 @@ def cli() -> None:
 
     Read:  fabweave guide
     """
-
-
-for _command in (
-    coupon,
-    guide,
-    inspect,
-    machine,
-    make,
-    materials,
-    model,
-    shapes,
-    studio,
-    targets,
-    verify,
-):
-    cli.add_command(_command)
 
 
 def main(arguments: list[str] | None = None) -> None:

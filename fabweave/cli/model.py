@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from fabweave.cli.options import (
-    Direction,
-    Length,
+    Parsed,
     SectionedCommand,
     job_options,
     job_settings,
     json_option,
+    length_up_to,
     quiet_option,
+    read_view,
 )
 from fabweave.cli.terminal import progress_bar
 from fabweave.core.parallel.interrupt import held_back
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     "--yarn", is_flag=True, help="Make round yarns, as thick as they have room, not ribbons."
 )
 @click.option(
-    "--yarn-radius", type=Length(1000.0), help="One radius for all yarns (implies --yarn)."
+    "--yarn-radius", type=length_up_to(1000.0), help="One radius for all yarns (implies --yarn)."
 )
 @click.option(
     "--sides", type=int, default=12, show_default=True, help="Sides of the yarns' cross-section."
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view",
     "views",
-    type=Direction(),
+    type=Parsed("AZIMUTH,ELEVATION", read_view),
     multiple=True,
     help="View of a picture: degrees around the upward axis and above the horizon, e.g. -60,30. "
     "Repeat it for several side by side. [default: fabweave chooses]",

@@ -10,56 +10,46 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from fabweave.core.errors import InputError
-from fabweave.core.messages import closest_first, shown
-from fabweave.core.units import parse_length
+from fabweave.core.messages import closest_first
+from fabweave.options.kinds import length
 from fabweave.options.option import SECTIONS, Option
 from fabweave.options.settings import Settings, settings_from_job, settings_from_options
 from fabweave.options.table import GONE, OPTIONS, option_named
 
 
-class Length(click.ParamType[float]):
-    """A length with a unit."""
+class Parsed(click.ParamType[Any]):
+    """What a function reads, which raises InputError where it cannot."""
 
-    name = "length"
+    def __init__(self, name: str, read: Callable[[Any], Any]) -> None:
+        self.name, self.read = name, read
 
-    def __init__(self, most_mm: float) -> None:
-        self.most_mm = most_mm
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Read what was typed."""
-        what = param.human_readable_name if param else "length"
         try:
-            length = value if isinstance(value, int | float) else parse_length(value, what=what)
-            if not 0.001 <= length <= self.most_mm:
-                raise InputError(  # noqa: TRY301 -- told as the other
-                    f"{what} {shown(value)} is not from 0.001 to {self.most_mm:g} mm"
-                )
-            return float(length)
+            return self.read(value)
         except InputError as error:
             self.fail(str(error), param, ctx)
 
 
-class Direction(click.ParamType[Any]):
-    """From where a picture is taken: two angles."""
+def length_up_to(most_mm: float) -> Parsed:
+    """Return the type of a length with a unit."""
+    return Parsed("length", length(most_mm).parse)
 
-    name = "AZIMUTH,ELEVATION"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read what was typed."""
-        from fabweave.picture.camera import View
+def read_view(value: Any) -> Any:
+    """Read from where a picture is taken: two angles."""
+    from fabweave.picture.camera import View
 
-        if not isinstance(value, str):
-            return value
-        try:
-            azimuth, elevation = map(float, value.split(","))
-            view = View(azimuth, elevation)
-            view.axes()
-        except ValueError as error:  # an InputError is a ValueError, too
-            told = str(error) if isinstance(error, InputError) else "write it as -60,30 (degrees)"
-            self.fail(f"{value[:40]!r} is no view: {told}", param, ctx)
-        return view
+    if not isinstance(value, str):
+        return value
+    try:
+        azimuth, elevation = map(float, value.split(","))
+        view = View(azimuth, elevation)
+        view.axes()
+    except ValueError as error:  # an InputError is a ValueError, too
+        told = str(error) if isinstance(error, InputError) else "write it as -60,30 (degrees)"
+        raise InputError(f"{value[:40]!r} is no view: {told}") from error
+    return view
 
 
 Decorator: TypeAlias = Callable[[Any], Any]
@@ -74,19 +64,16 @@ _LONGEST_METAVAR = 16
 _FLAGS = {"true": True, "false": False}
 
 
-class Typed(click.ParamType[Any]):
+class Typed(Parsed):
     """What an option of the table takes. It stays as it was typed: settings are made of it."""
 
     def __init__(self, option: Option) -> None:
+        super().__init__(option.name, option.kind.parse)
         self.option = option
-        self.name = option.name
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check what was typed."""
-        try:
-            self.option.kind.parse(value)
-        except InputError as error:
-            self.fail(str(error), param, ctx)
+        super().convert(value, param, ctx)
         return value
 
     def shell_complete(

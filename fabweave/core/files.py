@@ -211,16 +211,11 @@ def silenced(library: str) -> Iterator[None]:
 
 def _sort_of(mode: int) -> str:
     """Say what is not an ordinary file."""
-    for is_sort, name in (
-        (stat.S_ISDIR, "a folder"),
-        (stat.S_ISFIFO, "a pipe"),
-        (stat.S_ISCHR, "a device"),
-        (stat.S_ISBLK, "a device"),
-        (stat.S_ISSOCK, "a socket"),
-    ):
-        if is_sort(mode):
-            return name
-    return "no ordinary file"
+    known = {
+        stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket",
+        stat.S_IFCHR: "a device", stat.S_IFBLK: "a device",
+    }  # fmt: skip
+    return known.get(stat.S_IFMT(mode), "no ordinary file")
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -35,21 +35,8 @@ def unit_mm(unit: str) -> float:
     (25.4, 1.0)
     """
     # Written out where it is used: a table at module level would be shared mutable state.
-    known = {
-        "": 1.0,
-        "mm": 1.0,
-        "cm": 10.0,
-        "m": 1000.0,
-        "um": 0.001,
-        "µm": 0.001,
-        "in": 25.4,
-        "inch": 25.4,
-        '"': 25.4,
-        "″": 25.4,
-        "ft": 304.8,
-        "'": 304.8,
-        "′": 304.8,
-    }
+    known = {"": 1.0, "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "µm": 0.001}
+    known |= dict.fromkeys(("in", "inch", '"', "″"), 25.4) | dict.fromkeys(("ft", "'", "′"), 304.8)
     factor = known.get(unit.strip().lower())
     if factor is None:
         raise InputError(f"unknown unit {unit.strip()!r}: use mm, cm, m, um, in (or \"), ft (or ')")

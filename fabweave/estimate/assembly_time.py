@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fabweave.core.records import record
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.plan.bill_of_materials import BillOfMaterials, FastenerRow, sort_for
-from fabweave.plan.crossing_map import CrossingMap, StepRecord
+from fabweave.plan.crossing_map import CrossingMap
 from fabweave.stock.hardware import Hardware, hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 
@@ -77,35 +77,6 @@ def hardware_for(hole_mm: float, bill: BillOfMaterials) -> list[Hardware]:
     return [sort for sort, far in zip(sorts, off, strict=True) if far == min(off)]
 
 
-def job_hands(
-    steps: Sequence[StepRecord],
-    joints: Sequence[str],
-    bill: BillOfMaterials,
-    *,
-    rolls: bool = False,
-) -> AssemblyTime:
-    """Return how long hands take whose steps are known.
-
-    Parameters
-    ----------
-    steps : sequence of StepRecord
-    joints : sequence of str
-        The kind of each joint.
-    bill : BillOfMaterials
-        Whose fasteners are set.
-    rolls : bool
-        As of ``assembly_time``.
-    """
-    return assembly_time(
-        sum(step.handled for step in steps),
-        sum(len(step.over) for step in steps),
-        sum(len(step.under) for step in steps),
-        joints,
-        bill,
-        rolls=rolls,
-    )
-
-
 def planned_hands(
     pieces: int,
     crossings: int,
@@ -152,15 +123,7 @@ def assembly_time(
     for row in bill.fasteners:
         set_[row.diameter_mm] += row.needed
         setting_s[row.diameter_mm] += _setting_s(row, bill)
-    often = {
-        "sort": 0 if rolls else pieces,
-        "cut": pieces if rolls else 0,
-        "find": pieces,
-        "take": pieces,
-        "over": over,
-        "under": under,
-        "align": sum(set_.values()) + len(held),
-    }
+    often = _often(pieces, over, under, sum(set_.values()) + len(held), rolls=rolls)
     actions = [
         Action(action=name, count=often[name], each_s=seconds, words=words)
         for name, (seconds, words) in PRACTISED.items()
@@ -190,6 +153,13 @@ def assembly_time(
         practised_h=round(practised, 4),
         hours=(round(quick * practised, 4), round(slow * practised, 4)),
     )
+
+
+def _often(pieces: int, over: int, under: int, aligned: int, *, rolls: bool) -> dict[str, int]:
+    """Return how often each of the ``PRACTISED`` actions is done."""
+    apart = {"sort": 0 if rolls else pieces, "cut": pieces if rolls else 0}
+    laid = {"find": pieces, "take": pieces, "over": over, "under": under, "align": aligned}
+    return apart | laid
 
 
 def _setting_s(row: FastenerRow, bill: BillOfMaterials) -> float:
@@ -239,14 +209,8 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     for step in crossing_map.steps:
         made = [name for key in step.fasten for name in holes.get(key, ())]
         made += [kind[key] for key in step.joints if not KINDS[kind[key]].most_fasteners]
-        often = {
-            "cut" if "cut" in each_s else "sort": step.handled,
-            "find": step.handled,
-            "take": step.handled,
-            "over": len(step.over),
-            "under": len(step.under),
-            "align": len(made),
-        }
+        over, under = len(step.over), len(step.under)
+        often = _often(step.handled, over, under, len(made), rolls="cut" in each_s)
         total = sum(count * each_s[name] for name, count in often.items() if count)
         seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
     return seconds

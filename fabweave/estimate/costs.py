@@ -12,9 +12,9 @@ import numpy as np
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.assembly_time import (
     AssemblyTime,
+    assembly_time,
     difficulty,
     hardware_for,
-    job_hands,
     planned_hands,
 )
 from fabweave.estimate.machine_time import (
@@ -354,34 +354,33 @@ def job_costs(
     calibration : float
         What the machine took for a job, divided by what was estimated.
     """
-    times = [
-        add_times(()) if sheet.is_roll else scaled_time(sheet_time(drawing, material), calibration)
-        for sheet, drawing, material in zip(sheets, drawings, materials, strict=True)
-    ]
+    each: list[SheetCosts] = []
+    for sheet, drawing, material in zip(sheets, drawings, materials, strict=True):
+        time = add_times(()) if sheet.is_roll else sheet_time(drawing, material)
+        price = sheet_price(sheet.area_mm2, material, _stated(sheet))
+        time = scaled_time(time, calibration)
+        each.append(SheetCosts(sheet=len(each) + 1, machine=time, price=price))
     kinds, rolls = [joint.kind.name for joint in piece_set.joints], sheets[0].is_roll
-    stated = [_stated(sheet) for sheet in sheets]
-    each = tuple(
-        SheetCosts(
-            sheet=number,
-            machine=time,
-            price=sheet_price(sheet.area_mm2, material, price),
-        )
-        for number, (sheet, time, material, price) in enumerate(
-            zip(sheets, times, materials, stated, strict=True), start=1
-        )
-    )
     more = [(one, sheets.material) for sheets in beside for one in side_costs(sheets, calibration)]
+    rows: list[SheetCosts | SideSheet] = [*each, *(one for one, _ in more)]
     return _costs(
         piece_set.pieces,
-        [*times, *(one.machine for one, _ in more)],
+        [row.machine for row in rows],
         [*materials, *(material for _, material in more)],
-        sum_prices([*(sheet.price for sheet in each), *(one.price for one, _ in more)]),
-        job_hands(steps, kinds, bill, rolls=rolls),
+        sum_prices(row.price for row in rows),
+        assembly_time(
+            sum(step.handled for step in steps),
+            sum(len(step.over) for step in steps),
+            sum(len(step.under) for step in steps),
+            kinds,
+            bill,
+            rolls=rolls,
+        ),
         bill,
-        sheets=each,
+        sheets=tuple(each),
         beside=len(more) or None,
         calibration=calibration,
-        stock=any(price for price in stated),
+        stock=any(_stated(sheet) for sheet in sheets),
     )
 
 

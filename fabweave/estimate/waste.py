@@ -6,20 +6,20 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from fabweave.core.arc_path import stretch
 from fabweave.core.arrays import IntArray
 from fabweave.core.files import csv_text
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
 from fabweave.estimate.comparison import Comparison, GrainCost, compare_use
 from fabweave.estimate.costs import Costs, SideSheet, side_costs
+from fabweave.estimate.machine_time import runs_of
 from fabweave.estimate.offcuts import KeptOffcut
 from fabweave.nest.layout import Layout
 from fabweave.piece.piece import Piece
 from fabweave.piece.split.length_curve import SplittingRecord
 from fabweave.plan.allotment import Allotment
 from fabweave.plan.bill_of_materials import BillOfMaterials
-from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.drawing import Entity, Layer, SheetDrawing
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.material import sheet_mass_kg
@@ -257,22 +257,7 @@ def entities_on(drawing: SheetDrawing, *layers: Layer) -> list[Entity]:
 
 def length_mm(entities: Sequence[Entity]) -> float:
     """Return how far the tool travels along entities, from one to the next not counted."""
-    circles = 2 * np.pi * sum(entity.radius for entity in entities if isinstance(entity, Circle))
-    lines = [entity for entity in entities if isinstance(entity, Polyline)]
-    if not lines:
-        return float(circles)
-    runs = [
-        np.concatenate((line.points, line.points[:1])) if line.closed else line.points
-        for line in lines
-    ]
-    steps = np.hypot(*np.diff(np.concatenate(runs), axis=0).T)
-    ends = np.cumsum([len(run) for run in runs])
-    # The step from each run to the next is no travel along an entity.
-    steps[ends[:-1] - 1] = 0.0
-    for line, run, end in zip(lines, runs, ends.tolist(), strict=True):
-        if line.bulges is not None:
-            steps[end - len(run) : end - 1] *= stretch(line.bulges[: len(run) - 1])
-    return float(circles + steps.sum())
+    return float(runs_of(entities).length_mm.sum())
 
 
 def _rounded(account: _Account) -> _Account:

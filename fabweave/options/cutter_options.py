@@ -1,10 +1,15 @@
 """The options of the machine that cuts, and of what is engraved and printed."""
 
 from collections.abc import Iterable
+from functools import partial
 
 from fabweave.options.file_kinds import bed, calibration, library, preset
 from fabweave.options.kinds import choice, flag, hairline, length, load, text, value_of
 from fabweave.options.option import MACHINE, PIECES, Option
+
+#: What makes the options of a section: they are for making alone, where they do not say otherwise.
+_machine = partial(Option, section=MACHINE, making=True)
+_pieces = partial(Option, section=PIECES, making=True)
 
 
 def _target_names() -> Iterable[str]:
@@ -13,56 +18,45 @@ def _target_names() -> Iterable[str]:
 
 #: In the order in which job.toml has them.
 CUTTER_OPTIONS = (
-    Option(
+    _machine(
         "profile",
-        MACHINE,
         choice(("maker", "service")),
         "Who cuts. A maker cuts the nested sheets. A service also gets the folder service: a "
         "file for each distinct piece with nothing but cuts, and a table of quantities.",
         default="maker",
-        making=True,
     ),
-    Option(
+    _machine(
         "preset",
-        MACHINE,
         preset(),
         "Colours of the layers, as a program knows them: {choices}. A file of your own does as "
         "well (fabweave guide machines shows one), and job.toml keeps it.",
         default="lightburn",
         brief="The program of the laser, such as lightburn or glowforge: it sets the colours.",
-        making=True,
     ),
-    Option(
+    _machine(
         "dxf",
-        MACHINE,
         choice(("R2010", "R2000", "R12")),
         "Version of the DXF files. R12 is for very old machines, and cannot carry units.",
         default="R2010",
         brief="Version of the DXF files; R12 for old machines.",
-        making=True,
     ),
-    Option(
+    _machine(
         "svg_units",
-        MACHINE,
         choice(("mm", "px96")),
         "What a coordinate of the SVG counts: millimetres, or pixels of 1/96 inch, for programs "
         "that open the others at a wrong size.",
         default="mm",
         brief="What a coordinate of the SVG counts; px96 for programs that show it too small.",
-        making=True,
     ),
-    Option(
+    _machine(
         "hairline",
-        MACHINE,
         hairline(),
         "Width of the lines in the SVG, e.g. 0.1mm or 0.001in, or the name of a preset. Drivers "
         "cut thin lines, and take thicker ones for pictures.",
         otherwise="the preset's, 0.025mm",
-        making=True,
     ),
-    Option(
+    _machine(
         "target",
-        MACHINE,
         text(
             "NAME",
             "one of {choices}, or of your own",
@@ -72,78 +66,62 @@ CUTTER_OPTIONS = (
         "Whose rules for holes, webs, gaps and sizes the pieces are checked against: {choices}. "
         "fabweave targets shows them; the default are rules of practice.",
         default="default",
-        making=True,
     ),
-    Option(
+    _machine(
         "rules",
-        MACHINE,
         library("target", "fabweave.sheet.targets"),
         "A file with the rules of those who cut for you, which --target then takes (see "
         "examples/targets.toml). Repeat it for several files.",
         default=(),
         otherwise="targets.toml in the configuration folder, if it is there",
-        making=True,
     ),
-    Option(
+    _machine(
         "strict",
-        MACHINE,
         flag(),
         "Refuse a job that breaks a rule of the material or the target.",
         default=False,
-        making=True,
     ),
-    Option(
+    _pieces(
         "force",
-        PIECES,
         flag(),
         "Make the job although it cannot be built from its material. Sheets and notes then say so.",
         default=False,
-        making=True,
         brief="Make the files although it cannot be built.",
     ),
-    Option(
+    _pieces(
         "labels",
-        PIECES,
         choice("fabweave.sheet.labels.texts.LABELS"),
         "What is engraved. hidden: id, arrow, joints, and who crosses at the ends and at every "
         "third crossing, only where a strand covers it in the woven object. brief: the same, "
         "wherever there is room. full: all crossings. numbers: only the ids. kinds: K3 on all "
         "pieces of kind 3, each of which fits any of their places. none: nothing.",
         default="hidden",
-        making=True,
         brief="hidden, brief, full, numbers, kinds or none.",
     ),
-    Option(
+    _pieces(
         "label_side",
-        PIECES,
         choice("fabweave.sheet.labels.texts.SIDES"),
         "Which face is engraved. For the inside, which nobody sees, fabweave mirrors whole sheets.",
         default="outside",
-        making=True,
     ),
-    Option(
+    _machine(
         "paper",
-        MACHINE,
         choice(("a4", "letter")),
         "Paper of the assembly manual.",
         default="a4",
         brief="Paper of the manual.",
         typed="manual-paper",  # verify has --papers
-        making=True,
     ),
-    Option(
+    _machine(
         "sticks",
-        MACHINE,
         choice(("a4", "letter", "a3", "roll", "none")),
         "Paper of the story sticks of straight strips: tapes at full size with all marks, one for "
         "each kind of strip. Tapes longer than the paper come in lengths to be glued; roll is for "
         "a plotter, which prints them whole.",
         otherwise="the manual's paper",
-        making=True,
     ),
-    Option(
+    _machine(
         "kerf",
-        MACHINE,
         length(10.0, zero=""),  # as an entry of materials.toml
         "Width of the line that the beam burns. The folder cut then has the sheets to cut, with "
         "outlines moved outward and holes inward by half of it. Those in sheets stay nominal. "
@@ -151,11 +129,9 @@ CUTTER_OPTIONS = (
         default=0.0,
         otherwise="none taken off",
         brief="Width of the line that the beam burns, such as 0.15mm; empty to take none off.",
-        making=True,
     ),
-    Option(
+    _machine(
         "micro_joints",
-        MACHINE,
         value_of(
             "N[:WIDTH]",
             "4:0.3mm",
@@ -165,43 +141,38 @@ CUTTER_OPTIONS = (
         "Leave so many bridges in each outline, 0.25 mm wide by default, which hold pieces in "
         "the sheet until you break them out. Only the sheets in the folder cut have them.",
         otherwise="none",
-        making=True,
     ),
-    Option(
+    _machine(
         "cut_order",
-        MACHINE,
         choice(("short", "cool")),
         "Order of the pieces on a sheet. short keeps the ways between them short. cool lets no "
         "piece follow its neighbour, for what warps or melts.",
         default="short",
         brief="Order of the pieces on a sheet; cool for what warps or melts.",
-        making=True,
     ),
-    Option(
+    _machine(
         "template",
-        MACHINE,
         choice(("sheet", "a4", "a3", "letter", "none")),
         "Sheets at full size as PDF, to cut by hand. sheet makes a page as large as the sheet. "
         "a4, a3 and letter part it into pages of paper, with crosses to lay on one another.",
         default="sheet",
-        making=True,
     ),
-    Option(
+    _machine(
         "calibrate",
-        MACHINE,
         calibration(),
         "Multiply the estimated times of the machine, as you measured one job. Write a number, or "
         "the folder of a finished job and the time for all its sheets, as in torus:95min.",
         default=1.0,
         otherwise="nothing measured",
+        making=False,
     ),
-    Option(
+    _machine(
         "bed",
-        MACHINE,
         bed(),
         "The largest sheet that the machine takes, such as 600x400mm. Without --sheet, fabweave "
         "cuts the material's sheet down to it. It refuses larger sheets.",
         otherwise="as large as any sheet",
         brief="The largest sheet that the machine takes, such as 600x400mm; empty for any.",
+        making=False,
     ),
 )

@@ -1,5 +1,7 @@
 """Name the options that decide what is cut, and the files: pieces, sheets, search and drawings."""
 
+from functools import partial
+
 from fabweave.options.file_kinds import layout, sheets, stock_list
 from fabweave.options.kinds import (
     MOST_MM,
@@ -13,23 +15,25 @@ from fabweave.options.kinds import (
 )
 from fabweave.options.option import PIECES, SEARCH, STOCK, Option
 
+#: What makes the options of a section; of pieces, those for making alone are apart.
+_pieces, _stock = partial(Option, section=PIECES), partial(Option, section=STOCK)
+_search, _making = partial(Option, section=SEARCH), partial(_pieces, making=True)
+
 #: No side of a sheet is longer.
 _LONGEST_SHEET_MM = 20_000.0
 
 
 #: In the order in which job.toml has them.
 CUTTING_OPTIONS = (
-    Option(
+    _pieces(
         "max_length",
-        PIECES,
         length(MOST_MM, automatic="auto", metavar="LENGTH|auto"),
         "No piece is longer along its middle. auto cuts threads to several lengths for a trial, "
         "and takes the best by --prefer.",
         otherwise="auto",
     ),
-    Option(
+    _pieces(
         "prefer",
-        PIECES,
         choice("fabweave.piece.split.preferences.PREFERENCES"),
         "What --max-length auto saves: work (hours of cutting and joining) or waste (whole "
         "sheets, then joints). balanced sums up sheets, fasteners and hours in money, by the "
@@ -37,18 +41,16 @@ CUTTING_OPTIONS = (
         "work is to be saved.",
         default="balanced",
     ),
-    Option(
+    _pieces(
         "kinds",
-        PIECES,
         choice("fabweave.piece.split.preferences.KIND_PRICES"),
         "How many different pieces an object has that looks the same from several sides. fewest "
         "cuts threads that repeat one another alike. auto does the same, but saves no kind that "
         "costs more than four joints. any cuts each thread as is best for it alone.",
         default="auto",
     ),
-    Option(
+    _making(
         "spares",
-        PIECES,
         text(
             "SHARE|N",
             "a text such as '5%'",
@@ -60,11 +62,9 @@ CUTTING_OPTIONS = (
         "bear the id of the first of their kind and S1, S2 ... (with --labels kinds, K3 as the "
         "others of kind 3).",
         otherwise="none",
-        making=True,
     ),
-    Option(
+    _making(
         "fastener",
-        PIECES,
         text(
             "NAME|LENGTH|none",
             "the name of a fastener such as 'screw-m3', a hole such as '3.3mm', or none",
@@ -75,21 +75,17 @@ CUTTING_OPTIONS = (
         "edges; fabweave guide fasteners lists all. A hole such as 3.3mm takes anything that fits, "
         "screw-m3,3.4mm says both, and none cuts no holes.",
         otherwise="the largest that are sold and that the ribbons have room for, in few sizes",
-        making=True,
     ),
-    Option(
+    _making(
         "holes",
-        PIECES,
         choice(("fastened", "alike", "all")),
         "Which crossings have holes. fastened: those that take a fastener. alike: those at the "
         "same places of repeated pieces, too, for fewer kinds. all: every crossing, to lay "
         "pieces by.",
         otherwise="alike",
-        making=True,
     ),
-    Option(
+    _making(
         "fasten",
-        PIECES,
         text(
             "WHICH",
             "a text such as 'every:2'",
@@ -102,12 +98,10 @@ CUTTING_OPTIONS = (
         "crossing. none: no crossing, so glue the joints. Numbers of crossings may follow, which "
         "take one besides: form,12,40.",
         otherwise="form, or all with --joint rivet,slots (fabweave guide fasteners)",
-        making=True,
         brief="Fasteners at: joints, form, rim, all, every:2, none.",
     ),
-    Option(
+    _making(
         "former",
-        PIECES,
         text(
             "MATERIAL",
             "auto, or the name of a material such as 'birch-ply-3'",
@@ -116,11 +110,9 @@ CUTTING_OPTIONS = (
         "Cut a former, too: slotted plates of the inside that strips are laid on, with the name "
         "of each strip where it passes. It is of this material; auto is the job's own from "
         "1.2 mm on, or else museum-board. The folder former has it.",
-        making=True,
     ),
-    Option(
+    _making(
         "hang",
-        PIECES,
         text(
             "WHERE",
             "a text such as 'top' or 'bottom:3'",
@@ -130,11 +122,9 @@ CUTTING_OPTIONS = (
         "Crossings that carry something, and take a hole and a fastener for it. top is a cord "
         "or a hook at the topmost, and bottom:3 three feet around the middle. Numbers of "
         "crossings, with commas, do as well. The map marks them, and notes name them.",
-        making=True,
     ),
-    Option(
+    _making(
         "load",
-        PIECES,
         text(
             "MASS@WHERE",
             "a text such as '200g@top' or '1.5kg@bottom:3'",
@@ -143,11 +133,9 @@ CUTTING_OPTIONS = (
         ),
         "What it carries, a bulb or fruit: a mass in g, kg, oz or lb, and which crossings bear it, "
         "as --hang names them. The verdict says how far it sags, and --fasten form bears it.",
-        making=True,
     ),
-    Option(
+    _pieces(
         "joint",
-        PIECES,
         text(
             "KIND",
             "a text such as 'rivet:2,lap=30mm'",
@@ -163,9 +151,8 @@ CUTTING_OPTIONS = (
         default="rivet",
         brief="rivet, rivet:2, glue, tuck, dovetail, slot or none.",
     ),
-    Option(
+    _stock(
         "sheet",
-        STOCK,
         sheets(),
         "Sheet stock, e.g. 600x400mm, or 24x18in:3 for three of them. Repeat it for several "
         "sizes. weft=600x400mm is for one bunch only. mat-12x12 and mat-12x24 are what knife "
@@ -175,9 +162,8 @@ CUTTING_OPTIONS = (
         holder="sheets",
         brief="Sheet size and number, such as 600x400mm:3.",
     ),
-    Option(
+    _stock(
         "stock",
-        STOCK,
         stock_list(),
         "A list of your stock (stock.toml): sheets with quantity, price, grain, material and "
         "defects, and offcuts with their outlines. Or a roll, such as roll:12mm:50m: width, length "
@@ -190,24 +176,21 @@ CUTTING_OPTIONS = (
         holder="sheets",
         brief="List of sheets and offcuts (stock.toml), or a roll such as roll:12mm:50m.",
     ),
-    Option(
+    _stock(
         "margin",
-        STOCK,
         length(_LONGEST_SHEET_MM, zero="0mm"),
         "Border of each sheet that stays empty.",
         default="10mm",
     ),
-    Option(
+    _stock(
         "gap",
-        STOCK,
         length_by_bunch(1000.0, zero="0mm"),  # as an entry of materials.toml
         "Least distance between pieces, or by bunch: warp=2mm,weft=4mm.",
         otherwise="the material's",
         making=True,
     ),
-    Option(
+    _stock(
         "rotations",
-        STOCK,
         text(
             "RULE",
             "a text such as 'grain:5deg' or 'across:10deg'",
@@ -221,34 +204,30 @@ CUTTING_OPTIONS = (
         "list of stock says otherwise.",
         default="auto",
     ),
-    Option(
+    _search(
         "effort",
-        SEARCH,
         choice(("quick", "normal", "best")),
         "How long to search for layouts that save material, and for the best twill where none "
         "is exact.",
         default="normal",
         brief="Search for dense sheets: quick, normal, best.",
     ),
-    Option(
+    _search(
         "seed",
-        SEARCH,
         whole(0, MOST_WHOLE),
         "Start of all random choices: same seed, same settings, same files.",
         default=0,
         brief="Same seed, same settings, same files.",
     ),
-    Option(
+    _search(
         "layout",
-        SEARCH,
         layout(),
         "Take the layout in the crossing_map.json of a finished job, not a new one. The pieces "
         "must be the same.",
         making=True,
     ),
-    Option(
+    _search(
         "pin",
-        SEARCH,
         text(
             "ID@SHEET:X,Y,DEG",
             "pieces with their places, such as 'A3@1:120,40,90'",
@@ -260,9 +239,8 @@ CUTTING_OPTIONS = (
         "them. In the studio, drag a piece on its sheet.",
         making=True,
     ),
-    Option(
+    _pieces(
         "colours",
-        PIECES,
         choice("fabweave.weave.strand_colours.STRATEGIES"),
         "Colours in model.glb, pictures, viewer and manual. material: its own, in a light and a "
         "dark tone where it crosses itself; card:white sets it. Sheets have no tones. safe: one "

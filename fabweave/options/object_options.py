@@ -1,5 +1,7 @@
 """Name the options that decide the woven object: its mesh, its weave and its ribbons."""
 
+from functools import partial
+
 from fabweave.options.file_kinds import leave_out, library
 from fabweave.options.kinds import (
     MOST_MM,
@@ -18,27 +20,29 @@ from fabweave.options.kinds import (
 )
 from fabweave.options.option import MESH, RIBBONS, STOCK, WEAVE, Option
 
+#: What makes the options of a section.
+_mesh, _weave = partial(Option, section=MESH), partial(Option, section=WEAVE)
+_stock, _ribbons = partial(Option, section=STOCK), partial(Option, section=RIBBONS)
+
+
 #: In the order in which job.toml has them.
 OBJECT_OPTIONS = (
-    Option(
+    _mesh(
         "mesh",
-        MESH,
         place("MESH", "a file, or a shape such as shape:torus?m=24&n=12"),
         "What is woven: an OBJ, OFF, PLY, STL, GLB or 3MF file, or a built-in shape.",
         brief="OBJ, OFF, PLY, STL, GLB or 3MF file, or shape:NAME.",
         holder="source",
     ),
-    Option(
+    _mesh(
         "title",
-        MESH,
         line("NAME", "a line of text of at most 80 characters"),
         "The name of the object, such as Fruit bowl. The manual, the viewer, the pages and the "
         "margins of the sheets show it.",
         otherwise="made of the name of the mesh",
     ),
-    Option(
+    _mesh(
         "up",
-        MESH,
         text(
             "AXIS|X,Y,Z",
             "an axis such as y, or a direction such as 0.2,-1,0.1",
@@ -51,9 +55,8 @@ OBJECT_OPTIONS = (
         otherwise="y or z, guessed from base and symmetry, z if unsure; y for GLB and glTF",
         brief="Axis or direction of the mesh that points up.",
     ),
-    Option(
+    _mesh(
         "weld",
-        MESH,
         text(
             "all|none|LENGTH",
             "all, none or a length such as 0.01mm",
@@ -64,9 +67,8 @@ OBJECT_OPTIONS = (
         "is woven across the loose faces. fabweave always merges STL, GLB and 3MF.",
         otherwise="where two edges of the boundary lie on one another",
     ),
-    Option(
+    _mesh(
         "bodies",
-        MESH,
         text(
             "all|largest|N|join|wrap",
             "all, largest, join, wrap or a whole number",
@@ -79,17 +81,15 @@ OBJECT_OPTIONS = (
         default="all",
         brief="all, largest, N, join or wrap.",
     ),
-    Option(
+    _mesh(
         "size",
-        MESH,
         length(MOST_MM, least=0.01),
         "Scale the mesh so that its largest dimension is this, e.g. 400mm or 16in. Without it, "
         "the numbers of the mesh are millimetres.",
         brief="Largest dimension of the object, such as 400mm.",
     ),
-    Option(
+    _mesh(
         "remesh",
-        MESH,
         text(
             "none|KIND[:N]",
             "a text such as 'quads:3000'",
@@ -102,9 +102,8 @@ OBJECT_OPTIONS = (
         otherwise="none; make takes a coarser mesh where this one cannot be built",
         brief="A new mesh first: quads:N, tubes:N, triangles:N, coarse:N.",
     ),
-    Option(
+    _mesh(
         "refine",
-        MESH,
         text(
             "SCHEME:STEPS",
             "a text such as 'catmull-clark:2'",
@@ -115,43 +114,38 @@ OBJECT_OPTIONS = (
         "mid-edge, quads.",
         brief="Refine the mesh, such as catmull-clark:1.",
     ),
-    Option(
+    _mesh(
         "symmetrise",
-        MESH,
         flag(),
         "Make a mesh exactly symmetric if noise of at most 2 % of its size spoils it. Few kinds "
         "of pieces are then enough. The notes say how far vertices move.",
         default=False,
     ),
-    Option(
+    _mesh(
         "fair",
-        MESH,
         whole(0, 1000),
         "Move the vertices in so many steps. Strands then run straighter, ribbons are more even, "
         "and the mesh stays near the model. 0 leaves them where they are. By default 12 where the "
         "mesh was remeshed, else none.",
     ),
-    Option(
+    _mesh(
         "leave_out",
-        MESH,
         leave_out(),
         "Leave out faces, for a bulb, an arm or a pot. top:80mm or bottom:80mm opens the mesh "
         "there, and lays the rim onto a circle of that diameter. Numbers such as 12,13, or a "
         "file of them, name faces of the woven mesh, counted from 0. Threads end at the rim, or "
         "turn back (--boundary turn). --size counts as before.",
     ),
-    Option(
+    _mesh(
         "rim",
-        MESH,
         choice(("none", "ring")),
         "ring lays a ring around each round opening of --leave-out, over the ends of the "
         "threads. Its pieces R1, R2 ... are in the folder rim. The fasteners of the crossings "
         "beside the rim go through it.",
         default="none",
     ),
-    Option(
+    _weave(
         "pattern",
-        WEAVE,
         text(
             "PATTERN",
             "a text such as 'twill' or '3/1'",
@@ -166,25 +160,22 @@ OBJECT_OPTIONS = (
         default="plain",
         brief="plain, kagome, twill, triaxial, 3/1, satin:5/2 ...",
     ),
-    Option(
+    _weave(
         "twists",
-        WEAVE,
         place("FILE", "the path of a list of twists"),
         "A weave of your own: a list of edges and their half-twists, in lines such as 0,1,-1. "
         "The first two are vertices of woven_mesh.obj, and 1 is counter-clockwise. inspect "
         "--edges writes a list to begin with.",
     ),
-    Option(
+    _weave(
         "twill_method",
-        WEAVE,
         choice(("search", "voting")),
         "How --pattern twill decides where no exact twill exists. search breaks the fewest "
         "conditions; voting is the method of the paper, for comparison.",
         default="search",
     ),
-    Option(
+    _weave(
         "twill_weights",
-        WEAVE,
         text(
             "FACE/VERTEX",
             "two numbers from 0.1 to 10, such as '2/2'",
@@ -196,18 +187,16 @@ OBJECT_OPTIONS = (
         "rhythm of over two, under two.",
         default="1/1",
     ),
-    Option(
+    _weave(
         "boundary",
-        WEAVE,
         choice(("end", "turn")),
         "What threads do at the boundary of an open mesh. They end there, or they turn back as "
         "in a plaited mat, which has no loose ends.",
         default="end",
         brief="What threads do at a boundary.",
     ),
-    Option(
+    _weave(
         "course",
-        WEAVE,
         choice(("auto", "straight", "projection")),
         "How strands run over faces. straight goes from the middle of one edge to the next. "
         "projection, the way of the paper, covers more of the surface, but bends strands at "
@@ -215,9 +204,8 @@ OBJECT_OPTIONS = (
         "elsewhere.",
         default="auto",
     ),
-    Option(
+    _stock(
         "material",
-        STOCK,
         text(
             "NAME",
             "the name of a material",
@@ -229,9 +217,8 @@ OBJECT_OPTIONS = (
         default="card",
         brief="What it is cut from; fabweave materials lists all.",
     ),
-    Option(
+    _stock(
         "library",
-        STOCK,
         library("material", "fabweave.stock.material"),
         "A file of your own materials, which --material then takes (see "
         "examples/materials.toml). Repeat it for several files. An entry with the name of one "
@@ -239,17 +226,15 @@ OBJECT_OPTIONS = (
         default=(),
         otherwise="materials.toml in the configuration folder, if it is there",
     ),
-    Option(
+    _stock(
         "thickness",
-        STOCK,
         length_by_bunch(100.0),  # as an entry of materials.toml
         "Measured thickness, such as 0.5mm, or by bunch: warp=0.5mm,weft=0.8mm.",
         otherwise="the material's",
         brief="As measured, such as 0.5mm.",
     ),
-    Option(
+    _ribbons(
         "width",
-        RIBBONS,
         value_of(
             "WIDTH",
             "12mm",
@@ -265,9 +250,8 @@ OBJECT_OPTIONS = (
         otherwise="even; proportional on a built-in shape",
         brief="even, even,12mm, proportional, 0.5, 12mm ...",
     ),
-    Option(
+    _ribbons(
         "strips",
-        RIBBONS,
         choice(("wavy", "straight")),
         "Shape of the strips. wavy strips unfold exactly from the model. straight strips are "
         "rectangles of one width, from sheets or from a roll: the object is the nearest to the "
@@ -276,25 +260,22 @@ OBJECT_OPTIONS = (
         default="wavy",
         brief="wavy, or straight: rectangles of one width.",
     ),
-    Option(
+    _ribbons(
         "smooth",
-        RIBBONS,
         whole(0, 50),
         "Cross-lines between two crossings. More of them make rounder ribbons and outlines; 0 "
         "leaves two flat triangles there.",
         default=3,
     ),
-    Option(
+    _ribbons(
         "crossing",
-        RIBBONS,
         number(below=1.0),
         "Length of the flat panel at each crossing relative to its room. It is at least the width; "
         "ribbons of one width have panels no longer than what they cross is wide.",
         otherwise="0.7, or the width if that is more",
     ),
-    Option(
+    _ribbons(
         "clearance",
-        RIBBONS,
         length(100.0, zero="0mm"),
         "Air between two layers at a crossing.",
         default="0.1mm",

@@ -35,12 +35,12 @@ class Option:
     ----------
     name : str
         In job.toml and in Python.
-    section : str
-        One of ``SECTIONS``.
     kind : Kind
         What it takes.
     help : str
         What it is, and why to change it. ``{choices}`` stands for the words that it takes.
+    section : str
+        One of ``SECTIONS``.
     default : object
         As it would be typed; None if fabweave chooses.
     otherwise : str
@@ -57,9 +57,9 @@ class Option:
     """
 
     name: str
-    section: str
     kind: Kind
     help: str
+    section: str
     default: Any = None
     otherwise: str = ""
     brief: str = ""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -43,14 +44,8 @@ class Limits:
 
     def of(self, threads: IntArray) -> "Limits":
         """Return the limits of some threads, one after another."""
-        return Limits(
-            by_thread(self.thickness_mm, threads),
-            by_thread(self.bend_mm, threads),
-            by_thread(self.width_mm, threads),
-            by_thread(self.twist_deg, threads),
-            self.clearance_mm,
-            by_thread(self.along_mm, threads),
-        )
+        own: dict[str, Any] = {key: by_thread(value, threads) for key, value in vars(self).items()}
+        return Limits(**own)
 
     def between(self, first: IntArray, second: IntArray) -> float | FloatArray:
         """Return half the thickness of either of two threads, together, pair by pair."""

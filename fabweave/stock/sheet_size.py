@@ -267,15 +267,14 @@ def stock_table(sheets: Iterable[SheetSize]) -> dict[str, list[dict[str, Any]]] 
     """
     tables: dict[str, list[dict[str, Any]]] = {}
     for sheet in sheets:
+        shape: dict[str, Any] = {"outline": [list(point) for point in sheet.outline]}
+        if sheet.is_roll:
+            shape = {"roll": format_stock(replace(sheet, quantity=None)).removeprefix("roll:")}
+        elif not sheet.outline:
+            shape = {"size": format_stock(SheetSize(sheet.width_mm, sheet.height_mm))}
         entry = {
             "name": sheet.name,
-            "size": None
-            if sheet.outline or sheet.is_roll
-            else format_stock(SheetSize(sheet.width_mm, sheet.height_mm)),
-            "roll": format_stock(replace(sheet, quantity=None)).removeprefix("roll:")
-            if sheet.is_roll
-            else None,
-            "outline": [list(point) for point in sheet.outline] or None,
+            **shape,
             "quantity": sheet.quantity,
             "price": sheet.price,
             "grain": sheet.grain_deg,

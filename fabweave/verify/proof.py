@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.check.colours import check_colours
-from fabweave.verify.check.cut_list import check_cut_list
 from fabweave.verify.check.drawings import (
     check_dxf,
     check_labels,
@@ -38,7 +37,7 @@ from fabweave.verify.check.sheets import check_materials, check_offcuts, check_s
 from fabweave.verify.check.source import check_references, check_source
 from fabweave.verify.check.space import check_space
 from fabweave.verify.check.steps import check_steps
-from fabweave.verify.check.tables import check_sticks, check_tables
+from fabweave.verify.check.tables import check_cut_list, check_sticks, check_tables
 from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.drawing import ReadError, read_text, too_large
 from fabweave.verify.read.job_files import Job, load_job

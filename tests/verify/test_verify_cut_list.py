@@ -12,7 +12,7 @@ from jobs import contents_of, run
 from sealing import found_by, told
 from spoiling import edit_json, put
 
-from fabweave.verify.check.cut_list import _check_length, check_cut_list
+from fabweave.verify.check.tables import check_cut_list, check_row
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
@@ -205,7 +205,6 @@ def test_a_list_that_is_missing_is_found(roll, tmp_path):
 )
 def test_inches_are_read_as_rules_have_them(words, inches):
     """Less than an inch has no whole ones before it."""
-    length = 25.4 * (inches or 0.0)
-    row = {"length_mm": length, "length_in": length / 25.4, "length_32nds": words}
-    found = found_by(lambda tally: _check_length(row, length, tally.at("row")))
+    stated, wanted = {"length_32nds": words}, {"length_32nds": 25.4 * (inches or 0.0)}
+    found = found_by(lambda tally: check_row(stated, wanted, tally.at("row")))
     assert bool(found) == (inches is None)

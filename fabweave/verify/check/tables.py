@@ -1,14 +1,15 @@
-"""Check the tables that people work by: of pieces, stations, crossings, and marks of strips."""
+"""Check the tables that people work by: pieces, stations, crossings, marks and cuts of strips."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
 
-from fabweave.verify.crossing_map import CrossingMap, Piece
+from fabweave.verify.crossing_map import CrossingMap, Piece, Sheet
 from fabweave.verify.drawing import Floats, chords_of, ring_area, ring_points
-from fabweave.verify.read.job_files import CROSSINGS, PIECES, STATIONS, STICKS, Job, required
+from fabweave.verify.read.job_files import CROSSINGS, CUTS, PIECES, STATIONS, STICKS, Job, required
 from fabweave.verify.report import Place, Tally
 
 #: What a cell should be: text, a number, or nothing.
@@ -17,9 +18,18 @@ _Row: TypeAlias = Mapping[str, _Cell]
 #: Lengths along pieces are told to a tenth, and numbers of pieces to a thousandth, of outlines that
 #: the map has as polygons near what is cut.
 _ALONG_MM, _SIZE_MM = 0.051, 0.011
-#: What rounding does to places of marks, to those in inches, and to thirty-seconds of an inch; a
-#: hole that is no farther from its crossing is at it.
-_MARK_MM, _INCHES_MM, _PART_MM, _AT_MM = 0.0051, 0.0128, 25.4 / 64.0 + 1e-6, 1e-3
+#: What rounding does to places of marks and cuts, to those in thousandths of an inch, and to those
+#: in thirty-seconds; a hole that is no farther from its crossing is at it.
+_MARK_MM, _INCHES_MM, _PART_MM, _AT_MM = 0.0051, 0.0179, 25.4 / 64.0 + 0.0051, 1e-3
+#: The columns that tell a length in inches, by what rounding does to it.
+_IN_INCHES = {
+    "distance_in": _INCHES_MM, "length_in": _INCHES_MM,
+    "nearest_in": _PART_MM, "length_32nds": _PART_MM,
+}  # fmt: skip
+_INCH_MM = 25.4
+_OF_A_RULE = re.compile(r"\d+|(?:\d+ )?\d+/[1-9]\d*")
+#: Strips lie in a row, side by side, to this; what is less is no rest.
+_ROW_MM = 2e-3
 
 
 def check_tables(job: Job, tally: Tally) -> None:
@@ -45,12 +55,15 @@ def check_sticks(job: Job, tally: Tally) -> None:
     if not place.equal("whether there is one", rows is not None, straight) or rows is None:
         return
     _check_rows(rows, list(_marks(plan)), place, within=_MARK_MM)
-    for at, row in enumerate(rows, start=1):
-        along, here = _number(row["distance_mm"]), place.at(f"row {at}")
-        inches = 25.4 * _number(row["distance_in"])
-        here.number("distance_in, in mm,", inches, along, within=_INCHES_MM + _MARK_MM)
-        parts = 25.4 * float(sum(map(Fraction, row["nearest_in"].split())))
-        here.number("nearest_in, in mm,", parts, along, within=_PART_MM + _MARK_MM)
+
+
+def check_cut_list(job: Job, tally: Tally) -> None:
+    """Hold the list by which straight strips are cut by hand to where they lie, if in rows."""
+    plan, place = required(job.map), tally.at(CUTS)
+    cuts = [_cuts(plan, sheet) for sheet in plan.sheets]
+    due = job.options.get("strips") == "straight" and None not in cuts
+    if place.equal("whether there is one", job.cuts is not None, due) and job.cuts is not None:
+        _check_rows(job.cuts, [row for rows in cuts for row in rows or ()], place, within=_MARK_MM)
 
 
 def _check_rows(
@@ -74,6 +87,10 @@ def check_row(
         if not isinstance(wanted, float) or not stated:
             place.equal(key, stated, "" if wanted is None else str(wanted))
             continue
+        if key in _IN_INCHES:
+            inches = _INCH_MM * _number(stated)
+            place.number(f"{key}, in mm,", inches, wanted, within=_IN_INCHES[key])
+            continue
         digits = len(stated.partition(".")[2])
         slack = _ALONG_MM if key == "distance_mm" else max(10.0**-digits, _SIZE_MM)
         slack = max(slack, 1e-3 * abs(wanted)) if "_mm2" in key else slack
@@ -81,7 +98,9 @@ def check_row(
 
 
 def _number(text: str) -> float:
-    """Return a number; what is none is no number."""
+    """Return a number, in decimals or as a rule has inches; what is none is no number."""
+    if _OF_A_RULE.fullmatch(text):
+        return float(sum(map(Fraction, text.split())))
     try:
         return float(text)
     except ValueError:
@@ -206,5 +225,51 @@ def _marks(plan: CrossingMap) -> Iterable[_Row]:
                 }
                 marks.append((x - left, y - low, cells))
         for along, across, cells in sorted(marks, key=lambda mark: mark[0]):
-            place = {"distance_mm": float(along), "across_mm": float(across)}
-            yield {**common, "length_mm": float(length), "width_mm": float(width), **cells, **place}
+            place = dict.fromkeys(("distance_mm", "distance_in", "nearest_in"), float(along))
+            size = {"length_mm": float(length), "width_mm": float(width)}
+            yield {**common, **size, **cells, **place, "across_mm": float(across)}
+
+
+def _cuts(plan: CrossingMap, sheet: Sheet) -> list[_Row] | None:
+    """Return what the list has of a sheet; None if its strips lie in no rows the gap apart.
+
+    Cuts along rows come first, between two rows in the middle. Then comes each row, strip by strip
+    from end to end, and its rest. A roll has one row, whose rest goes to the end of the roll.
+    """
+    pieces, sides = plan.on_sheet(sheet.number), (sheet.width_mm, sheet.height_mm)
+    if not pieces:
+        return None
+    corners = [piece.placed(piece.outline) for piece in pieces]
+    boxes = np.array([(points.min(axis=0), points.max(axis=0)) for points in corners])
+    along = int(np.argmax(np.ptp(corners[0], axis=0)))
+    low, high = boxes[:, :, 1 - along].T
+    wide, order = high - low, np.argsort(low, kind="stable")
+    first = order[np.diff(low[order], prepend=-np.inf) > _ROW_MM]
+    apart = np.diff(low[first]) - wide.max() - plan.layout.gap_mm
+    if max(np.ptp(wide), np.abs(apart).max(initial=0.0)) > _ROW_MM:
+        return None
+    middles = (low[first[1:]] + high[first[:-1]]) / 2.0
+    edges = enumerate([low[first[0]], *middles, high[first[-1]]])
+    inside = [(number, at) for number, at in edges if _ROW_MM < at < sides[1 - along] - _ROW_MM]
+    rows = [_cut(sheet, "rip", number, None, None, at) for number, at in inside]
+    row_of = np.searchsorted(low[first], low + _ROW_MM, side="right")
+    for number in range(1, len(first) + 1):
+        own, end = np.flatnonzero(row_of == number), 0.0
+        for at in own[np.argsort(boxes[own, 0, along])].tolist():
+            begin, end = boxes[at, :, along].tolist()
+            rows.append(_cut(sheet, "piece", number, pieces[at].id, begin, end))
+        whole = sheet.roll_mm or sides[along]
+        if whole - end > _ROW_MM:
+            rows.append(_cut(sheet, "rest", number, None, end, whole))
+    return rows
+
+
+def _cut(
+    sheet: Sheet, cut: str, row: int, piece: str | None, begin_mm: float | None, end_mm: float
+) -> _Row:
+    """Return a row of the list; a cut along rows has no length."""
+    length = None if begin_mm is None else end_mm - begin_mm
+    return {
+        "sheet": sheet.name, "cut": cut, "row": row, "piece": piece, "from_mm": begin_mm,
+        "to_mm": end_mm, **dict.fromkeys(("length_mm", "length_in", "length_32nds"), length),
+    }  # fmt: skip
