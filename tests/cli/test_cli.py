@@ -1,6 +1,5 @@
 """The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
 
-import csv
 import json
 import re
 import tomllib
@@ -43,31 +42,6 @@ def test_a_finished_job_has_every_file_and_is_proved(tmp_path, capsys):
     assert (told["proved"], told["threads"], told["crossings"]) == (True, 4, 12)
     assert set(MADE) <= set(contents_of(folder))
     assert list(tmp_path.iterdir()) == [folder]
-
-
-def test_the_octahedron_has_four_rings_of_six_crossings(finished):
-    folder = finished(*OCTAHEDRON)
-    plan = json.loads((folder / "crossing_map.json").read_text())
-    assert [len(thread["crossings"]) for thread in plan["threads"]] == [6] * 4
-    assert len(plan["crossings"]) == 12
-    assert all(len(thread["pieces"]) >= 2 for thread in plan["threads"])
-    rows = list(csv.DictReader((folder / "pieces.csv").read_text().splitlines()))
-    assert [row["id"] for row in rows] == [piece["id"] for piece in plan["pieces"]]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "shape",
-    [
-        "hypar?m=5&n=5",
-        pytest.param("tetrahedron", marks=slow),
-        pytest.param("tube?m=8&n=4", marks=slow),
-        pytest.param("sphere?n=2", marks=slow),
-    ],
-)
-def test_shapes_are_made_and_proved(shape, finished):
-    folder = finished(f"shape:{shape}", "--size", "200mm", *SHEET, "--effort", "quick")
-    assert run("verify", folder, "-q") == 0
 
 
 @pytest.mark.slow

@@ -45,17 +45,6 @@ def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(finished, tmp_path)
 
 
 @pytest.mark.slow
-def test_views_stand_side_by_side(tmp_path):
-    assert model(tmp_path / "a.png", "--view", "-60,30", "--view", "20,60") == 0
-    assert model(tmp_path / "b.png", "--view", "-60,30") == 0
-    with Image.open(tmp_path / "a.png") as both, Image.open(tmp_path / "b.png") as one:
-        assert both.size == (2 * one.width, one.height)
-        left = both.crop((0, 0, one.width, one.height))
-        right = both.crop((one.width, 0, both.width, one.height))
-        assert left.tobytes() == one.tobytes() != right.tobytes()
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("what", ["twists", "faults", "seams"])
 def test_the_weave_is_shown_on_its_mesh(what, tmp_path, capsys):
     path = tmp_path / "a.png"

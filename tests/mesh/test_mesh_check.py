@@ -110,14 +110,6 @@ def test_klein_bottle_is_one_sided_and_closed(m, n, seed):
     assert report.genus is None
 
 
-def test_one_sided_component_beside_a_good_one():
-    report = check_mesh(merged(solids.cube(), moebius_strip(5), solids.tetrahedron()))
-    assert report.component_genus == (0, None, 0)
-    assert report.genus is None
-    (finding,) = report.fatal
-    assert finding.where == "face 6, 7, 8, 9, 10"
-
-
 @given(closed_surfaces(), st.data())
 def test_flipped_faces_are_found_and_turned_back(surface, data):
     mesh, genus = surface
@@ -187,15 +179,6 @@ def test_two_spheres_glued_at_a_vertex():
     assert any("(vertex 0)" in note for note in notes)
     # The second one's corner is at the end now, where it was.
     assert apart.vertices[-1].tolist() == ball.vertices[0].tolist()
-
-
-def test_three_corners_at_one_tip():
-    tip = [[0, 1, 2], [0, 3, 4], [0, 5, 6]]
-    points = np.random.default_rng(0).normal(size=(7, 3))
-    apart, report, notes = prepare_mesh(PolyMesh.from_faces(points, tip))
-    assert apart.faces() == [[0, 1, 2], [7, 3, 4], [8, 5, 6]]
-    assert report.n_components == 3
-    assert "1 vertex at" in notes[0]
 
 
 @pytest.mark.parametrize("valence", [5, 63, 64, 65, 200])

@@ -247,17 +247,3 @@ def test_soft_tubes_meet_the_formula_of_a_torus():
     away = np.hypot(np.hypot(*places[:, :2].T) - 20, places[:, 2])
     assert away == pytest.approx(np.full(len(away), 2.0), rel=0.04)
     assert tubes.project(places) == pytest.approx(places, abs=1e-6)
-
-
-def test_checks_of_this_file_can_fail():
-    good = parse_shape("shape:slit?genus=2")
-    inside_out = PolyMesh.from_faces(good.vertices, good.indices.reshape(-1, 4)[:, ::-1])
-    flat = good.with_vertices(good.vertices * [1, 1, 0])
-    for spoilt, genus in ((inside_out, 2), (flat, 2), (good, 3)):
-        with pytest.raises(AssertionError):
-            assert_sound(spoilt, genus)
-    folded = good.vertices.copy()
-    folded[10] = good.vertices[len(folded) // 2]
-    with pytest.raises(AssertionError):
-        assert_sound(good.with_vertices(folded), 2)
-    assert not twillable(build_halfedges(parse_shape("shape:cube")))

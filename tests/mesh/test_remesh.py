@@ -230,13 +230,6 @@ def test_check_tells_bodies_of_swapped_genus_apart():
     assert "genus: (0, 2) instead of (1, 1)" in faults
 
 
-def test_open_rim_must_stay_open():
-    bowl = triangulate(grids.hemisphere(6, 50.0))
-    assert check_remeshed(bowl, grids.hemisphere(4, 50.0)) == ()
-    faults = check_remeshed(bowl, grids.sphere(6, 50.0))
-    assert "boundary loops: 0 instead of 1" in faults
-
-
 @pytest.mark.parametrize("what", ["a hole", "inside out", "another genus", "vertex away"])
 def test_spoiled_result_of_a_remesher_is_not_used(tmp_path, what):
     # All in one box, for that is how a remesher sees the surface.
@@ -361,12 +354,6 @@ def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
     assert_gone([int(line) for line in mark.read_text().split()])
 
 
-def test_command_that_is_not_there_is_reported(tmp_path):
-    engine = Engine("x", "X", "", command=(str(tmp_path / "nothing"),))
-    with pytest.raises(AttemptFailedError, match="could not be started"):
-        run_engine(engine, BALL, Run(100, 0, rim=False))
-
-
 # --- choosing ----------------------------------------------------------------------------------
 
 
@@ -383,28 +370,6 @@ def inset(mesh, chosen):
         faces.append(inner)
         faces += [[face[k - 1], face[k], inner[k], inner[k - 1]] for k in range(4)]
     return PolyMesh.from_faces(points, faces)
-
-
-@pytest.mark.slow
-def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp_path):
-    results = {
-        20: inset(grids.torus(24, 12, 35.0, 15.0), {5, 100}),
-        21: inset(grids.torus(36, 12, 35.0, 15.0), {5}),
-        22: inset(grids.torus(26, 12, 35.0, 15.0), {5}),
-    }
-    for seed, mesh in results.items():
-        faces = mesh.indices.reshape(-1, 4)
-        np.savez(tmp_path / f"{seed}.npz", v=mesh.vertices / 100, f=faces)
-    body = (
-        "seed = int(task['seed'])\n"
-        "if seed not in (20, 21, 22): sys.exit(1)\n"
-        f"kept = np.load(os.path.join({str(tmp_path)!r}, str(seed) + '.npz'))\n"
-        "give(kept['v'], kept['f'])\n"
-    )
-    engine = replace(stub(tmp_path, body), most_runs=4)
-    remeshed = remesh_quads(icotorus(), 300, seed=20, engines=[engine])
-    assert len(remeshed.irregular) == 8
-    assert remeshed.mesh.n_faces == 26 * 12 + 4
 
 
 def test_shape_comes_before_irregular_vertices():

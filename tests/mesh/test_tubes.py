@@ -93,14 +93,6 @@ def test_limbs_are_counted_and_kept(star) -> None:
 
 @pytest.mark.slow
 @needs_pygel
-def test_the_same_bytes_each_time(star) -> None:
-    one, two = (remesh_tubes(star, 150).mesh for _ in range(2))
-    assert one.vertices.tobytes() == two.vertices.tobytes()
-    assert one.indices.tobytes() == two.indices.tobytes()
-
-
-@pytest.mark.slow
-@needs_pygel
 @pytest.mark.parametrize(
     "model", [triangulate(torus(40, 20, 100.0, 30.0)), starfish(open_at=2)], ids=["ring", "open"]
 )

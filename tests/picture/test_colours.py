@@ -91,12 +91,6 @@ def test_the_palette_keeps_the_distance_it_promises(count, least):
     assert 50.0 * np.ptp(lightness.reshape(count, 9), axis=1).max() < away / 8.0 + 0.3
 
 
-def test_more_bunches_than_the_palette_has_colours_begin_it_again():
-    colours = thread_colours(np.arange(30))
-    assert np.array_equal(colours[24:], SAFE_PALETTE[:6])
-    assert len(np.unique(colours, axis=0)) == len(SAFE_PALETTE) == 24
-
-
 @given(st.integers(1, 14), st.integers(1, 12), st.sampled_from(PALETTES), st.randoms())
 def test_members_of_a_bunch_differ_and_order_does_not_matter_to_bunches(
     count, members, strategy, random

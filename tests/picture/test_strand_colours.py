@@ -142,15 +142,6 @@ def test_a_grid_on_a_torus_has_warp_and_weft_as_far_as_they_close_up(m, n):
     assert shades.max() + 1 <= 4
 
 
-def test_triangles_have_three_directions_away_from_irregular_vertices():
-    weave = woven("icosahedron", steps=2)
-    shades = shade_strands(weave)
-    counts = np.sort(np.bincount(shades[:, 0]))[::-1]
-    assert counts[:3].sum() >= 0.9 * counts.sum()
-    changes = np.count_nonzero(shades[:, 0] != shades[:, 1])
-    assert changes <= 0.2 * len(shades)
-
-
 def test_pieces_have_one_colour_each_and_neighbours_others():
     weave = woven("torus?m=9&n=7")
     threads = weave.threads
@@ -168,24 +159,6 @@ def test_pieces_have_one_colour_each_and_neighbours_others():
     assert not np.any(seldom & ~breaks)
     with pytest.raises(InputError, match="where no pieces are cut"):
         strand_colours(weave, bunches, "piece")
-
-
-def test_a_piece_that_crosses_itself_is_parted_where_it_lies_below():
-    weave = woven("torus?m=9&n=7")
-    strands = strand_colours(
-        weave, part_bunches(weave.threads), "safe", breaks=np.zeros(len(weave.over), dtype=bool)
-    )
-    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
-    assert not np.any(np.any(strands[:, 0] != strands[:, 1], axis=1) & weave.over)
-
-
-@pytest.mark.parametrize("size", [(8, 6), (10, 4)])
-@pytest.mark.parametrize("seed", [None, 3])
-def test_two_shades_tell_warp_from_weft(size, seed):
-    weave = woven("torus?m={}&n={}".format(*size), seed=seed)
-    shades = shade_strands(weave)
-    assert not alike(weave, shades).any()
-    assert np.all(np.bincount(shades.ravel()) == [shades.size // 2] * 2)
 
 
 @pytest.mark.parametrize(("name", "steps"), [("icosahedron", 2), ("sphere", 0)])
@@ -246,21 +219,6 @@ def test_rungs_change_their_colour_along_panels_only():
     by_thread = np.arange(3 * weave.threads.n_threads, dtype=np.uint8).reshape(-1, 3)
     each = np.repeat(by_thread, np.diff(ribbons.offsets), axis=0)
     assert np.array_equal(rung_colours(ribbons, by_thread), each)
-
-
-def test_threads_that_do_not_cross_themselves_keep_their_bunches_colours():
-    weave = woven("cube")
-    strands = strand_colours(weave, part_bunches(weave.threads), "safe")
-    assert [len(np.unique(strands[weave.threads.thread_of_pass == t].reshape(-1, 3), axis=0))
-            for t in range(4)] == [1, 1, 1, 1]  # fmt: skip
-    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 4
-
-
-@pytest.mark.parametrize("strategy", ["hue-circle", "hue-range"])
-def test_the_papers_colours_are_one_a_thread(strategy):
-    weave = woven("torus?m=9&n=7")
-    strands = strand_colours(weave, np.array([0, 1]), strategy)
-    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 2
 
 
 def test_wrong_strategies_are_refused_and_nothing_has_no_colour():

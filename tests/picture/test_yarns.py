@@ -138,17 +138,6 @@ def test_over_is_above_under_at_every_crossing(made):
         assert np.allclose(course.place[over], woven_object.ribbons.centre)
 
 
-def test_spines_go_through_the_crossings_level_and_in_order():
-    woven_object = woven("octahedron")
-    course = course_of(woven_object)
-    spines = draw_spines(course, np.full(len(course.place), 2.0))
-    at = np.searchsorted(spines.guide, np.arange(len(course.place)))
-    away = spines.point[at] - course.place
-    assert np.allclose(away, np.einsum("ij,ij->i", away, course.rise)[:, None] * course.rise)
-    assert np.linalg.norm(away, axis=1).min() > 2.0
-    assert np.abs(np.einsum("ij,ij->i", spines.direction[at], course.rise)).max() < 1e-12
-
-
 def test_a_larger_radius_than_the_largest_is_refused_with_one_that_fits():
     woven_object = woven("torus?m=10&n=6")
     with pytest.raises(CannotMakeError, match=r"--yarn-radius ([\d.]+)mm") as refused:

@@ -63,13 +63,6 @@ def test_the_former_of_a_torus_is_a_ring_with_discs_around_it(torus):
     assert pieces == set(range(len(job.piece_set.pieces)))
 
 
-def test_ticks_point_inwards_from_the_edge(torus):
-    for plate in torus[1]:
-        for mark in plate.marks:
-            assert plate.outline.boundary.distance(shapely.Point(mark.point)) < 1e-6
-            assert np.linalg.norm(mark.inward) == pytest.approx(1.0)
-
-
 def rails_of(job, piece):
     """The rails of a piece from end to end, (R, 2, 3)."""
     ribbons, stretches = (

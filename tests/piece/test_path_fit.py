@@ -170,16 +170,6 @@ def test_coarse_facets_stay():
     assert not np.any(path.bulges)
 
 
-def test_many_rings_are_fitted_as_each_by_itself():
-    rings = [wavy(50.0 + 9 * k, 6.0, 3.0, 1.0, 30 + k, k) for k in range(6)]
-    together = fit_paths(rings, 0.02)
-    for ring, path in zip(rings, together, strict=True):
-        (alone,) = fit_paths([ring], 0.02)
-        assert np.array_equal(alone.points, path.points)
-        assert np.array_equal(alone.bulges, path.bulges)
-    assert fit_paths([], 0.02) == []
-
-
 @at_most(15)
 @given(bands)
 def test_inscribed_polygons_keep_to_their_paths(ring):

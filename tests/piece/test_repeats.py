@@ -9,7 +9,6 @@ from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, tube
@@ -215,53 +214,3 @@ def test_symmetric_objects_are_cut_from_a_handful_of_shapes(mesh, options, most)
     many = pieces_of(mesh, **{**options, "kinds": "any"})
     assert many[1] > 2 * kinds
     assert pieces <= 1.05 * many[0] or options.get("kinds") == "fewest"
-
-
-def test_each_thread_is_cut_by_itself_if_any_kinds_will_do():
-    asked = settings_from_options("shape:octahedron", size="200mm", kinds="any")
-    woven, settings, supplies = laid(asked)
-    assert object_repeats(woven, settings.pieces, supplies) is None
-
-
-def test_holes_are_alike_in_pieces_of_one_kind_and_not_in_those_that_only_nearly_repeat(
-    monkeypatch, tmp_path
-):
-    """What rotations take to one another only roughly is cut alike, but is of several kinds."""
-    path = tmp_path / "torus.obj"
-    mesh = parse_shape("shape:torus?m=9&n=6")
-    noise = np.random.default_rng(5).uniform(0.99, 1.01, (len(mesh.vertices), 1))
-    path.write_bytes(obj_bytes(mesh.with_vertices(mesh.vertices * noise)))
-
-    def woven(name):
-        asked = settings_from_options(
-            name,
-            size="300mm",
-            sheet="700x500mm",
-            kinds="fewest",
-            max_length="300mm",
-            fasten="joints",
-        )
-        return laid(asked)
-
-    even, settings, supplies = woven("shape:torus?m=9&n=6")
-    repeats = object_repeats(even, settings.pieces, supplies)
-    monkeypatch.setattr("fabweave.piece.joined_strands.object_repeats", lambda *_: repeats)
-    uneven, settings, supplies = woven(str(path))
-    joined = split_object(uneven, brief_of(settings, supplies))
-    made = joined_pieces(joined, brief_of(settings, supplies))
-    assert len(made.kinds.first) > len(np.unique(repeats.classes(joined.plan.runs), axis=0))
-    stations = [
-        (int(crossing), (kind, min(at, len(piece.crossings) - 1 - at)), bool(drilled))
-        for piece, kind in zip(made.pieces, made.kinds.number.tolist(), strict=True)
-        for at, (crossing, drilled) in enumerate(
-            zip(piece.crossings, np.isfinite(piece.hole_mm), strict=True)
-        )
-    ]
-    allowed = set(np.flatnonzero(made.fastened).tolist())
-    while True:
-        places = {place for crossing, place, _ in stations if crossing in allowed}
-        more = {crossing for crossing, place, _ in stations if place in places} - allowed
-        if not more:
-            break
-        allowed |= more
-    assert {crossing for crossing, _, drilled in stations if drilled} <= allowed

@@ -127,29 +127,6 @@ def test_no_piece_carries_what_is_barred():
                 assert allowed == (start[thread] + first > free[at] and not carried)
 
 
-@pytest.mark.slow
-def test_a_piece_that_fits_no_longer_as_it_is_cut_is_cut_elsewhere(monkeypatch):
-    runs = []
-
-    def first_too_large(outlines, *_):
-        plan = calls[-1]
-        runs.append(list(zip(*(plan.thread, plan.first, plan.last), strict=True)))
-        return np.arange(len(outlines)) >= (len(runs) == 1)
-
-    def noted(*args, **more):
-        plan = real(*args, **more)
-        calls.append(plan.runs)
-        return plan
-
-    calls, real = [], joined_object.plan_pieces
-    monkeypatch.setattr(joined_object, "plan_pieces", noted)
-    monkeypatch.setattr(joined_object, "outlines_with_place", first_too_large)
-    pieces = pieces_of(flat_ball(3), **FLAT)
-    assert len(runs) == 2
-    assert len(pieces) == len(runs[1])
-    assert runs[0][0] not in runs[1]
-
-
 def test_pieces_that_fit_nowhere_as_they_are_cut_are_refused_with_their_size(monkeypatch):
     def too_large(outlines, *_):
         return np.zeros(len(outlines), dtype=bool)

@@ -90,13 +90,6 @@ def test_holes_are_cut_through():
     assert len(runs) == 3
 
 
-def test_names_say_what_was_done():
-    outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
-    (ready,) = kerfed_sheets([sheet(outline)], 0.15, MicroJoints(4, 0.3))
-    assert ready.name == "sheet_01_kerf0.15mm_micro4x0.3mm"
-    assert kerfed_sheets([sheet(outline)], 0.0, None) == ()
-
-
 @pytest.mark.parametrize("text", ["0", "51", "-2", "4:", "4:9mm", "4:0.01mm", "four", "4:x", ""])
 def test_nonsense_is_refused(text):
     with pytest.raises(InputError):

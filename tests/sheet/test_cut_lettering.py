@@ -13,7 +13,6 @@ from fabweave.sheet.labels.lettering import characters, place_text, text_box
 REQUIRED = string.ascii_uppercase + string.digits + "-./+:×=><()#*^ "
 VISIBLE = characters().replace(" ", "")
 
-texts = st.text(alphabet=characters(), min_size=1, max_size=12)
 heights = st.floats(0.8, 50.0)
 
 
@@ -96,13 +95,6 @@ def test_no_letter_or_digit_is_another_one_upside_down():
             if one != other:
                 upright = picture(strokes(other, 12.0))
                 assert distance(turned[one], upright) > 1.0, (one, other)
-
-
-@given(texts, heights)
-def test_text_is_as_wide_as_its_glyphs_and_the_gaps(text, height):
-    alone = sum(text_box(sign, height).width for sign in text)
-    gaps = height * 3 / 12 * (len(text) - 1)
-    assert text_box(text, height).width == pytest.approx(alone + gaps)
 
 
 @given(st.text(alphabet=VISIBLE, min_size=2, max_size=6), heights)

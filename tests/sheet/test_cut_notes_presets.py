@@ -47,16 +47,6 @@ def test_the_bar_is_as_long_as_it_says(width, length):
         assert letters[0].points[:, 0].min() > bar.points[:, 0].max()
 
 
-@pytest.mark.parametrize("margin", [3.0, 5.0, 10.0])
-def test_notes_keep_to_the_margin(margin):
-    _, *others = sheet_notes(
-        SheetSize(600.0, 400.0), ["job 69 sheet 1/4", "card 0.4 mm"], margin_mm=margin
-    ).drawn
-    inside = shapely.box(margin, margin, 600.0 - margin, 400.0 - margin)
-    for note in others:
-        assert not shapely.LineString(note.points).intersects(inside)
-
-
 @st.composite
 def outlines(draw):
     """Draw polygons around a middle, with its least corner at the origin."""
@@ -85,17 +75,6 @@ def test_notes_on_odd_stock_are_on_good_material(ring, texts, margin, grain):
     length = np.hypot(*(bar.points[2] - bar.points[1]))
     assert round(length) in (100, 50, 20, 10)
     assert length == pytest.approx(round(length), abs=1e-9)
-
-
-def test_notes_on_odd_stock_stand_where_no_piece_does():
-    wedge = ((0.0, 0.0), (300.0, 0.0), (0.0, 200.0))
-    texts = ["JOB SHEET 1/4", "THE ENGRAVED FACE"]
-    stock = SheetSize(300.0, 200.0, outline=wedge)
-    _, bar, *letters = sheet_notes(stock, texts, margin_mm=6.0).drawn
-    assert len(letters) > 25
-    pieces = shapely.Polygon(wedge).buffer(-6.0, join_style="mitre")
-    for note in (bar, *letters):
-        assert not pieces.intersects(shapely.LineString(note.points))
 
 
 def test_a_long_text_is_made_smaller_and_then_cut_off():

@@ -152,16 +152,6 @@ def test_same_drawing_same_bytes_in_every_process():
     assert len(set(outputs)) == 1
 
 
-def test_an_empty_sheet_can_be_written(sheet_of, tmp_path):
-    empty = replace(sheet_of([]), notes=())
-    (tmp_path / "a.dxf").write_bytes(dxf_bytes(empty))
-    document = ezdxf.readfile(tmp_path / "a.dxf")
-    assert len(document.modelspace()) == 0
-    assert list(document.header["$EXTMAX"]) == [220.0, 160.0, 0.0]
-    root = parse(svg_text(empty))
-    assert len(root.findall(f"{SVG}g")) == 5
-
-
 # ---- SVG ------------------------------------------------------------------------------------
 
 

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 import shapely
 from crossing_maps import points, sheet_record
-from jobs import run
-from pypdf import PdfReader
 
 from fabweave.plan.crossing_map import RestRecord
 from fabweave.show.manual.sheets import draw_stock
@@ -63,20 +61,3 @@ def test_edge_margin_defects_and_rest_are_drawn_where_they_are():
     assert lines.buffer(2.9).covers(knot)
     rest = [run for run, _, dash in book.drawn if dash == (6.0, 3.0)]
     assert shapely.LineString(rest[0]).equals(shapely.Polygon(REST).exterior)
-
-
-@pytest.mark.slow
-def test_the_narrow_part_of_a_ragged_sheet_fills_its_page(tmp_path):
-    # An arm 200 mm wide of a sheet of 1000 by 700 mm: 6 mm ribbons are too small on all of it.
-    stock = tmp_path / "stock.toml"
-    stock.write_text(
-        """[[offcut]]
-        name = "an el"
-        material = "card"
-        outline = [[0, 0], [1000, 0], [1000, 700], [700, 700], [700, 200], [0, 200]]
-        """
-    )
-    job = ("shape:tetrahedron", "--size", "120mm", "--width", "6mm", "--effort", "quick", "--force")
-    assert run("make", *job, "-q", "--stock", stock, "-o", tmp_path / "job") == 0
-    pages = [page.extract_text() for page in PdfReader(tmp_path / "job" / "assembly.pdf").pages]
-    assert sum("part with pieces" in " ".join(page.split()) for page in pages) == 1

@@ -2,8 +2,6 @@
 
 import pytest
 
-from fabweave.design.inspection.facts import inspect_mesh
-from fabweave.options.settings import Settings
 from fabweave.stock.material import (
     formed_radius_mm,
     forming_advice,
@@ -33,12 +31,3 @@ def test_all_plywood_and_nothing_else_is_known() -> None:
         "birch-veneer", "birch-ply-1.5", "birch-ply-3"
     ]  # fmt: skip
     assert forming_advice(material_named("acrylic-3"), 500.0) is None
-
-
-@pytest.mark.parametrize(("size", "helps"), [(60.0, False), (95.0, True)])
-def test_it_is_told_where_a_material_is_too_stiff_and_softening_helps(size, helps) -> None:
-    options = {"material": "birch-veneer", "rotations": "free"}
-    torus = Settings.of("shape:torus?m=8&n=4", size_mm=size, **options)
-    veneer = material_named("birch-veneer")
-    advice = forming_advice(veneer, formed_radius_mm(veneer)).lower()
-    assert (advice in inspect_mesh(torus).facts["pieces"]["because"].lower()) == helps

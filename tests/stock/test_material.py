@@ -3,7 +3,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from PIL import ImageColor
 
 from fabweave.core.errors import InputError
 from fabweave.stock.material import (
@@ -69,10 +68,3 @@ def test_thickness_and_hole_must_be_positive(value):
         with_thickness(material_named("card"), value)
     with pytest.raises(InputError):
         hole_edge_mm(material_named("card"), value)
-
-
-def test_a_colour_that_another_program_has_asked_for_is_still_a_colour():
-    # Pillow keeps what it has read of a name in place of its text.
-    ImageColor.getrgb("white")
-    for _ in range(2):
-        assert replace(material_named("card"), name="card:white").rgb == (255, 255, 255)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from jobs import contents_of, run
+from jobs import run
 from sealing import found_by, told
 from spoiling import edit_json, put
 
@@ -78,16 +78,6 @@ def test_no_machine_cuts_a_roll(roll):
     done = {action["action"]: action["count"] for action in costs["assembly"]["actions"]}
     assert done["cut"] == len([row for row in rows_of(roll) if row["cut"] == "piece"])
     assert "sort" not in done
-
-
-@pytest.mark.slow
-def test_job_toml_makes_the_same_bytes_of_a_roll(roll, tmp_path):
-    shutil.copy(roll / "job.toml", tmp_path / "job.toml")
-    assert run("make", "--config", tmp_path / "job.toml", "-q", "-o", tmp_path / "again") == 0
-    assert contents_of(tmp_path / "again") == contents_of(roll)
-    # Its layout is taken again, too, without nesting.
-    words = ("--layout", roll / "crossing_map.json", "-q", "-o", tmp_path / "laid")
-    assert run("make", "--config", tmp_path / "job.toml", *words) == 0
 
 
 def put_cell(number, column, value):

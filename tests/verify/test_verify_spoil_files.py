@@ -51,20 +51,6 @@ def test_file_cut_short(job, name):
         assert set(found) == set(MISSING[name].split())
 
 
-@pytest.mark.parametrize("name", [name for name in MISSING if name != "sheets"])
-@pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe" * 50, b"{}", b"[[[[", b"null"])
-def test_garbage_is_a_finding(job, name, content):
-    folder = job()
-    (folder / name).write_bytes(content)
-    found = told(folder)
-    if (name, content) == ("job.toml", b""):
-        # No settings are settings, but they name neither what is fastened nor the preset.
-        assert set(found) == {"fastened", "colours"}
-    else:
-        assert "files" in found
-        assert set(found) <= set(MISSING[name].split())
-
-
 @pytest.mark.parametrize("seed", range(60))
 def test_no_mutation_makes_a_traceback(job, seed):
     """Random bytes changed, doubled or dropped anywhere: a report, whatever comes."""
