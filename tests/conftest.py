@@ -3,7 +3,6 @@
 import os
 import runpy
 import sys
-from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -25,22 +24,13 @@ settings.register_profile("glance", deadline=None, derandomize=judged, max_examp
 settings.load_profile("fabweave")
 
 
-#: `make test` runs so many cases of a test: its first, and others at equal distances.
-MOST_CASES = 2
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Make slow tests of most cases where a test has many: they show the same in many places."""
-    cases = defaultdict(list)
-    for item in items:
-        if hasattr(item, "function") and item.get_closest_marker("slow") is None:
-            cases[item.function].append(item)
-    for family in cases.values():
-        kept = {n * len(family) // MOST_CASES for n in range(MOST_CASES)}
-        for number, item in enumerate(family):
-            if number not in kept and len(family) > MOST_CASES:
-                item.add_marker(pytest.mark.slow)
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path):
+    """Look for no examples in the docstrings of tests: they have none, and it takes a second."""
+    found = yield
+    if file_path.name.startswith("test_"):
+        found = [one for one in found if type(one) is pytest.Module]
+    return found
 
 
 @pytest.fixture(scope="session")
@@ -62,9 +52,12 @@ def browser():
         yield started
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _quick_jobs():
-    """Make jobs quickly, everywhere: see ``quick_jobs``."""
+@pytest.fixture(scope="module")
+def quick_jobs():
+    """Make jobs quickly in a module that asks for it: where pictures and sheets are not looked at.
+
+    Nothing is patched elsewhere: see ``quick_jobs`` of jobs.py for what is.
+    """
     from jobs import quick_jobs  # noqa: PLC0415 - found beside the tests
 
     with quick_jobs():
@@ -73,7 +66,7 @@ def _quick_jobs():
 
 @pytest.fixture
 def shipped():
-    """Make jobs just as users do, in processes and with a large picture, in a test that asks."""
+    """Make jobs just as users do, in a test of such a module."""
     from jobs import shipped_jobs  # noqa: PLC0415 - found beside the tests
 
     with shipped_jobs():

@@ -21,6 +21,8 @@ from fabweave.options.settings import Settings
 from fabweave.options.table import OPTIONS
 from fabweave.stock.sheet_size import SheetSize
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 slow = pytest.mark.slow
 
 MADE = (

@@ -21,6 +21,8 @@ from fabweave.nest import nesting as batches
 from fabweave.piece import joined_strands as split_job
 from fabweave.verify.proof import verify_job
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 def run(*arguments, limit=None, **environment):
     """Run the command line in a process of its own, perhaps with a limit of the system's."""

@@ -21,6 +21,8 @@ from fabweave.sheet.targets import targets
 from fabweave.stock.material import material_library, min_bend_radius_mm
 from fabweave.verify.report import MEANINGS
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "fabweave" / "guide"
 PAPERS = [

@@ -13,7 +13,7 @@ from fabweave.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.remake import remake_job
 from fabweave.verify.proof import verify_job
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 #: One material is new; the other stands in for one of ours, and bends by a table.
 MATERIALS = """
@@ -119,7 +119,6 @@ def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
     assert job["rules"]["school"]["web_t"] == 1.0
 
 
-@pytest.mark.slow
 def test_what_is_proved_needs_no_file_of_the_users(made, tmp_path) -> None:
     assert remake_job(made).ok
     spoiled = Path(shutil.copytree(made, tmp_path / "spoiled"))

@@ -27,6 +27,8 @@ from fabweave.plan.ask import load_asked
 from fabweave.plan.verdict import Verdict
 from fabweave.ribbon.width import WidthRule
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture(scope="module")
 def fine(tmp_path_factory):

@@ -25,6 +25,8 @@ from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import WidthRule
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 slow = pytest.mark.slow
 
 

@@ -18,6 +18,8 @@ from fabweave.verify.measure.walks import trace_walks
 from fabweave.verify.proof import verify_job
 from fabweave.verify.read.mesh import read_obj
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 slow = pytest.mark.slow
 TURN = ("--boundary", "turn")
 

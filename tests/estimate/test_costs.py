@@ -35,6 +35,8 @@ from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, machines
 from fabweave.stock.material import machine_of, material_library, material_named
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 CARD = material_named("card")
 
 

@@ -8,6 +8,8 @@ from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.text import inspection_text
 from fabweave.options.settings import Settings
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick")
 
 

@@ -38,6 +38,8 @@ from fabweave.stock.sheet_size import parse_roll
 from fabweave.weave.pattern import strand_passes
 from fabweave.weave.symmetry import find_weave_symmetry
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 BALL = {
     "source": "shape:icosahedron", "refine": "loop:1", "pattern": "kagome", "strips": "straight",
     "size_mm": 200.0, "effort": "quick",

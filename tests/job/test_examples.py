@@ -15,6 +15,8 @@ from PIL import Image
 import fabweave as fw
 from fabweave.verify.report import MEANINGS
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

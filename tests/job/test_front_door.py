@@ -13,6 +13,8 @@ from PIL import Image
 
 import fabweave as fw
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture(scope="module")
 def steps():

@@ -10,6 +10,8 @@ from fabweave.options.settings import Settings
 from fabweave.plan import extent
 from fabweave.show import papers
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture
 def small_limits(monkeypatch):

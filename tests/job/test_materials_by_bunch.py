@@ -23,7 +23,7 @@ from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import plan_supplies
 from fabweave.verify.proof import verify_job
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings.of(
@@ -53,7 +53,6 @@ def read(folder: Path, name: str) -> dict:
     return json.loads((folder / name).read_text(encoding="utf-8"))
 
 
-@pytest.mark.slow
 def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
     job, _ = made
     threads, ribbons = job.weave.threads, job.woven.ribbons
@@ -219,7 +218,6 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
             assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
 
 
-@pytest.mark.slow
 def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = SETTINGS.but(
         material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"

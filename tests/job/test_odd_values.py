@@ -15,6 +15,8 @@ import fabweave as fw
 from fabweave.options.settings import settings_from_options
 from fabweave.options.table import OPTIONS
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 class Unwritten:
     """Something that cannot be written."""

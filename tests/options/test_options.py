@@ -263,6 +263,7 @@ TYPED = {
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
     "up": st.sampled_from(["y", "-z", "0, 0,-2"])
     | st.lists(st.floats(0.1, 9.0).map(str), min_size=3, max_size=3).map(",".join),
+    "weld": st.sampled_from(["all", "none", "0.01mm"]),
     "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
     "remesh": st.sampled_from(["quads", "quads:300"]),

@@ -7,6 +7,8 @@ import shapely
 import fabweave as fw
 from fabweave.piece.piece import Piece
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 def pieces_of(shape: str, **options: object) -> list[Piece]:
     return list(fw.weave(shape, size="200mm", force=True, **options).ribbons(width=0.5).pieces())

@@ -18,6 +18,8 @@ from fabweave.piece.joint.holes import HoleRule, choose_rules
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 NO_JOINTS = np.zeros(0, dtype=np.int64)
 
 

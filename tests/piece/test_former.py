@@ -28,6 +28,8 @@ from fabweave.plan.planned_job import plan_job
 from fabweave.plan.way_out import leaving, let_out
 from fabweave.sheet.former_sheets import former_notes, with_room
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 LAYER, THICK = 0.4, 1.2
 
 

@@ -19,6 +19,8 @@ from fabweave.stock.material import (
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.rotations import FREE, parse_rotations
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 MESH = {"refine": "catmull-clark:1", "effort": "quick"}
 
 

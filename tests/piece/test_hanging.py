@@ -8,6 +8,8 @@ from fabweave.core.errors import InputError
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging
 from fabweave.plan.notes import hanging_notes
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 def ball(count=400, seed=1):
     rng = np.random.default_rng(seed)

@@ -13,6 +13,8 @@ from fabweave.ribbon.lay import WovenObject, lay_object
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import weave_mesh
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 TORUS = ("shape:torus?m=24&n=12", {"size": "400mm", "pattern": "twill"})
 JOBS = {
     "torus": TORUS,

@@ -17,6 +17,8 @@ from fabweave.piece.split.candidates import also_barred, last_clear, lay_course,
 from fabweave.piece.split.splitting import find_self_crossing, joined_runs
 from fabweave.ribbon.lay import width_notes
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 #: The projection method bends strands at every crossing of triangles, up to kinks and loops.
 BENT = {"course": "projection"}
 FLAT = {

@@ -14,6 +14,8 @@ from fabweave.core.errors import InputError
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
 from fabweave.show.files import json_text
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 JOBS = {
     "octahedron": ("shape:octahedron", {}),
     "slotted satin": (

@@ -10,6 +10,8 @@ from fabweave.plan.letting_go import foretold, let_job_go
 from fabweave.plan.planned_job import plan_job
 from fabweave.ribbon.rules.remedy import Depth
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture(scope="module")
 def planned():

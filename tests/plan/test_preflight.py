@@ -19,6 +19,8 @@ from fabweave.ribbon.rules.broken_rule import BrokenRule, written
 from fabweave.sheet.targets import target_named
 from fabweave.stock.material import material_named, with_thickness
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 CARD = material_named("card")
 PLY = with_thickness(material_named("birch-ply-3"), 3.0)
 DEFAULT = target_named("default")

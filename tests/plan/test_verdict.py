@@ -12,6 +12,8 @@ from fabweave.ribbon.lay import lay_object
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.weave.weave_mesh import weave_mesh
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 RULES = st.sampled_from(sorted(COAXED))
 
 

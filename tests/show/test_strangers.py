@@ -10,7 +10,7 @@ from viewer_tab import Page, Tab
 
 import fabweave as fw
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 #: Small jobs that can be made: a closed mesh, one with a boundary, and one of several threads.
 SEEDS = (5, 14, 17)
 

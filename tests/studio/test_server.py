@@ -19,6 +19,8 @@ from websockets.sync.client import connect
 from fabweave.options.settings import settings_from_options
 from fabweave.studio.work import new_folder
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 TORUS = "shape:torus?m=8&n=4"
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 

@@ -19,6 +19,8 @@ from fabweave.studio.state import State, state_of_job
 from fabweave.studio.work import look, make, plan
 from fabweave.studio.worker import framed
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 TORUS = "shape:torus?m=8&n=4"
 
 

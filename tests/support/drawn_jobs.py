@@ -3,6 +3,8 @@
 from functools import cache
 from types import SimpleNamespace
 
+from jobs import quick_jobs
+
 from fabweave.job import make_job
 from fabweave.options.settings import Settings
 from fabweave.show.files import job_map
@@ -13,7 +15,8 @@ from fabweave.show.manual.step_pictures import step_pictures
 @cache
 def drawn_job(mesh="shape:torus?m=8&n=4", *, size_mm=300.0, **changed):
     """Return a job, its crossing map (``plan``), its scene, and the pictures of its steps."""
-    job = make_job(Settings.of(mesh, size_mm=size_mm, effort="quick", **changed))
+    with quick_jobs():
+        job = make_job(Settings.of(mesh, size_mm=size_mm, effort="quick", **changed))
     plan = job_map(job)
     pieces, colours = job.piece_set.pieces, job.piece_colours
     scene = build_scene(job.woven.ribbons, job.weave, pieces, plan, colours, job.laid)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from unittest import mock
 
 import numpy as np
+from jobs import quick_jobs
 
 from fabweave.job import make_job
 from fabweave.nest.layout import Layout, Placement
@@ -28,6 +29,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
         return put_down(outlines, across)
 
     with (
+        quick_jobs(),
         mock.patch("fabweave.nest.pins.nest", laid),
         mock.patch("fabweave.show.job.portrait_png"),
     ):

@@ -24,6 +24,8 @@ from fabweave.verify.check.pieces import check_crossing_holes, check_unfolding
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 CHECKS = {
     "joints": check_joints,
     "crossing-holes": check_crossing_holes,

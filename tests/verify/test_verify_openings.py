@@ -11,6 +11,8 @@ import fabweave as fw
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 LAMP = (
     "shape:sphere?n=3", "--size", "150mm", "--leave-out", "top:60mm,0", "--boundary", "turn",
     "--effort", "quick",

@@ -17,6 +17,8 @@ from fabweave.show import papers
 from fabweave.verify.proof import check_seal, verify_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture(scope="module")
 def folder(finished, tmp_path_factory) -> Path:

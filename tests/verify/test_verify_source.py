@@ -22,6 +22,8 @@ from fabweave.verify.read.job_files import load_job
 from fabweave.verify.read.mesh import read_polygons
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 #: A pyramid on a square, with a split and a loose vertex, lying on its side.
 PYRAMID = """\
 v 0 0 0

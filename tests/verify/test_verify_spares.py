@@ -93,7 +93,6 @@ def test_a_spare_that_is_missing_misplaced_or_misnamed_is_found(job):
         assert found in found_by(check_kinds, replace(job, settings=settings))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("labels", ["kinds", "none", "full", "numbers"])
 def test_spares_bear_what_their_kind_does(finished, labels):
     folder = finished(*JOB[:-2], "--labels", labels, "--label-side", "inside")
