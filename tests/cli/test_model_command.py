@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from jobs import run
 from PIL import Image
+from slow import slow_but
 
 TORUS = "shape:torus?m=8&n=6"
 
@@ -16,7 +17,7 @@ def model(path, *options: object) -> int:
 
 
 @pytest.mark.parametrize("yarn", [(), ("--yarn", "--sides", 6)], ids=["ribbons", "yarns"])
-@pytest.mark.parametrize("suffix", ["glb", "obj", "ply", "stl", "3mf", "png"])
+@pytest.mark.parametrize("suffix", [*slow_but(["glb", "obj", "ply", "stl", "3mf", "png"], 0, 4)])
 def test_every_format_is_written(suffix, yarn, tmp_path):
     path = tmp_path / f"object.{suffix}"
     assert model(path, *yarn) == 0

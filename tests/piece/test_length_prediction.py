@@ -15,12 +15,12 @@ from fabweave.weave.weave_mesh import weave_mesh
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
-TORUS = ("shape:torus?m=24&n=12", {"size": "400mm", "pattern": "twill"})
+TORUS = ("shape:torus?m=16&n=8", {"size": "400mm", "pattern": "twill"})
 JOBS = {
     "torus": TORUS,
     "cube": ("shape:cube", {"size": "300mm", "refine": "catmull-clark:2"}),
     "grain": ("shape:torus?m=16&n=8", {"size": "300mm", "rotations": "grain:5deg"}),
-    "open": ("shape:hypar", {"size": "500mm"}),
+    "open": ("shape:hypar?m=7&n=6", {"size": "400mm"}),
     "two materials": (
         "shape:torus?m=6&n=4",
         {"size": "300mm", "material": "warp=card,weft=birch-veneer"},

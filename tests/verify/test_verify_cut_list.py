@@ -146,7 +146,10 @@ OF_SHEETS = [
     ("kind", "change"),
     [
         *(("roll", change) for change in (*OF_ANY, *OF_ROLLS)),
-        *(("sheet", change) for change in (*OF_ANY, *OF_SHEETS)),
+        *(
+            pytest.param("sheet", change, marks=pytest.mark.slow)
+            for change in (*OF_ANY, *OF_SHEETS)
+        ),
     ],
 )
 def test_a_spoilt_list_is_found(kind, change, request):
