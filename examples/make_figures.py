@@ -19,6 +19,7 @@ import paper_theory
 from PIL import Image
 
 from fabweave.core.messages import agree
+from fabweave.job.ask import complete_settings, load_asked
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
@@ -26,7 +27,6 @@ from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import contact_sheet
 from fabweave.picture.object_picture import mesh_picture, weave_picture
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
-from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.ribbon.lay import keep_clear, lay_object
 from fabweave.ribbon.width import parse_width
 from fabweave.stock.supplies import Supplies

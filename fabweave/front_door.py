@@ -43,10 +43,14 @@ from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
-from fabweave.estimate.costs import Costs, planned_costs
+from fabweave.estimate.costs import Costs
 from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
-from fabweave.job import write_and_prove
+from fabweave.job.ask import brief_of
+from fabweave.job.draw import Job, draw_job, start_side_work
+from fabweave.job.planned import PlannedJob, planned_costs
+from fabweave.job.run import write_and_prove
+from fabweave.job.stations import Stations
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import PREFIX
@@ -60,14 +64,10 @@ from fabweave.picture.yarns import FEWEST_SIDES, MOST_SIDES
 from fabweave.picture.yarns import Yarns as SpunYarns
 from fabweave.piece.outline import inscribed_polygon
 from fabweave.piece.piece import Piece
-from fabweave.plan.ask import brief_of
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.preflight import Preflight
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.bends import measure_bends
-from fabweave.show.job import Job, draw_job, start_side_work
-from fabweave.stations import Stations
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.proof import verify_job
 from fabweave.verify.report import VerifyReport
@@ -637,7 +637,7 @@ class Weave(_Shown):
         >>> fw.weave(fw.shape("tetrahedron", size="60mm")).yarns(radius="3mm")
         Yarns(Tetrahedron: 3 yarns, 3.00 to 3.00 mm in radius)
         """
-        from fabweave.picture.model_job import YarnOptions, spin_object  # noqa: PLC0415
+        from fabweave.job.model import YarnOptions, spin_object  # noqa: PLC0415
 
         options = YarnOptions(
             None if radius is None else _LENGTH.argument("radius", radius),

@@ -42,12 +42,12 @@ def test_tests_mirror_the_rooms():
 
 def test_the_table_counts_modules_by_the_rooms_that_they_import():
     rows = [line.split() for line in import_table(SOUND).splitlines()]
-    columns = ["core", "mesh", "show", "cli", "verify", "__main__", "__init__"]
+    columns = ["core", "mesh", "job", "cli", "verify", "__main__", "__init__"]
     assert rows[0] == ["modules", *columns]
     assert rows[1:4] == [
         ["core", "2", *"......."],
         ["mesh", "2", *"11....."],
-        ["show", "1", *"11..1.1"],
+        ["job", "1", *"11..1.1"],
     ]
     assert len(rows) == 8
 
@@ -55,7 +55,7 @@ def test_the_table_counts_modules_by_the_rooms_that_they_import():
 #: A house in good order.
 SOUND = {
     "fabweave.__init__": """
-        LAZY = {"make_job": "fabweave.show.pipeline"}
+        LAZY = {"make_job": "fabweave.job.pipeline"}
         def read(path):
             from fabweave.mesh.files import read_file
             return read_file(path)
@@ -65,14 +65,14 @@ SOUND = {
     "fabweave.core.arrays": "import numpy.linalg",
     "fabweave.mesh.faces": "from fabweave.core.arrays import frozen",
     "fabweave.mesh.files": "from fabweave.mesh import faces",
-    "fabweave.show.pipeline": """
+    "fabweave.job.pipeline": """
         from fabweave import __version__
         from ..mesh.files import read_file
         def run():
             import fabweave.core.arrays
             from fabweave.verify import verify_job
         """,
-    "fabweave.cli.main": 'CHECK = "fabweave.show.pipeline.run"',
+    "fabweave.cli.main": 'CHECK = "fabweave.job.pipeline.run"',
     "fabweave.verify.__init__": "from fabweave.verify.proof import verify_job",
     "fabweave.verify.proof": 'PACKAGE = "fabweave"',
 }
@@ -82,16 +82,16 @@ SOUND = {name: dedent(source) for name, source in SOUND.items()}
 def test_a_house_in_good_order_is_found_to_be():
     found = {(one.source, one.target, one.at_once) for one in imports_of(SOUND)}
     assert found == {
-        ("fabweave.__init__", "fabweave.show.pipeline", False),
+        ("fabweave.__init__", "fabweave.job.pipeline", False),
         ("fabweave.__init__", "fabweave.mesh.files", False),
         ("fabweave.__main__", "fabweave.cli.main", True),
         ("fabweave.mesh.faces", "fabweave.core.arrays", True),
         ("fabweave.mesh.files", "fabweave.mesh.faces", True),
-        ("fabweave.show.pipeline", "fabweave.__init__", True),
-        ("fabweave.show.pipeline", "fabweave.mesh.files", True),
-        ("fabweave.show.pipeline", "fabweave.core.arrays", False),
-        ("fabweave.show.pipeline", "fabweave.verify.__init__", False),
-        ("fabweave.cli.main", "fabweave.show.pipeline", False),
+        ("fabweave.job.pipeline", "fabweave.__init__", True),
+        ("fabweave.job.pipeline", "fabweave.mesh.files", True),
+        ("fabweave.job.pipeline", "fabweave.core.arrays", False),
+        ("fabweave.job.pipeline", "fabweave.verify.__init__", False),
+        ("fabweave.cli.main", "fabweave.job.pipeline", False),
         ("fabweave.verify.__init__", "fabweave.verify.proof", True),
     }
     for rule in (against_the_flow, circles, loose_modules):
@@ -101,7 +101,7 @@ def test_a_house_in_good_order_is_found_to_be():
 TYPES_ONLY = """
 from typing import TYPE_CHECKING
 if TYPE_CHECKING:
-    from fabweave.show.pipeline import Job
+    from fabweave.job.pipeline import Job
 """
 
 
@@ -109,11 +109,11 @@ if TYPE_CHECKING:
     ("module", "source", "complaint"),
     [
         ("core.arrays", "from fabweave.mesh import faces", "imports fabweave.mesh.faces"),
-        ("mesh.faces", "import fabweave.show.pipeline as p", "imports fabweave.show.pipeline"),
-        ("mesh.faces", "from ..show import pipeline", "imports fabweave.show.pipeline"),
+        ("mesh.faces", "import fabweave.job.pipeline as p", "imports fabweave.job.pipeline"),
+        ("mesh.faces", "from ..job import pipeline", "imports fabweave.job.pipeline"),
         ("mesh.faces", "def f():\n from fabweave.cli import main", "imports fabweave.cli"),
-        ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.show.pipeline"),
-        ("mesh.faces", 'import_module("fabweave.show.pipeline")', "imports fabweave.show.pipeline"),
+        ("mesh.faces", TYPES_ONLY, "(line 4) imports fabweave.job.pipeline"),
+        ("mesh.faces", 'import_module("fabweave.job.pipeline")', "imports fabweave.job.pipeline"),
         ("mesh.faces", "from fabweave.verify import verify_job", "imports fabweave.verify"),
         ("verify.proof", "from fabweave.core.arrays import frozen", "imports fabweave.core.arrays"),
         ("verify.proof", "from fabweave import __version__", "imports fabweave.__init__"),
@@ -145,9 +145,9 @@ def test_circles_of_modules_are_found(module, source, members):
 
 def test_circles_of_rooms_are_found():
     # No module imports itself by way of others, but a room does.
-    late = {"fabweave.show.late": "", "fabweave.core.units": "from fabweave.show import late"}
+    late = {"fabweave.job.late": "", "fabweave.core.units": "from fabweave.job import late"}
     (found,) = circles(SOUND | late)
-    assert {"core", "show"} <= set(found.removeprefix("circle: ").split(" → "))
+    assert {"core", "job"} <= set(found.removeprefix("circle: ").split(" → "))
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_modules_beside_the_rooms_are_found(module, complaint):
 
 
 def test_tests_that_mirror_no_room_are_found():
-    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__", *ALONE} | {"job"}
+    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__", *ALONE}
     assert unlike_rooms({*rooms, "support"}, {"support"}) == []
     assert unlike_rooms(rooms - {"mesh"} | {"meshes"}, set()) == [
         "tests/meshes is no room's",

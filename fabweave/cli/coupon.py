@@ -31,8 +31,8 @@ def coupon(
     coupon.txt says what to measure, and which option to set.
     """
     with held_back():
+        from fabweave.job.coupon import check_coupon_folder, coupon_for, write_coupon
         from fabweave.options.user_files import user_entries
-        from fabweave.plan.coupon_job import check_coupon_folder, coupon_for, write_coupon
         from fabweave.stock.hardware import parse_fastener
 
     check_coupon_folder(output)

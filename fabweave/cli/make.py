@@ -23,7 +23,7 @@ from fabweave.core.messages import agree
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.job import FinishedJob
+    from fabweave.job.run import FinishedJob
 
 
 #: How notes begin that are for those who ask for them: figures, what the verdict and the totals say

@@ -86,7 +86,7 @@ def model(
       fabweave model spot.obj --size 400mm --pattern twill --show faults -o faults.png
     """
     with held_back():
-        from fabweave.picture.model_job import YarnOptions, check_suffix, write_model
+        from fabweave.job.model import YarnOptions, check_suffix, write_model
 
     check_suffix(output)
     spun = YarnOptions(yarn_radius, sides) if yarn or yarn_radius is not None else None

@@ -15,7 +15,7 @@ from fabweave.core.messages import few_of
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.remake import Remake
+    from fabweave.job.remake import Remake
     from fabweave.verify.report import Check, VerifyReport
 
 #: How names of what is measured end, and the signs of these units.
@@ -47,7 +47,7 @@ def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bo
         from rich.table import Table
 
         from fabweave.core.job_folder import folder_is_readable
-        from fabweave.remake import remake_job
+        from fabweave.job.remake import remake_job
         from fabweave.verify.proof import verify_job
 
     folder_is_readable(directory)

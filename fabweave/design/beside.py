@@ -9,11 +9,11 @@ from typing import TypeAlias
 from fabweave.design.candidate import Candidate, Figures
 from fabweave.design.variety import MOST, NARROW, fairable, two_digits
 from fabweave.design.wishes import Wishes, come_to, misses, rank
+from fabweave.job.ask import complete_settings
 from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named, option_of_field
-from fabweave.plan.ask import complete_settings
 
 #: Meshes with fewer faces than those tried first: they lose more of the shape, but bend less.
 _LEAST_FACES = 20

@@ -16,10 +16,13 @@ from fabweave.core.finding import Finding
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.estimate.comparison import MOST_PIECES
-from fabweave.estimate.costs import Costs, planned_costs
+from fabweave.estimate.costs import Costs
 from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
 from fabweave.form.settle import STANDS
+from fabweave.job.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
+from fabweave.job.letting_go import foretold
+from fabweave.job.planned import PlannedJob, nest_job, plan_job, planned_costs
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.command import long_command
@@ -28,10 +31,7 @@ from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.piece.on_stock import rough_nesting
-from fabweave.plan.ask import brief_of, complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.grade import grade
-from fabweave.plan.letting_go import foretold
-from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.verdict import Verdict, excess, refused
 from fabweave.ribbon.lay import WovenObject, stiffness_check
 from fabweave.ribbon.rules.remedy import Depth

@@ -11,6 +11,7 @@ from fabweave.core.parallel.executors import finished
 from fabweave.design.beside import density
 from fabweave.design.search import STOPPED, Trials
 from fabweave.design.variety import FEWEST, WIDTH_SHARE, name_of, two_digits
+from fabweave.job.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
@@ -21,7 +22,6 @@ from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked, settle_grain
 from fabweave.plan.grade import EASY_MM
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject, check_object, keep_clear

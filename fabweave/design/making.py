@@ -18,10 +18,10 @@ from fabweave.design.candidate import Candidate, told_design
 from fabweave.design.coarser import coarser_meshes, foreseen, has_coarser, is_free, needs, told
 from fabweave.design.search import Trials, plan_designs, search_designs, tell_nobody
 from fabweave.design.wishes import UNBUILT, Wishes, choose, rank
-from fabweave.job import FinishedJob, run_job
+from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.run import FinishedJob, run_job
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.verdict import NotMakeableError, judge
 
 #: How many designs are tried for a wish: at first from coarse to fine, and in all.
@@ -121,7 +121,7 @@ def make_or_advise(
     Raises
     ------
     InputError, CannotMakeError
-        As :func:`fabweave.job.run_job` does; the message tells what was tried instead, and
+        As :func:`fabweave.job.run.run_job` does; the message tells what was tried instead, and
         can be built.
     """
     run = partial(

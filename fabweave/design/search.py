@@ -13,11 +13,11 @@ from fabweave.design.beside import Found, beside, otherwise
 from fabweave.design.candidate import Candidate, Figures, Tried, design_key, mesh_digest, try_design
 from fabweave.design.variety import name_of, variety
 from fabweave.design.wishes import Wishes
+from fabweave.job.ask import complete_settings, load_asked
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_of_field
-from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.verdict import Verdict
 
 #: What a search changes that comes after the remeshing, each as it is by default.

@@ -15,7 +15,6 @@ from fabweave.nest.layout import Layout
 from fabweave.piece.on_stock import rough_nesting
 from fabweave.piece.piece import Piece
 from fabweave.plan.allotment import Allotment
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import usable_size
 from fabweave.stock.supplies import Supplies
@@ -60,7 +59,7 @@ class Comparison:
 
 def compare_use(
     sums: SheetSums,
-    planned: PlannedJob,
+    to_cut: Sequence[Piece],
     layout: Layout,
     allotment: Allotment,
     offcuts: Sequence[KeptOffcut],
@@ -72,7 +71,8 @@ def compare_use(
     ----------
     sums : SheetSums
         What the sheets come to.
-    planned : PlannedJob
+    to_cut : sequence of Piece
+        In the order of the layout.
     layout : Layout
     allotment : Allotment
     offcuts : sequence of KeptOffcut
@@ -80,8 +80,8 @@ def compare_use(
         What it costs that pieces lie across the grain.
     """
     kept = sum(offcut.area_mm2 for offcut in offcuts)
-    outlines = np.array([shapely.Polygon(piece.outline) for piece in planned.to_cut])
-    of_piece = np.array(allotment.of_pieces(planned.to_cut), dtype=np.int64)
+    outlines = np.array([shapely.Polygon(piece.outline) for piece in to_cut])
+    of_piece = np.array(allotment.of_pieces(to_cut), dtype=np.int64)
     bound, bound_sheets, bound_area = 0.0, 0, 0.0
     for index, supply in enumerate(allotment.supplies.each):
         numbers = np.flatnonzero(allotment.sheets == index).tolist()

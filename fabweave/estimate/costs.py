@@ -37,7 +37,6 @@ from fabweave.piece.pieces import PieceSet
 from fabweave.piece.settings import PieceSettings
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import mark_pieces
@@ -438,18 +437,6 @@ def pieces_costs(
         planned=True,
         without=tuple(without) or None,
         calibration=calibration,
-    )
-
-
-def planned_costs(planned: PlannedJob) -> Costs:
-    """Return what a job will cost that is planned, but not nested."""
-    return pieces_costs(
-        planned.piece_set,
-        planned.woven,
-        planned.settings.pieces,
-        planned.supplies,
-        planned.settings.machine.calibrate,
-        common=planned.settings.common_cuts,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from fabweave.core.arc_path import stretch
+from fabweave.core.arrays import IntArray
 from fabweave.core.files import csv_text
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
@@ -15,11 +16,11 @@ from fabweave.estimate.costs import Costs, SideSheet, side_costs
 from fabweave.estimate.offcuts import KeptOffcut
 from fabweave.nest.layout import Layout
 from fabweave.piece.piece import Piece
-from fabweave.piece.split.length_curve import SplittingRecord, splitting_record
+from fabweave.piece.split.length_curve import SplittingRecord
 from fabweave.plan.allotment import Allotment
 from fabweave.plan.bill_of_materials import BillOfMaterials
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.sheet.drawing import Circle, Entity, Layer, Polyline, SheetDrawing
+from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.material import sheet_mass_kg
 
@@ -27,14 +28,33 @@ _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
 
 
-def piece_table(planned: PlannedJob, layout: Layout, allotment: Allotment) -> str:
+def piece_table(
+    pieces: Sequence[Piece],
+    origins: IntArray,
+    kinds: IntArray,
+    labels: Sequence[str],
+    layout: Layout,
+    allotment: Allotment,
+) -> str:
     """Return the pieces as CSV: one row each with sheet, size, area, mass and holes.
 
     Pieces of one kind are interchangeable but for their labels. Spares come last, with the piece
     that they are a copy of.
     Length and width are those of the piece's smallest rectangle; the area is without holes.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+        All that is cut.
+    origins : int array
+        Which piece of the object each is, or is a spare of.
+    kinds : int array
+        Which kind each piece of the object is of.
+    labels : sequence of str
+        Names of the threads.
+    layout : Layout
+    allotment : Allotment
     """
-    pieces, kinds, labels = planned.to_cut, planned.kinds, planned.woven.labels
     columns = (
         "id", "thread", "sheet", "length_mm", "width_mm", "area_mm2", "mass_g", "holes", "kind",
         "material", "thickness_mm",
@@ -42,7 +62,7 @@ def piece_table(planned: PlannedJob, layout: Layout, allotment: Allotment) -> st
     spares = ("spare_of",) if len(pieces) > len(kinds) else ()
     rows = []
     for at, (piece, placement, origin) in enumerate(
-        zip(pieces, layout.placements, planned.origins.tolist(), strict=True)
+        zip(pieces, layout.placements, origins.tolist(), strict=True)
     ):
         length, width = np.ptp(piece.outline, axis=0)
         area = piece.net_area_mm2
@@ -99,7 +119,9 @@ class WasteReport:
 
 
 def waste_report(
-    planned: PlannedJob,
+    pieces: Sequence[Piece],
+    splitting: SplittingRecord,
+    machine: MachineSettings,
     layout: Layout,
     drawings: Sequence[SheetDrawing],
     allotment: Allotment,
@@ -117,7 +139,10 @@ def waste_report(
 
     Parameters
     ----------
-    planned : PlannedJob
+    pieces : sequence of Piece
+        All that is cut.
+    splitting : SplittingRecord
+    machine : MachineSettings
     layout : Layout
     drawings : sequence of SheetDrawing
         The sheets of the layout, as they are drawn.
@@ -131,7 +156,6 @@ def waste_report(
     rim, former : SideSheets, optional
         The sheets of rings and of a former, which only the costs count, too.
     """
-    pieces, settings = planned.to_cut, planned.settings
     sheets = [
         _sheet_account(number, pieces, layout, drawing, allotment)
         for number, drawing in enumerate(drawings)
@@ -158,16 +182,14 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
-        comparison=compare_use(totals.sums, planned, layout, allotment, offcuts, grain),
+        comparison=compare_use(totals.sums, pieces, layout, allotment, offcuts, grain),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,
-        kerf_mm=settings.machine.kerf_mm,
-        splitting=splitting_record(
-            planned.split_plan, planned.piece_set.pieces, planned.woven.labels
-        ),
-        rim=side_costs(rim, settings.machine.calibrate) if rim else None,
-        former=side_costs(former, settings.machine.calibrate) if former else None,
+        kerf_mm=machine.kerf_mm,
+        splitting=splitting,
+        rim=side_costs(rim, machine.calibrate) if rim else None,
+        former=side_costs(former, machine.calibrate) if former else None,
     )
 
 

@@ -1,6 +1,6 @@
 """Hold the crossing map: what crosses what, and where everything is; ``crossing_map.json``.
 
-The map is built by ``fabweave.plan.map_builder`` when a job is complete, and read again when a
+The map is built by ``fabweave.job.map_builder`` when a job is complete, and read again when a
 finished job is nested anew, checked before cutting, or tested with a coupon. So its values stand
 above all these rooms, and know nothing of them. Lengths are in millimetres, rounded to a millionth,
 and angles in degrees.

@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.estimate.costs import SideSheet
 from fabweave.estimate.machine_time import MachineTime
@@ -21,9 +21,8 @@ from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.plan.allotment import Allotment
 from fabweave.plan.bill_of_materials import SHOPPING, shopping_rows
 from fabweave.plan.crossing_map import CrossingMap
-from fabweave.plan.verdict import QUESTION, VERDICTS
-from fabweave.show.files import offcut_entries
-from fabweave.show.job import Job
+from fabweave.plan.grade import Grade
+from fabweave.plan.verdict import QUESTION, VERDICTS, Verdict
 from fabweave.stock.machine import CURRENCY, Span
 from fabweave.weave.pattern import exact_text
 
@@ -77,31 +76,54 @@ def render(template: str, **values: Any) -> str:
 
 
 def index_page(
-    job: Job, crossing_map: CrossingMap, report: WasteReport, files: Collection[str]
+    crossing_map: CrossingMap,
+    report: WasteReport,
+    *,
+    title: str,
+    verdict: Verdict,
+    grade: Grade,
+    form: str,
+    material: str,
+    size_mm: FloatArray,
+    given_mesh: str | None,
+    cut_names: Sequence[str],
+    files: Collection[str],
 ) -> str:
     """Return the page that opens a job.
 
     Parameters
     ----------
-    job : Job
     crossing_map : CrossingMap
         Its plan.
     report : WasteReport
         What becomes of its material.
+    title, material : str
+    verdict : Verdict
+    grade : Grade
+    form : str
+        What becomes of it when it is let go; empty if that is not known.
+    size_mm : (3,) float array
+    given_mesh : str or None
+        The file in which a mesh from memory is kept.
+    cut_names : sequence of str
+        The sheets for the cutter; none where the others are to be cut as they are.
     files : collection of str
         What is in its folder already.
     """
     broken = crossing_map.weave.broken
     return render(
         "index.html",
-        title=job.woven.title,
-        job=job,
-        size_mm=np.ptp(job.woven.mesh.vertices, axis=0),
-        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
+        title=title,
+        verdict=verdict,
+        grade=grade,
+        form=form,
+        material=material,
+        size_mm=size_mm,
+        given_mesh=given_mesh,
         plan=crossing_map,
         report=report,
         costs=report.estimate,
-        cut_names=[drawing.name for drawing in job.kerfed],
+        cut_names=cut_names,
         there={*files, *_LATER},
         shown=_SHOWN,
         weaves=_WEAVES,
@@ -151,20 +173,42 @@ def charts(report: WasteReport) -> list[tuple[str, list[Bar]]]:
     ]
 
 
-def waste_page(job: Job, report: WasteReport) -> str:
-    """Return the report on a job's material, which opens from its folder."""
-    costs, split, allotment = report.estimate, report.splitting, job.allotment
-    names = [drawing.name for drawing in job.drawings]
+def waste_page(
+    report: WasteReport,
+    allotment: Allotment,
+    *,
+    title: str,
+    verdict: Verdict,
+    names: Sequence[str],
+    entries: Sequence[str],
+    remeshed: bool,
+) -> str:
+    """Return the report on a job's material, which opens from its folder.
+
+    Parameters
+    ----------
+    report : WasteReport
+    allotment : Allotment
+    title : str
+    verdict : Verdict
+    names : sequence of str
+        The sheets.
+    entries : sequence of str
+        What is worth keeping, as a list of stock has it.
+    remeshed : bool
+        Whether there is a picture of what the model lost.
+    """
+    costs, split = report.estimate, report.splitting
     return render(
         "waste.html",
-        title=job.woven.title,
-        verdict=job.verdict,
+        title=title,
+        verdict=verdict,
         report=report,
         totals=report.totals,
         supplies=allotment.supplies,
         names=names,
-        entries=offcut_entries(job),
-        likeness=LIKENESS if job.woven.source.likeness is not None else None,
+        entries=entries,
+        likeness=LIKENESS if remeshed else None,
         materials=_material_rows(report, allotment),
         machine=[
             *(

@@ -5,8 +5,8 @@ from importlib import resources
 import anywidget
 import traitlets
 
+from fabweave.job.stations import Stations
 from fabweave.show.viewer.page import three_script
-from fabweave.stations import Stations
 from fabweave.studio.work import strips
 from fabweave.studio.worker import framed
 

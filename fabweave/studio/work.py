@@ -21,22 +21,22 @@ from fabweave.design.candidate import figures_of, words
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.estimate.texts import hours_text
+from fabweave.job.model import YarnOptions, spin_object
+from fabweave.job.planned import PlannedJob, nest_job, plan_job
+from fabweave.job.stations import Stations, views
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.upright import turn_of
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
-from fabweave.picture.model_job import YarnOptions, spin_object
 from fabweave.picture.surfaces import polygon_triangles, ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.order import plan_order
-from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.plan.steps import build_steps
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.remedy import Depth
-from fabweave.stations import Stations, views
 from fabweave.studio.controls import controls
 from fabweave.studio.state import state_of
 from fabweave.studio.worker import Told

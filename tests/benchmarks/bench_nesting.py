@@ -25,7 +25,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
-from fabweave.job import make_job
+from fabweave.job.run import make_job
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
 from fabweave.options.settings import Settings

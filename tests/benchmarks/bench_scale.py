@@ -15,9 +15,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from fabweave.job import make_job
+from fabweave.job.run import make_job
+from fabweave.job.write import write_plan
 from fabweave.options.settings import Settings
-from fabweave.show.files import write_plan
 from fabweave.verify.proof import verify_job
 
 #: Quads around the ring and around the tube; each quad has two crossings.

@@ -13,7 +13,7 @@ from meshes_shared import mesh_params
 from fabweave.cli.main import cli
 from fabweave.cli.options import _set
 from fabweave.core.errors import InputError
-from fabweave.job import run_job
+from fabweave.job.run import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.option import SECTIONS

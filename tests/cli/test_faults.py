@@ -15,8 +15,8 @@ from dying import die
 from jobs import contents_of
 from jobs import run as run_here
 
-from fabweave import job as pipeline
 from fabweave.cli.terminal import speak_plainly
+from fabweave.job import run as pipeline
 from fabweave.nest import nesting as batches
 from fabweave.piece import joined_strands as split_job
 from fabweave.verify.proof import verify_job
@@ -190,7 +190,7 @@ def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatc
         monkeypatch.setattr(split_job, "rough_nesting", lambda *_: None)
         monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
     else:
-        monkeypatch.setattr(f"fabweave.show.job.{what}", die)
+        monkeypatch.setattr(f"fabweave.job.draw.{what}", die)
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 1
     said = capfd.readouterr().err
     assert said.startswith("fabweave: part of the work was lost (3 processes ended before")

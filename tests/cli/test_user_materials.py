@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from jobs import run
 
+from fabweave.job.remake import remake_job
 from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.user_files import FOLDER_VARIABLE, user_file
-from fabweave.remake import remake_job
 from fabweave.verify.proof import verify_job
 
 pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]

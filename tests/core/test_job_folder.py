@@ -238,7 +238,7 @@ ENDED = """\
 import contextlib, os, signal, sys
 sys.path.insert(0, sys.argv[1])
 from jobs import quick_jobs
-from fabweave import job as pipeline
+from fabweave.job import run as pipeline
 from fabweave.cli.main import main
 signal.signal(signal.SIGINT, signal.default_int_handler)
 real, number, alone = pipeline.write_plan, int(sys.argv[2]), sys.argv[3] == "alone"

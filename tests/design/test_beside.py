@@ -13,9 +13,9 @@ from fabweave.design.candidate import Tried, try_design
 from fabweave.design.search import Trials
 from fabweave.design.variety import MOST
 from fabweave.design.wishes import Wishes, distance, misses, values_text
+from fabweave.job.ask import complete_settings
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
-from fabweave.plan.ask import complete_settings
 
 ASKED = Settings.of("cow.obj", size_mm=400.0)
 BEST = ASKED.but(remesh="quads:200")

@@ -15,7 +15,8 @@ from fabweave.design.candidate import Tried
 from fabweave.design.coarser import Attempt, foreseen, is_free
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Trials
-from fabweave.job import run_job
+from fabweave.job.ask import load_asked
+from fabweave.job.run import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.likeness import likeness
@@ -23,7 +24,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import mid_edge
 from fabweave.options.settings import Settings, read_job_options
-from fabweave.plan.ask import load_asked
 from fabweave.plan.verdict import Verdict
 from fabweave.ribbon.width import WidthRule
 

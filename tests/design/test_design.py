@@ -18,11 +18,11 @@ from fabweave.design.making import make_or_advise, meet_wishes
 from fabweave.design.search import Trials, explore, plan_designs
 from fabweave.design.variety import densities, name_of
 from fabweave.design.wishes import Wishes, choose, distance
-from fabweave.job import run_job
+from fabweave.job.letting_go import Foretold
+from fabweave.job.run import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
-from fabweave.plan.letting_go import Foretold
 from fabweave.plan.verdict import NotMakeableError, refused
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")

@@ -16,7 +16,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import first_rows, inspection_text
-from fabweave.job import make_job
+from fabweave.job.run import make_job
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate

@@ -4,8 +4,8 @@ import pytest
 from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.job.ask import REFINEMENTS, brief_of, try_refinement
 from fabweave.piece.joined_strands import split_object
-from fabweave.plan.ask import REFINEMENTS, brief_of, try_refinement
 from fabweave.ribbon.lay import check_object
 from fabweave.ribbon.rules.broken_rule import sentence, written
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck

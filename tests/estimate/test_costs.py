@@ -14,11 +14,12 @@ from fabweave.estimate.assembly_time import (
     difficulty,
     planned_hands,
 )
-from fabweave.estimate.costs import job_costs, planned_costs, side_costs
+from fabweave.estimate.costs import job_costs, side_costs
 from fabweave.estimate.machine_time import MachineTime, add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price, sum_prices
 from fabweave.estimate.texts import costs_text
-from fabweave.job import make_job
+from fabweave.job.planned import planned_costs
+from fabweave.job.run import make_job
 from fabweave.options.file_kinds import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.bill_of_materials import (

@@ -23,8 +23,8 @@ from fabweave.core.records import to_json
 from fabweave.form.body import BARE, PINNED, body_of
 from fabweave.form.relaxed import form_record
 from fabweave.form.settle import settle
-from fabweave.plan.ask import brief_of
-from fabweave.show.files import json_text
+from fabweave.job.ask import brief_of
+from fabweave.job.write import json_text
 
 
 def strip(length):

@@ -10,7 +10,7 @@ from jobs import laid
 from fabweave.form.body import BARE, PINNED, RIVETED, body_of
 from fabweave.form.hold import Foresight, Hold
 from fabweave.form.settle import let_go
-from fabweave.plan.ask import brief_of
+from fabweave.job.ask import brief_of
 from fabweave.ribbon.width import WidthRule
 
 NO_RIVETS = np.zeros(0, dtype=np.int64)

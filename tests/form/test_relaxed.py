@@ -15,9 +15,9 @@ from fabweave.form.relaxed import (
     shown_relaxed,
 )
 from fabweave.form.settle import settle
+from fabweave.job.ask import brief_of
+from fabweave.job.write import json_text
 from fabweave.piece.development import run_rungs, unfold
-from fabweave.plan.ask import brief_of
-from fabweave.show.files import json_text
 
 
 def flat(ribbons):

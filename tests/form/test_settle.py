@@ -23,9 +23,9 @@ from fabweave.form.body import (
 from fabweave.form.net import State
 from fabweave.form.screw import exponential
 from fabweave.form.settle import Form, settle
+from fabweave.job.ask import brief_of
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.plan.ask import brief_of
 from fabweave.plan.verdict import judge
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.stock.material import material_library, material_named

@@ -19,13 +19,14 @@ from fabweave.form.body import BARE, body_of
 from fabweave.form.relaxed import form_record
 from fabweave.form.settle import settle
 from fabweave.form.straight import _astray, _exact_conditions
-from fabweave.job import run_job
+from fabweave.job.ask import brief_of
+from fabweave.job.run import run_job
+from fabweave.job.write import json_text
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import plain_triangles
 from fabweave.options.settings import Settings
 from fabweave.piece.development import unfold_threads
-from fabweave.plan.ask import brief_of
 from fabweave.ribbon.measures import panel_widths
 from fabweave.ribbon.project import crossing_heights
 from fabweave.ribbon.rules.rules import measure_clearance
@@ -33,7 +34,6 @@ from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline
 from fabweave.sheet.kerf import MicroJoints
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
-from fabweave.show.files import json_text
 from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.sheet_size import parse_roll
 from fabweave.weave.pattern import strand_passes

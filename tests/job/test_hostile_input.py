@@ -12,8 +12,8 @@ import pytest
 from spoilt_input import Kinds, try_one
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.options.settings import Settings, settings_from_job, settings_from_options
-from fabweave.plan.ask import load_asked
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 

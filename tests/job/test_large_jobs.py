@@ -5,10 +5,10 @@ import json
 import pypdf
 import pytest
 
-from fabweave.job import run_job
+from fabweave.job import papers
+from fabweave.job.run import run_job
 from fabweave.options.settings import Settings
 from fabweave.plan import extent
-from fabweave.show import papers
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 

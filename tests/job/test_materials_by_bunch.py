@@ -13,9 +13,9 @@ from jobs import laid
 from spoiling import edit_json, put, swap
 
 from fabweave.core.errors import InputError
-from fabweave.job import run_job
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.run import run_job
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.ribbon.rules.rules import measure_along, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits

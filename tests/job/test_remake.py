@@ -11,9 +11,9 @@ from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import InputError
+from fabweave.job.remake import remake_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.remake import remake_job
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 

@@ -9,6 +9,7 @@ from strategies import merged
 from weaving_meshes import meshes
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy, Wish
 from fabweave.mesh.fair.fairing import Guard, fair_mesh
@@ -25,7 +26,6 @@ from fabweave.mesh.subdivide import split_to_quads
 from fabweave.mesh.symmetry import find_partners
 from fabweave.mesh.triangulate import fans, triangulate
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import plain_weave

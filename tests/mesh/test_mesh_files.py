@@ -20,6 +20,7 @@ from mesh_writers import (
 from strategies import any_meshes
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import READABLE, read_mesh, write_mesh
@@ -32,7 +33,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.weld import weld_mesh
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 
 READERS = {
     "obj": read_obj,

@@ -7,6 +7,7 @@ from meshes_shared import shared_mesh
 from strategies import merged
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh
@@ -15,7 +16,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.weld import weld_seams
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 
 
 def split_all(mesh: PolyMesh) -> PolyMesh:

@@ -6,13 +6,13 @@ import trimesh
 from strategies import merged, volume
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh.bodies import join_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 
 pytest.importorskip("manifold3d", reason="the package manifold3d is absent")
 

@@ -6,12 +6,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
 from fabweave.mesh.upright import AXES, guess_up, parse_up, turn_of, turn_upright
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 
 
 def lying(mesh: PolyMesh) -> PolyMesh:

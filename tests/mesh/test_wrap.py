@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from strategies import merged, volume, with_flips
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh import bodies
 from fabweave.mesh.bodies import bodies_of, wrap_bodies
 from fabweave.mesh.check import check_mesh
@@ -22,7 +23,6 @@ from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.topology import keep_faces
 from fabweave.mesh.triangulate import triangulate
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import load_asked
 
 #: A step of the lattice, as a share of the size.
 STEP = 0.01

@@ -12,11 +12,11 @@ import trimesh
 from jobs import laid
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import complete_settings
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.model_files import model_bytes
 from fabweave.picture.yarns import spin_yarns
-from fabweave.plan.ask import complete_settings
 from fabweave.weave.strand_colours import thread_colours
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")

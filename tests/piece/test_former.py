@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.planned import plan_job
 from fabweave.options.settings import settings_from_options
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.former import (
@@ -23,8 +25,6 @@ from fabweave.piece.former import (
     rim_loops,
     snapped,
 )
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
-from fabweave.plan.planned_job import plan_job
 from fabweave.plan.way_out import leaving, let_out
 from fabweave.sheet.former_sheets import former_notes, with_room
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from jobs import laid
 
+from fabweave.job.ask import settle_grain
+from fabweave.job.planned import plan_job
 from fabweave.piece import joined_strands
 from fabweave.piece.brief import ACROSS, grain_notes, tight_along
-from fabweave.plan.ask import settle_grain
-from fabweave.plan.planned_job import plan_job
 from fabweave.stock.material import (
     along_radius_mm,
     laid_across,

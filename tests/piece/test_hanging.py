@@ -5,8 +5,8 @@ import pytest
 
 import fabweave as fw
 from fabweave.core.errors import InputError
+from fabweave.job.notes import hanging_notes
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging
-from fabweave.plan.notes import hanging_notes
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 

@@ -3,12 +3,12 @@
 import pytest
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.planned import plan_job
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.piece.split import length_curve
 from fabweave.piece.split.length_curve import Choice, preferred
 from fabweave.piece.split.preferences import StockSheet, sheets_for
-from fabweave.plan.ask import complete_settings, load_asked
-from fabweave.plan.planned_job import plan_job
 from fabweave.ribbon.lay import WovenObject, lay_object
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import weave_mesh

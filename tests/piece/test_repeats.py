@@ -9,6 +9,7 @@ from slow import slow_but
 from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.job.ask import brief_of
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -21,7 +22,6 @@ from fabweave.piece.joined_strands import object_repeats, split_object
 from fabweave.piece.split.candidates import Bed, list_candidates
 from fabweave.piece.split.repeats import Repeats, find_repeats
 from fabweave.piece.split.splitting import choose_runs
-from fabweave.plan.ask import brief_of
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
 from fabweave.weave.threads import trace_threads

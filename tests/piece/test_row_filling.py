@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jobs import laid
 
+from fabweave.job.ask import brief_of
 from fabweave.nest.strips import fill_rows, row_rests
 from fabweave.piece import joined_strands
 from fabweave.piece.development import unfold_runs
 from fabweave.piece.joined_strands import object_repeats, plan_pieces
 from fabweave.piece.outline import strip_outlines
 from fabweave.piece.split.row_filling import climb
-from fabweave.plan.ask import brief_of
 from fabweave.stock.sheet_size import SheetSize, parse_roll, usable_size
 
 ROW_MM = 100.0

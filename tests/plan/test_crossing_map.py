@@ -12,8 +12,8 @@ from slow import slow_but
 from viewer_scene import make_page
 
 from fabweave.core.errors import InputError
+from fabweave.job.write import json_text
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
-from fabweave.show.files import json_text
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.planned import plan_job
 from fabweave.options.settings import settings_from_options
-from fabweave.plan.ask import complete_settings, load_asked
-from fabweave.plan.planned_job import plan_job
 from fabweave.plan.verdict import COAXED, NARROW_MM, NotMakeableError, judge, verdict_words
 from fabweave.ribbon.lay import lay_object
 from fabweave.ribbon.rules.broken_rule import BrokenRule

@@ -11,8 +11,8 @@ from jobs import laid
 from ribbon_strips import shifted
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.job.ribbon_report import ribbon_report
 from fabweave.options.settings import Settings
-from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import WovenObject, check_object, require_stiffness
 from fabweave.ribbon.rules import remedy
 from fabweave.ribbon.rules.broken_rule import BrokenRule, sentence

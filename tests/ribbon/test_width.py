@@ -13,11 +13,11 @@ from weaving_meshes import walked
 
 from fabweave.core.arrays import unit
 from fabweave.core.errors import InputError
+from fabweave.job.ask import brief_of
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.piece.joined_strands import plan_pieces
-from fabweave.plan.ask import brief_of
 from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.lay import lay_ribbons, widest_width
 from fabweave.ribbon.measures import panel_widths, ribbon_widths

@@ -11,7 +11,7 @@ import shapely
 from jobs import OCTAHEDRON
 
 from fabweave.core.errors import InputError
-from fabweave.plan.coupon_job import BLOCKS, coupon_for, draw_coupon, plan_coupon, write_coupon
+from fabweave.job.coupon import BLOCKS, coupon_for, draw_coupon, plan_coupon, write_coupon
 from fabweave.sheet.drawing import Circle, Layer, Polyline
 from fabweave.stock.material import hole_edge_mm, material_library, material_named
 from fabweave.verify.read.dxf import read_dxf

@@ -11,12 +11,12 @@ import shapely
 from drawn_jobs import drawn_job
 
 from fabweave.estimate.assembly_time import step_seconds
+from fabweave.job.papers import job_facts, manual_pdf
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.show.manual import book as manual_book
 from fabweave.show.manual.sheets import place_across
-from fabweave.show.papers import job_facts, manual_pdf
 
 
 def facts_of(job):

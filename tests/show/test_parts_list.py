@@ -7,9 +7,9 @@ import pytest
 from jobs import quick_jobs
 from pypdf import PdfReader
 
-from fabweave.job import make_job
+from fabweave.job.run import make_job
+from fabweave.job.write import job_map
 from fabweave.options.settings import Settings
-from fabweave.show.files import job_map
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.parts_list import PARTS, write_parts
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from viewer_tab import Scene, Tab, all_of
 
+from fabweave.job.papers import job_viewer
 from fabweave.show.manual.step_pictures import VIEWS, side_words
-from fabweave.show.papers import job_viewer
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
 

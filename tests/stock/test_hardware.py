@@ -3,8 +3,8 @@
 import pytest
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import brief_of, complete_settings
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import brief_of, complete_settings
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.material import hole_edge_mm, material_named
 

@@ -3,8 +3,8 @@
 import pytest
 
 from fabweave.core.errors import InputError
+from fabweave.job.ask import complete_settings
 from fabweave.options.settings import job_toml, settings_from_job, settings_from_options
-from fabweave.plan.ask import complete_settings
 from fabweave.stock.sheet_size import parse_roll
 
 MESH = "shape:icosahedron"

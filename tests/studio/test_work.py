@@ -11,9 +11,9 @@ from meshes_shared import shared_mesh
 
 from fabweave.core.errors import FabweaveError
 from fabweave.design.making import make_or_advise
+from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
-from fabweave.stations import Stations
 from fabweave.studio.controls import controls
 from fabweave.studio.state import State, state_of_job
 from fabweave.studio.work import look, make, plan

@@ -6,11 +6,11 @@ from functools import cache
 import numpy as np
 from jobs import laid
 
+from fabweave.job.ask import brief_of
 from fabweave.piece.joined_strands import plan_pieces
 from fabweave.piece.joint.kinds import parse_joint
 from fabweave.piece.joint.planning import plan_joints
 from fabweave.piece.pieces import PieceSet, build_pieces
-from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import lay_ribbons
 
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import jobs
 
+from fabweave.job.ask import brief_of
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.joined_strands import check_joined, split_object
-from fabweave.plan.ask import brief_of
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 from jobs import quick_jobs
 
-from fabweave.job import make_job
+from fabweave.job.run import make_job
+from fabweave.job.write import job_map
 from fabweave.options.settings import Settings
-from fabweave.show.files import job_map
 from fabweave.show.manual.painting import build_scene
 from fabweave.show.manual.step_pictures import step_pictures
 

@@ -10,16 +10,16 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from unittest import mock
 
-from fabweave import job as pipeline
 from fabweave.cli import inspect
 from fabweave.cli.main import cli, main
 from fabweave.cli.options import job_settings
 from fabweave.design import making
+from fabweave.job import draw as drawn
+from fabweave.job import run as pipeline
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
 from fabweave.options.settings import Settings
 from fabweave.picture import object_picture
 from fabweave.piece import joined_strands as split_job
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
-from fabweave.show import job as drawn
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")

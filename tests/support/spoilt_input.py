@@ -13,14 +13,14 @@ import tomli_w
 from mesh_writers import binary_ply, off_bytes, ply_bytes
 
 from fabweave.core.errors import FabweaveError
-from fabweave.job import run_job
+from fabweave.job.coupon import coupon_for
+from fabweave.job.run import run_job
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.table import option_named
-from fabweave.plan.coupon_job import coupon_for
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.sheet.presets import preset_named
 

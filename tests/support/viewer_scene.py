@@ -8,11 +8,11 @@ from unittest import mock
 import numpy as np
 from jobs import quick_jobs
 
-from fabweave.job import make_job
+from fabweave.job.papers import job_viewer
+from fabweave.job.run import make_job
+from fabweave.job.write import job_map
 from fabweave.nest.layout import Layout, Placement
 from fabweave.options.settings import Settings
-from fabweave.show.files import job_map
-from fabweave.show.papers import job_viewer
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -31,7 +31,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
     with (
         quick_jobs(),
         mock.patch("fabweave.nest.pins.nest", laid),
-        mock.patch("fabweave.show.job.portrait_png"),
+        mock.patch("fabweave.job.draw.portrait_png"),
     ):
         job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))
     crossing_map = job_map(job)

@@ -12,8 +12,8 @@ from spoiling import edit_json, put
 from verify_writers import glb_bytes
 
 from fabweave.core.records import to_json
+from fabweave.job.ribbon_report import ribbon_report
 from fabweave.picture.model_files import woven_glb
-from fabweave.plan.ribbon_report import ribbon_report
 from fabweave.ribbon.lay import check_object
 from fabweave.verify.check.ribbons import check_bends, measure_bending, rung_widths
 from fabweave.verify.read.glb import read_model

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sealing import verify_job
 
-from fabweave.job import run_job
+from fabweave.job.run import run_job
 from fabweave.options.settings import Settings
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.sheet.kerf import MicroJoints, kerfed_sheets

@@ -12,12 +12,12 @@ import shapely
 from sealing import found_by
 from spoiling import edit_json
 
-from fabweave.job import make_job
+from fabweave.job.run import make_job
+from fabweave.job.write import write_plan
 from fabweave.options.settings import Settings
 from fabweave.piece import joined_strands as joined_object
 from fabweave.piece.joint import kinds
 from fabweave.piece.joint import kinds as interlock
-from fabweave.show.files import write_plan
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.verify.check.joints import check_joints
 from fabweave.verify.check.pieces import check_crossing_holes, check_unfolding
@@ -49,8 +49,8 @@ KINDS = {
 def write(folder, **options):
     # Joints are in no picture, and the manual takes longer than all else.
     with (
-        mock.patch("fabweave.show.job.portrait_png"),
-        mock.patch("fabweave.show.papers.write_manual"),
+        mock.patch("fabweave.job.draw.portrait_png"),
+        mock.patch("fabweave.job.papers.write_manual"),
     ):
         job = replace(make_job(BASE.but(**options)), portrait=lambda: b"")
         write_plan(job, folder)

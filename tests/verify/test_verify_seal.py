@@ -11,9 +11,9 @@ from jobs import OCTAHEDRON
 from spoiling import drop, edit_json, put
 
 from fabweave.core.job_folder import foreign_files
-from fabweave.job import run_job
+from fabweave.job import papers
+from fabweave.job.run import run_job
 from fabweave.options.settings import Settings
-from fabweave.show import papers
 from fabweave.verify.proof import check_seal, verify_job
 from fabweave.verify.report import Tally
 

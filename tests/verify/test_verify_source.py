@@ -14,9 +14,9 @@ from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.job.ask import load_asked
 from fabweave.mesh.io.files import write_mesh
 from fabweave.options.settings import job_toml, settings_from_options
-from fabweave.plan.ask import load_asked
 from fabweave.verify.check.source import check_source
 from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.job_files import load_job

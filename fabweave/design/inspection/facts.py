@@ -32,6 +32,16 @@ from fabweave.design.variety import FEWEST, densities
 from fabweave.estimate.costs import pieces_costs
 from fabweave.estimate.texts import cost_rows
 from fabweave.form.hold import form_hold
+from fabweave.job.ask import (
+    brief_of,
+    complete_settings,
+    lay_asked,
+    load_asked,
+    settle_grain,
+    try_refinement,
+)
+from fabweave.job.letting_go import foretold
+from fabweave.job.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import find_irregular, interior_valences
@@ -51,16 +61,6 @@ from fabweave.piece.joined_strands import JoinedObject, check_joined, split_obje
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
 from fabweave.piece.split.repeats import Repeats
-from fabweave.plan.ask import (
-    brief_of,
-    complete_settings,
-    lay_asked,
-    load_asked,
-    settle_grain,
-    try_refinement,
-)
-from fabweave.plan.letting_go import foretold
-from fabweave.plan.ribbon_report import ribbon_notes, ribbon_report
 from fabweave.plan.verdict import NARROW_MM, judge, refused
 from fabweave.ribbon.lay import (
     WovenObject,

@@ -8,10 +8,10 @@ from PIL import Image
 from fabweave.core.messages import agree
 from fabweave.design.candidate import PICTURE_PX, Tried, words
 from fabweave.design.inspection.facts import Inspection
+from fabweave.job.ask import complete_settings
 from fabweave.options.settings import Settings
 from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
-from fabweave.plan.ask import complete_settings
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.verdict import VERDICTS
 from fabweave.weave.pattern import exact_text

@@ -8,13 +8,13 @@ from typing import Any
 from fabweave.core.arrays import frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.form.straight import lay_strips
+from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.planned import PlannedJob, nest_job, plan_job
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings, settings_from_options
-from fabweave.plan.ask import complete_settings, load_asked
 from fabweave.plan.colours import woven_colours
-from fabweave.plan.planned_job import PlannedJob, nest_job, plan_job
 from fabweave.ribbon.lay import WovenObject, keep_clear
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import WovenMesh, weave_mesh

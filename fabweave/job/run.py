@@ -21,15 +21,15 @@ from fabweave.core.parallel.executors import (
     side_workers,
 )
 from fabweave.form.straight import lay_strips
+from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.draw import Job, draw_job, start_side_work
+from fabweave.job.papers import show_job
+from fabweave.job.planned import nest_job, plan_job, recorded_layout
+from fabweave.job.write import write_plan, write_proof
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
-from fabweave.plan.ask import complete_settings, load_asked
-from fabweave.plan.planned_job import nest_job, plan_job, recorded_layout
 from fabweave.plan.preflight import Preflight
-from fabweave.show.files import write_plan, write_proof
-from fabweave.show.job import Job, draw_job, start_side_work
-from fabweave.show.papers import show_job
 from fabweave.verify.proof import prove_plan, sealed
 from fabweave.verify.report import VerifyReport
 from fabweave.weave.weave_mesh import weave_mesh

@@ -13,6 +13,11 @@ from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
 from fabweave.form.relaxed import shown_relaxed
 from fabweave.form.settle import Form
+from fabweave.job.ask import FORMER_BOARD, former_supply
+from fabweave.job.letting_go import LetGo, let_job_go
+from fabweave.job.notes import job_notes
+from fabweave.job.planned import PlannedJob
+from fabweave.job.ribbon_report import hole_findings
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -21,15 +26,10 @@ from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.piece.former import Former, Laid, build_former
 from fabweave.piece.rim_ring import free_prefix
 from fabweave.plan.allotment import Allotment, allot
-from fabweave.plan.ask import FORMER_BOARD, former_supply
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
-from fabweave.plan.letting_go import LetGo, let_job_go
-from fabweave.plan.notes import job_notes
 from fabweave.plan.order import Order, plan_order
-from fabweave.plan.planned_job import PlannedJob
-from fabweave.plan.ribbon_report import hole_findings
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
 from fabweave.plan.way_out import let_out

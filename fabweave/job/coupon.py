@@ -16,10 +16,10 @@ from fabweave.core.files import write_files
 from fabweave.core.messages import few_of
 from fabweave.form.body import YOUNG
 from fabweave.form.woven_net import GRAVITY
+from fabweave.job.ask import supplies_of
+from fabweave.job.ribbon_report import read_ribbon_report
 from fabweave.options.settings import settings_from_job
-from fabweave.plan.ask import supplies_of
 from fabweave.plan.crossing_map import read_crossing_map
-from fabweave.plan.ribbon_report import read_ribbon_report
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, draw_flat
 from fabweave.sheet.labels.lettering import lettered, place_text, text_box
 from fabweave.sheet.labels.texts import (

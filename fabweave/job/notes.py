@@ -7,6 +7,8 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree, few_of
+from fabweave.job.planned import PlannedJob
+from fabweave.job.ribbon_report import ribbon_notes
 from fabweave.nest.layout import Layout
 from fabweave.piece.brief import grain_notes
 from fabweave.piece.former import Laid
@@ -18,8 +20,6 @@ from fabweave.plan.bill_of_materials import BillOfMaterials, bom_notes
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.extent import extent_notes
 from fabweave.plan.order import Order
-from fabweave.plan.planned_job import PlannedJob
-from fabweave.plan.ribbon_report import ribbon_notes
 from fabweave.plan.steps import order_note
 from fabweave.ribbon.lay import width_notes
 from fabweave.ribbon.measures import size_for

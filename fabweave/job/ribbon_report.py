@@ -11,8 +11,8 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json, optional, read_json, record
+from fabweave.job.planned import PlannedJob
 from fabweave.piece.development import wave_turns
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.bends import measure_bends, measure_spans

@@ -14,6 +14,8 @@ from fabweave.estimate.assembly_time import step_seconds
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.texts import cost_rows
 from fabweave.estimate.waste import WasteReport
+from fabweave.job.draw import Job
+from fabweave.job.write import offcut_entries
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
@@ -29,7 +31,6 @@ from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import in_lanes, png_bytes
 from fabweave.sheet.write.template import template_pdf
-from fabweave.show.job import Job
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
 from fabweave.show.manual.former import FormerPages, former_pages, write_former
@@ -95,13 +96,30 @@ def show_job(
     views, unmade = manual()
     missing += unmade
     papers: list[tuple[str, Callable[[], bytes | str | None]]] = [
-        ("waste.html", lambda: waste_page(job, report)),
+        (
+            "waste.html",
+            lambda: waste_page(
+                report,
+                job.allotment,
+                title=job.woven.title,
+                verdict=job.verdict,
+                names=[drawing.name for drawing in job.drawings],
+                entries=offcut_entries(job),
+                remeshed=job.woven.source.likeness is not None,
+            ),
+        ),
         ("render.png", job.portrait),
         (LIKENESS, job.likeness),
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
-    papers.append((INDEX_FILE, lambda: index_page(job, plan, report, file_names(directory))))
+    papers.append((INDEX_FILE, lambda: index_page(
+        plan, report, title=job.woven.title, verdict=job.verdict, grade=job.grade,
+        form=job.form_text, material=job.supplies.description,
+        size_mm=np.ptp(job.woven.mesh.vertices, axis=0),
+        given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
+        cut_names=[drawing.name for drawing in job.kerfed], files=file_names(directory),
+    )))  # fmt: skip
     for name, make in papers:
         missing += _write_paper(directory / name, make)
     return tuple(missing)

@@ -11,6 +11,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.core.files import check_file, write_files
+from fabweave.job.ask import complete_settings, lay_asked, load_asked
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.camera import View
@@ -19,7 +20,6 @@ from fabweave.picture.model_files import model_bytes, woven_glb
 from fabweave.picture.object_picture import bodies_picture, png_bytes, weave_picture
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
 from fabweave.picture.yarns import Yarns, spin_yarns
-from fabweave.plan.ask import complete_settings, lay_asked, load_asked
 from fabweave.plan.colours import woven_colours
 from fabweave.ribbon.lay import WovenObject, keep_clear
 from fabweave.stock.supplies import Supplies

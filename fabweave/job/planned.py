@@ -9,8 +9,10 @@ import numpy as np
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.parallel.executors import Executors, here
+from fabweave.estimate.costs import Costs, pieces_costs
 from fabweave.form.hold import form_hold
 from fabweave.form.settle import Form
+from fabweave.job.ask import brief_of, settle_grain, try_refinement
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import spare_pieces, spared
@@ -20,7 +22,6 @@ from fabweave.piece.joint.holes import HoleRule
 from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import SplitPlan
-from fabweave.plan.ask import brief_of, settle_grain, try_refinement
 from fabweave.plan.colours import piece_colours, woven_colours
 from fabweave.plan.nest_pieces import nest_pieces
 from fabweave.plan.verdict import NotMakeableError, Verdict, judge
@@ -224,3 +225,15 @@ def recorded_layout(planned: PlannedJob, crossing_map: Path) -> Layout:
     kept = replace(planned.settings.search, layout=str(crossing_map))
     layout = nest_pieces(planned.to_cut, planned.supplies, planned.woven.bunches, kept)
     return replace(layout, recorded=planned.settings.search.layout is not None)
+
+
+def planned_costs(planned: PlannedJob) -> Costs:
+    """Return what a job will cost that is planned, but not nested."""
+    return pieces_costs(
+        planned.piece_set,
+        planned.woven,
+        planned.settings.pieces,
+        planned.supplies,
+        planned.settings.machine.calibrate,
+        common=planned.settings.common_cuts,
+    )

@@ -5,9 +5,9 @@ from jobs import laid
 
 from fabweave.form import woven_net
 from fabweave.form.hold import Foresight
-from fabweave.plan import letting_go as module
-from fabweave.plan.letting_go import foretold, let_job_go
-from fabweave.plan.planned_job import plan_job
+from fabweave.job import letting_go as module
+from fabweave.job.letting_go import foretold, let_job_go
+from fabweave.job.planned import plan_job
 from fabweave.ribbon.rules.remedy import Depth
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fabweave.core.arrays import Progress, no_progress
-from fabweave.job import run_job
+from fabweave.job.run import run_job
 from fabweave.mesh.io.files import read_mesh
 from fabweave.options.settings import read_job_options, settings_from_job
 

@@ -12,12 +12,12 @@ from fabweave.form.hold import Foresight
 from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import STANDS, Settled, settle
 from fabweave.form.straight import lay_strips
+from fabweave.job.ask import brief_of, complete_settings
+from fabweave.job.planned import PlannedJob, plan_job
 from fabweave.options.settings import Settings
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import parse_fastening
 from fabweave.piece.pieces import PieceSet
-from fabweave.plan.ask import brief_of, complete_settings
-from fabweave.plan.planned_job import PlannedJob, plan_job
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth

@@ -20,15 +20,17 @@ from fabweave.estimate.offcuts import (
 from fabweave.estimate.texts import costs_text
 from fabweave.estimate.waste import WasteReport, piece_table, waste_report
 from fabweave.form.relaxed import PARTS, form_record, off_crossings_mm
+from fabweave.job.draw import Job
+from fabweave.job.map_builder import build_crossing_map
+from fabweave.job.ribbon_report import RibbonReport, ribbon_report
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
 from fabweave.picture.model_files import woven_glb
+from fabweave.piece.split.length_curve import splitting_record
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, cut_list, station_table, stick_table
 from fabweave.plan.grade import verdict_json
-from fabweave.plan.map_builder import build_crossing_map
 from fabweave.plan.preflight import Preflight, finding_lines, preflight
-from fabweave.plan.ribbon_report import RibbonReport, ribbon_report
 from fabweave.sheet import former_sheets, rim_sheets
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.former_sheets import former_record
@@ -40,7 +42,6 @@ from fabweave.sheet.sheet_notes import draw_offcut
 from fabweave.sheet.targets import target_named
 from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
-from fabweave.show.job import Job
 from fabweave.verify.report import VerifyReport
 
 
@@ -91,7 +92,7 @@ def write_plan(
         If they break any, and the settings are strict.
     """
     progress("files", 0, len(job.drawings))
-    machine = job.settings.machine
+    machine, woven = job.settings.machine, job.woven
     folders = [(directory / "sheets", job.drawings), (directory / CUT_FOLDER, job.kerfed)]
     for sheets in job.beside:
         folders.append((directory / sheets.folder, sheets.drawings))
@@ -117,7 +118,9 @@ def write_plan(
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
     _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
     report = waste_report(
-        job,
+        job.to_cut,
+        splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
+        machine,
         job.layout,
         job.drawings,
         job.allotment,
@@ -242,7 +245,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         _write(directory / "cut_list.csv", cuts)
     _write(
         directory / "pieces.csv",
-        piece_table(job, job.layout, job.allotment),
+        piece_table(job.to_cut, job.origins, job.kinds, woven.labels, job.layout, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
     _write(directory / "ribbons.json", json_text(to_json(ribbons)))

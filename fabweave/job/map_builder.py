@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.core.arc_path import Path
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.job.planned import PlannedJob
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.offcut import Offcut
 from fabweave.piece.congruence import DECIMALS, spare_pieces
@@ -37,7 +38,6 @@ from fabweave.plan.crossing_map import (
     weave_record,
 )
 from fabweave.plan.order import Order
-from fabweave.plan.planned_job import PlannedJob
 from fabweave.plan.steps import last_tenth
 from fabweave.ribbon.lay import WovenObject
 from fabweave.sheet.drawing import SheetDrawing
