@@ -41,11 +41,10 @@ def piece_sets():
 
 @pytest.fixture(scope="module")
 def browser():
-    reason = "the package playwright is absent"
     """Give the system's browser, in which pages are tried."""
     from viewer_tab import CHROMIUM, chromium  # noqa: PLC0415 - found beside the tests
 
-    playwright = pytest.importorskip("playwright.sync_api", reason=reason)
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is absent")
     if CHROMIUM is None:
         pytest.skip("there is no chromium here")
     with playwright.sync_playwright() as tool, chromium(tool) as started:
