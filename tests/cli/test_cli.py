@@ -11,14 +11,10 @@ from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
 from fabweave.cli.main import cli
-from fabweave.cli.options import _set
-from fabweave.core.errors import InputError
 from fabweave.job.run import run_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.options.option import SECTIONS
 from fabweave.options.settings import Settings
-from fabweave.options.table import OPTIONS
 from fabweave.stock.sheet_size import SheetSize
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -148,14 +144,6 @@ def test_verify_tells_what_it_proved_and_ends_with_a_code_of_its_own(finished, t
     assert {"over-under", "seal"} <= set(failed)
     assert told.splitlines()[-1].endswith(", ".join(failed))
     assert run("verify", tmp_path / "nothing") == 2
-
-
-def test_an_option_of_another_section_is_found():
-    for option in OPTIONS[1:]:
-        for section in {one.lower() for one in SECTIONS} - {option.group}:
-            with pytest.raises(InputError) as raised:
-                _set([f"{section}.{option.name}=1"])
-            assert option.path in str(raised.value)
 
 
 @pytest.mark.parametrize(

@@ -59,15 +59,6 @@ def test_the_weave_is_shown_on_its_mesh(what, tmp_path, capsys):
     assert (np.count_nonzero(red > blue + 80) > 300) == (what != "seams")
 
 
-def test_json_tells_the_radii(tmp_path, capsys):
-    assert run("model", TORUS, "--size", "120mm", "--yarn-radius", "1mm", "--json",
-               "-o", tmp_path / "y.stl") == 0  # fmt: skip
-    told = json.loads(capsys.readouterr().out)
-    assert told["kind"] == "yarns"
-    assert told["radius_mm"]["least"] == told["radius_mm"]["greatest"] == 1.0
-    assert told["radius_mm"]["greatest_possible"] > 1.0
-
-
 @pytest.mark.parametrize(
     ("name", "options", "code"),
     [

@@ -66,24 +66,6 @@ def test_what_exports_spoil_is_mended(surface, seed):
     assert clean_mesh(mesh).notes == ()
 
 
-@given(closed_surfaces(), st.integers(0, 10**6))
-def test_a_t_junction_is_joined(surface, at):
-    mesh, genus = surface
-    faces = mesh.faces()
-    one = at % len(faces)
-    a, b, *_ = faces[one]
-    middle = mesh.vertices[[a, b]].mean(axis=0)
-    halved = [a, mesh.n_vertices, b, *faces[one][2:]]
-    cleaned = clean_mesh(with_faces(mesh, [*faces[:one], halved, *faces[one + 1 :]], [middle]))
-    report = check_mesh(cleaned.mesh)
-    assert report.closed
-    assert report.component_genus == (genus,)
-    assert report.n_vertices == mesh.n_vertices + 1
-    # On a boundary that nothing meets, the vertex belongs to its own face alone.
-    rim = grids.hypar(3, 3, 30.0, 10.0)
-    assert clean_mesh(rim).mesh.faces() == rim.faces()
-
-
 @given(st.one_of(closed_surfaces(), open_surfaces()), st.integers(0, 2**32 - 1))
 def test_what_is_far_away_is_the_same_mesh(surface, seed):
     # Six decimals, as programs write them; beyond them nothing is left at such a distance.

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import model_of
-from fabweave.mesh.remesh.remeshed import edge_lengths, evenness
+from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.remesh.triangles import collapse_short, split_long
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import surface_area as area
@@ -91,10 +90,3 @@ def test_nothing_vanishes_where_that_would_spoil_the_surface():
     ring = triangulate(grids.torus(12, 3, 35.0, 2.0))
     thin = collapse_short(model_of(ring, ring.n_vertices), ring, 1e9)
     assert kind(thin) == kind(ring)
-
-
-def test_evenness_of_a_strip_is_its_shortest_edges_over_the_median():
-    corners = [[x, y, 0] for x in (0, 1, 2, 3, 3.25) for y in (0, 1)]
-    faces = [[2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1] for k in range(4)]
-    strip = PolyMesh.from_faces(corners, faces)
-    assert evenness(strip) == pytest.approx(0.25, abs=0.01)

@@ -9,13 +9,11 @@ from strategies import merged
 from weaving_meshes import meshes
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy, Wish
 from fabweave.mesh.fair.fairing import Guard, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_centres
@@ -25,7 +23,6 @@ from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.subdivide import split_to_quads
 from fabweave.mesh.symmetry import find_partners
 from fabweave.mesh.triangulate import fans, triangulate
-from fabweave.options.settings import Settings
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import plain_weave
@@ -71,14 +68,6 @@ def test_strands_straighten_near_the_model_while_the_energy_falls(name) -> None:
     before, after = likeness(model, mesh), likeness(model, result.mesh)
     assert after.in_mean_mm < before.in_mean_mm
     assert after.out_mean_mm < before.out_mean_mm
-
-
-def test_a_noisy_cylinder_becomes_a_grid() -> None:
-    result = faired(*ROUGH["tube"]())
-    assert result.before.turn_deg > 10
-    # What is left is due to samples of the model, which are no grid.
-    assert result.after.turn_deg < 0.3
-    assert result.after.room_ratio < 1.1
 
 
 def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
@@ -266,26 +255,4 @@ def test_what_cannot_be_faired_is_refused() -> None:
         faired(flat, cube())
 
 
-@pytest.mark.parametrize("factor", [1e-150, 1e150])
-def test_closest_points_at_any_scale(factor) -> None:
-    points, triangles = fans(cube())
-    places = np.array([[0.2, 0.3, 5.0], [-7.0, 0.1, 0.2]])
-    feet = Surface(points * factor, triangles).feet(places * factor)
-    side = points.max()
-    assert np.allclose(feet.points / factor, [[0.2, 0.3, side], [-side, 0.1, 0.2]])
-    assert np.allclose(feet.distances / factor, [5 - side, 7 - side])
-    assert np.all(np.einsum("nd,nd->n", feet.normals, places) > 0)
-
-
 # Whole jobs.
-
-
-def test_fairing_comes_before_the_triaxial_subdivision_and_the_final_size(tmp_path) -> None:
-    write_mesh(tmp_path / "ball.obj", shaken(sphere(3, 50.0), 3, 0.08))
-    plain = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, fair=4)
-    woven = load_asked(plain)
-    triaxial = load_asked(plain.but(pattern="triaxial"))
-    assert np.ptp(woven.mesh.vertices, axis=0).max() == pytest.approx(300.0, rel=1e-12)
-    old = triaxial.mesh.vertices[: triaxial.n_old_vertices]
-    assert np.array_equal(old, woven.mesh.vertices)
-    assert any(note.startswith("the mesh was faired:") for note in woven.notes)

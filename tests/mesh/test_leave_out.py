@@ -117,14 +117,6 @@ def test_what_falls_apart_or_touches_at_a_corner_is_refused():
         opened(ball, ",".join(map(str, equator)))
 
 
-@pytest.mark.parametrize(
-    "text", ["top", "top:80mm,top:2", "top:-3mm", "top:0mm", "", "1,,2", "1.5", "9999999999"]
-)
-def test_what_says_nothing_is_refused(text):
-    with pytest.raises(InputError):
-        parse_leave_out(text)
-
-
 def test_a_file_lists_faces(tmp_path):
     path = tmp_path / "faces.txt"
     path.write_text("7, 3 # the mouth\n\n12\n7\n")

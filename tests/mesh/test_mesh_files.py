@@ -23,7 +23,7 @@ from fabweave.core.errors import InputError
 from fabweave.job.ask import load_asked
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.io.files import READABLE, read_mesh, write_mesh
+from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.io.gltf import read_gltf
 from fabweave.mesh.io.ply import read_ply
 from fabweave.mesh.io.stl import read_stl
@@ -93,21 +93,6 @@ def test_obj_traps(text):
     mesh = read("obj", text)
     assert mesh.vertices.tolist() == HOUSE
     assert mesh.faces() == HOUSE_FACES
-
-
-def test_obj_relative_numbers_count_from_the_vertices_so_far():
-    square = "v {0} 0 0\nv {0} 1 0\nv {0} 1 1\nf -3 -2 -1\n"
-    mesh = read("obj", square.format(1) + square.format(2) + square.format(3))
-    assert mesh.faces() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
-
-
-def test_obj_values_that_are_no_numbers():
-    text = "v 1.#IND -1.#IND 1.#QNAN # x\nv 1.#INF -1.#INF00 1.#SNAN\nv nan -inf inf\nf 1 2 3\n"
-    mesh = read("obj", text)
-    nan, inf = np.nan, np.inf
-    assert np.array_equal(
-        mesh.vertices, [[nan, nan, nan], [inf, -inf, nan], [nan, -inf, inf]], equal_nan=True
-    )
 
 
 OFF_V = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n"
@@ -281,17 +266,6 @@ def test_broken_file_is_named_with_its_place(kind, data, place):
     with pytest.raises(InputError, match=place) as caught:
         read(kind, data)
     assert str(caught.value).startswith(f"a.{kind}")
-
-
-def test_unreadable_paths(tmp_path):
-    (tmp_path / "folder.ply").mkdir()
-    (tmp_path / "points.obj").write_text("v 0 0 0\n")
-    empty = [f"empty.{extension}" for extension in READABLE]
-    for name in empty:
-        (tmp_path / name).write_bytes(b"")
-    for name in ["a.obj", "a.xyz", "a", "folder.ply", "nul\0l.obj", "points.obj", *empty]:
-        with pytest.raises(InputError):
-            read_mesh(tmp_path / name)
 
 
 @pytest.mark.parametrize(

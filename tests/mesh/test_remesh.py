@@ -34,7 +34,6 @@ from fabweave.mesh.remesh.engines import (
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import check_remeshed
-from fabweave.mesh.remesh.request import Remesh, parse_remesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -83,17 +82,6 @@ def giving(folder, mesh, before=""):
 # --- what is asked for -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "tris", "quad", "quads:", "quads:-5", "quads:1e3", "quads:5", "quads:100001", "quads:٣٠",
-     "quads:" + "9" * 400, "quads:1:2", "Quads:10"],
-)  # fmt: skip
-def test_wrong_option_is_refused(text):
-    assert parse_remesh(" quads:6 ") == Remesh("quads", 6)
-    with pytest.raises(InputError, match="quads"):
-        parse_remesh(text)
-
-
 # --- without a remesher ------------------------------------------------------------------------
 
 
@@ -116,14 +104,6 @@ def test_pairs_are_taken_if_they_are_about_as_many_as_asked_for(number, taken):
     else:
         with pytest.raises(CannotMakeError, match="it gives 288 quads"):
             remesh_quads(mesh, number, engines=())
-
-
-def test_mesh_of_quads_is_left_as_it_is():
-    ball = grids.sphere(4, 50.0)
-    remeshed = remesh_quads(ball, None, engines=())
-    assert remeshed.method == "unchanged"
-    assert remeshed.mesh.faces() == ball.faces()
-    assert remeshed.irregular.valence.tolist() == [3] * 8
 
 
 def test_soup_is_joined_and_inside_out_faces_are_turned_first():
@@ -423,12 +403,6 @@ def test_result_without_irregular_vertices_ends_the_search(tmp_path):
     assert len(remeshed.irregular) == 0
     # The runs that sleep were not waited for, or one would have been stopped at its limit.
     assert not any("stopped" in note for note in remeshed.notes)
-
-
-def test_far_too_many_quads_are_no_result(tmp_path):
-    engine = giving(tmp_path, grids.torus(60, 30, 35.0, 15.0))
-    with pytest.raises(CannotMakeError, match="1800 quads, far from the 200 wanted"):
-        remesh_quads(icotorus(), 200, engines=[engine])
 
 
 def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):

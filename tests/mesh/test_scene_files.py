@@ -173,12 +173,6 @@ def without_indices(document):
     primitive_of(document)["attributes"]["POSITION"] = add_accessor(document, rows)
 
 
-def as_strip(document):
-    # Joined by triangles without area, as programs do.
-    strip = [0, 2, 1, 3, 3, 0, 0, 3, 2]
-    primitive_of(document).update(mode=5, indices=add_accessor(document, np.array(strip, "B")))
-
-
 def sparse(document):
     rows = _CORNERS.astype("f")
     rows[2] = 99
@@ -240,13 +234,6 @@ def test_gltf_says_one_body_in_many_ways(change):
     assert np.abs(triangles_of(found) - triangles_of(moved(np.eye(3)))).max() < tolerance
     if "integers" not in change.__qualname__:
         require_same(found, moved(np.eye(3)))
-
-
-def test_gltf_strips_turn_every_second_triangle():
-    document = gltf_of(BODY)
-    as_strip(document)
-    faces = [[0, 2, 1], [2, 3, 1], [0, 3, 2]]
-    require_same(read_document(document).mesh, _CORNERS[np.array(faces)])
 
 
 def test_gltf_nodes_place_a_mesh_as_often_as_they_say():
@@ -470,21 +457,6 @@ def test_3mf_that_cannot_be_read_names_what_is_wrong(what):
 # ---------------------------------------------------------------- STL, and what is something else
 
 
-def test_stl_text_has_several_solids_in_either_case():
-    facet = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
-    rows = [
-        facet.format("".join(f"vertex {x} {y} {z}\n" for x, y, z in corners))
-        for corners in moved(np.eye(3)).tolist()
-    ]
-    text = f"solid a # b\n{''.join(rows[:2])}endsolid a\nsolid c\n{''.join(rows[2:])}endsolid c\n"
-    for data in (text, text.upper(), text.replace("\n", "\r\n    ")):
-        found = read_stl(data.encode(), "a.stl")
-        require_same(found.mesh, moved(np.eye(3)))
-        assert not found.notes
-    with pytest.raises(InputError, match="after 2 faces"):
-        read_stl(text[: text.index("endloop", text.index("solid c"))].encode(), "a.stl")
-
-
 def test_stl_is_binary_by_its_size_whatever_its_head_says():
     data = binary_stl(BODY)
     assert data.startswith(b"solid")
@@ -535,9 +507,3 @@ def test_what_a_file_holds_tells_its_format(tmp_path):
             assert found.format == kind
             assert len(read_file(path).notes) == (kind != name)
             require_same(found.mesh, moved(np.eye(3)))
-
-
-@pytest.mark.parametrize("name", ["-", "/dev/stdin"])
-def test_a_mesh_is_not_read_from_standard_input(name):
-    with pytest.raises(InputError, match=r"standard input|cannot read"):
-        read_mesh(name)

@@ -11,7 +11,6 @@ import pytest
 import trimesh
 from jobs import laid
 
-from fabweave.core.errors import InputError
 from fabweave.job.ask import complete_settings
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import clashing_facets, ribbon_bodies, yarn_bodies
@@ -142,19 +141,6 @@ def test_obj_keeps_quads_and_names_its_groups(model):
     )
     first = np.round(np.array(points[0][3:], dtype=float) * 255).astype(int)
     assert np.array_equal(first, model.bodies[0].colours[0])
-
-
-def test_ply_has_a_colour_at_every_vertex(model):
-    found = trimesh.load(
-        io.BytesIO(model_bytes(".ply", model.bodies)), file_type="ply", process=False
-    )
-    wanted = np.concatenate([body.colours for body in model.bodies])
-    assert np.array_equal(found.visual.vertex_colors[:, :3], wanted)
-
-
-def test_an_unknown_suffix_lists_the_known_ones(model):
-    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf"):
-        model_bytes(".dwg", model.bodies)
 
 
 # --- thick ribbons ----------------------------------------------------------------------------

@@ -5,14 +5,12 @@ import pytest
 from weaving_meshes import walked
 
 from fabweave.core.colour_space import Colours
-from fabweave.core.errors import InputError
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture import object_picture
 from fabweave.picture.camera import View
 from fabweave.picture.object_picture import (
     object_portrait,
-    opposite_view,
     second_view,
 )
 from fabweave.picture.surfaces import ribbon_triangles
@@ -64,17 +62,3 @@ def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
 def test_what_looks_the_same_from_behind_is_shown_from_above(name, where):
     vertices, triangles, _ = ribbon_triangles(woven(name)[0])
     assert second_view(vertices, triangles, View(-60.0, 30.0))[1] == where
-
-
-def test_the_opposite_view_is_from_behind():
-    first = View(-60.0, 30.0)
-    level = [view.axes()[2][:2] / np.hypot(*view.axes()[2][:2]) for view in
-             (first, opposite_view(first))]  # fmt: skip
-    assert level[0] @ level[1] == pytest.approx(-1.0)
-    assert opposite_view(View(170.0, 30.0)) == View(-10.0, 30.0)
-
-
-def test_colours_must_be_as_many_as_threads():
-    ribbons, colours = woven("tetrahedron")
-    with pytest.raises(InputError, match="3 threads"):
-        object_portrait(ribbons, colours[:2])

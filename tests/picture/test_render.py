@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from weaving_meshes import walked
 
 from fabweave.core.colour_space import light_of
-from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -147,18 +146,6 @@ def test_edges_are_as_smooth_as_samples_allow(samples, slope):
     # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is off by half
     # of that, all the way.
     assert not edge.any() or away[edge].mean() <= 0.61 / samples
-
-
-@pytest.mark.parametrize("samples", [1, 2, 3])
-def test_a_sphere_covers_the_area_of_its_circle(samples):
-    vertices, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=24&radius=50"))
-    picture = render_scene(
-        vertices, triangles, (0, 0, 0), size_px=SIZE, view=FRONT, lit=False, samples=samples
-    )
-    covered = 1.0 - light_of(np.asarray(picture))[:, :, 0]
-    radius = 50.0 * object_frame(vertices, triangles, FRONT, SIZE).pixels_per_mm
-    assert np.isclose(radius, 90.0, rtol=1e-3)
-    assert np.isclose(covered.sum(), np.pi * radius**2, rtol=5e-3)
 
 
 def test_the_order_of_triangles_does_not_matter_and_bytes_repeat():
@@ -377,27 +364,3 @@ def test_marks_tell_fewer_more_and_fourfold(count, colour):
     )
     assert marks.colours.tolist() == ([list(colour)] if colour else [])
     assert not marks.points.any()
-
-
-@pytest.mark.parametrize("size", [(0, 10), (10, -1), (100_000, 100_000)])
-def test_impossible_sizes_are_refused(size):
-    with pytest.raises(InputError, match="cannot be made"):
-        mesh_picture(parse_shape("shape:cube"), size_px=size)
-
-
-def test_nothing_to_show_and_wrong_arguments_are_refused():
-    empty = PolyMesh(np.zeros((3, 3)), np.zeros(1), np.zeros(0))
-    with pytest.raises(InputError, match="no triangle to render"):
-        mesh_picture(empty)
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, np.nan]])
-    with pytest.raises(InputError, match="not finite"):
-        render_scene(points, np.array([[0, 1, 2]]), (0, 0, 0), view=FRONT)
-    with pytest.raises(InputError, match="50 million samples"):
-        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), size_px=(5000, 5000), samples=3)
-    with pytest.raises(InputError, match="at least one"):
-        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), samples=0)
-    with pytest.raises(InputError, match="elevation"):
-        View(0.0, 91.0).axes()
-    _, ribbons = woven("cube")
-    with pytest.raises(InputError, match="4 threads"):
-        weave_picture(ribbons, np.zeros((3, 3), dtype=np.uint8))

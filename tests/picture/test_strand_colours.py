@@ -15,15 +15,12 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import loop
 from fabweave.picture.surfaces import rung_colours
 from fabweave.ribbon.project import following_rung, project_ribbons
-from fabweave.stock.material import material_library
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
 from fabweave.weave.strand_colours import (
-    STRATEGIES,
     crossing_colours,
     shade_strands,
     strand_colours,
-    tones_of,
 )
 
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
@@ -31,7 +28,6 @@ LEAST_DIFFERENCE = 0.06
 #: Each of these has one to four threads, and they cross themselves.
 FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube")
 SHAPES = ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron", *FEW)
-MATERIALS = np.array([material.rgb for material in material_library()], dtype=np.uint8)
 
 
 def woven(name, *, steps=0, turn=False, seed=None):
@@ -174,17 +170,6 @@ def test_a_material_has_three_tones_and_few_crossings_are_alike(name, steps):
     assert not np.any(changes & weave.over)
 
 
-@pytest.mark.parametrize("colour", [[255, 255, 255], [0, 0, 0], [255, 0, 0], *MATERIALS.tolist()])
-@pytest.mark.parametrize("count", [2, 3])
-def test_tones_of_a_material_are_told_apart_and_look_like_it(colour, count):
-    tones = tones_of(np.array(colour, dtype=np.uint8), count)
-    lab = oklab_of(light_of(tones))
-    assert np.all(np.diff(lab[:, 0]) < -LEAST_DIFFERENCE)
-    own = oklab_of(light_of(np.array(colour)))
-    assert np.abs(lab[:, 0] - own[0]).max() < (0.4 if own[0] < 0.2 else 0.17)
-    assert np.linalg.norm(lab[:, 1:] - own[1:], axis=1).max() < 0.08
-
-
 def test_a_material_that_crosses_others_only_has_its_very_colour():
     weave = woven("torus?m=8&n=6")
     bunches = part_bunches(weave.threads)
@@ -219,21 +204,3 @@ def test_rungs_change_their_colour_along_panels_only():
     by_thread = np.arange(3 * weave.threads.n_threads, dtype=np.uint8).reshape(-1, 3)
     each = np.repeat(by_thread, np.diff(ribbons.offsets), axis=0)
     assert np.array_equal(rung_colours(ribbons, by_thread), each)
-
-
-def test_wrong_strategies_are_refused_and_nothing_has_no_colour():
-    weave = woven("cube")
-    with pytest.raises(InputError, match="choose material, safe, direction, piece, bunch"):
-        strand_colours(weave, np.arange(4), "rainbow")
-    with pytest.raises(InputError, match="no material is known"):
-        strand_colours(weave, np.arange(4), "material")
-    bare = woven("hypar?m=1&n=1")
-    for strategy in set(STRATEGIES) - {"piece"}:
-        strands = strand_colours(
-            bare,
-            np.zeros(bare.threads.n_threads, dtype=int),
-            strategy,
-            materials=np.zeros((bare.threads.n_threads, 3), dtype=np.uint8),
-        )
-        assert strands.shape == (0, 2, 3)
-        assert least_difference(bare, strands) == np.inf

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from jobs import laid
 from weaving_meshes import meshes, walked
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.bodies import Body, clashing_facets, yarn_bodies
@@ -161,14 +161,6 @@ def test_flat_plain_weave_comes_near_the_thickest_yarn_there_can_be():
     radius = yarns.most * yarns.radius_mm
     spacing = 80.0 / 8 / np.sqrt(2)
     assert 0.8 < 2 * radius.max() / (spacing / np.sqrt(3)) <= 1.0
-
-
-@pytest.mark.parametrize(
-    "options", [{"sides": 2}, {"sides": 1000}, {"radius_mm": -1.0}, {"radius_mm": float("nan")}]
-)
-def test_senseless_options_are_refused(options):
-    with pytest.raises(InputError):
-        spun(woven("tetrahedron"), **options)
 
 
 def test_a_surface_that_runs_through_itself_is_refused():

@@ -9,7 +9,7 @@ from random_jobs import random_job
 from splitting import split_threads
 from weaving_meshes import meshes
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -295,14 +295,6 @@ def test_a_slot_is_a_hole_that_slides(hole, angle):
     )
 
 
-@pytest.mark.parametrize(
-    "text", ["rivet:0", "rivet:9", "weld", "glue:2", "", "rivet:2:3", "none:1:"]
-)
-def test_what_is_no_joint_is_refused(text):
-    with pytest.raises(InputError):
-        parse_joint(text)
-
-
 def test_verify_knows_the_same_kinds_and_what_they_are():
     assert list(KINDS) == list(PROVED_KINDS)
     for name, proved in PROVED_KINDS.items():
@@ -314,13 +306,6 @@ def test_verify_knows_the_same_kinds_and_what_they_are():
             ends = kind.shape(kind.room_mm(0.5), 0.5)
             assert proved.shaped == (True, ends.begin_mm is not None)
             assert proved.slotted == (ends.slot is not None)
-
-
-def test_joints_are_read():
-    assert parse_joint("rivet") == JointRule()
-    assert parse_joint("Rivet:3,lap=12mm") == JointRule(KINDS["rivet"], 3, 12.0)
-    with pytest.raises(InputError, match="none"):
-        parse_joint("none,lap=12mm")
 
 
 def test_long_laps_are_refused_where_strips_differ_in_thickness():

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jobs import laid
 from slow import slow_but
-from weaving_meshes import meshes
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.job.ask import brief_of
@@ -72,29 +71,6 @@ def test_two_runs_are_of_one_class_where_a_rotation_takes_one_to_the_other(mesh,
     there = images_of(symmetry, *rows[0])
     target = next(iter(images_of(symmetry, *rows[1]) & there), None)
     assert (one == other) == (target is not None)
-
-
-@given(meshes(), st.integers(0, 3), st.integers(0, 4))
-def test_images_of_a_run_are_all_there(mesh, begin, steps):
-    symmetry, repeats = found(mesh)
-    walks = symmetry.weave.threads
-    long = np.flatnonzero(walks.lengths > steps + 1)
-    if not len(long):
-        return
-    thread = int(long[0])
-    if not walks.closed[thread]:
-        begin = min(begin, int(walks.lengths[thread]) - 1 - steps)
-    spread = repeats.spread(runs_of((thread, begin, begin + steps)))
-    passes = {
-        tuple(
-            sorted(
-                (walks.offsets[t] + np.arange(a, b + 1) % walks.lengths[t]).tolist()
-            )
-        )
-        for t, a, b in zip(spread.thread.tolist(), spread.first.tolist(), spread.last.tolist(),
-                           strict=True)
-    }  # fmt: skip
-    assert passes == images_of(symmetry, thread, begin, begin + steps)
 
 
 def test_rotations_that_change_the_supply_do_not_count():

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
@@ -88,11 +86,6 @@ def test_a_long_text_is_made_smaller_and_then_cut_off():
         assert np.ptp(dot.points[:, 1]) == pytest.approx(1.0 / 6.0)
 
 
-def test_notes_refuse_what_they_cannot_draw():
-    with pytest.raises(InputError, match="漢"):
-        sheet_notes(SheetSize(600.0, 400.0), ["ok", "漢"])
-
-
 @given(
     st.tuples(st.floats(1.0, 300.0), st.floats(1.0, 300.0)),
     st.just(0.0) | st.floats(0.001, 3.0),
@@ -156,14 +149,6 @@ def test_colours_burn_in_the_order_of_the_layers(name):
     colours = [entry.colour for entry in preset_named(name).colours.values()]
     assert [PALETTES[name].index(colour) for colour in colours] == [0, 0, 1, 2, 3]
     assert preset_named() == preset_named("lightburn")
-
-
-def test_a_preset_cannot_leave_out_a_layer_or_be_changed():
-    preset = preset_named()
-    with pytest.raises(InputError, match=r"1 layer.*CUT_OUTER"):
-        replace(preset, colours={k: v for k, v in preset.colours.items() if k.name != "CUT_OUTER"})
-    with pytest.raises(TypeError):
-        preset.colours[Layer.NOTES] = LayerColour("#000000", 7)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,4 @@
 import io
-from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -8,8 +7,7 @@ from hypothesis import strategies as st
 from PIL import Image
 from strategies import at_most
 
-from fabweave.sheet.drawing import Circle, Layer, Polyline, SheetDrawing
-from fabweave.sheet.labels.lettering import place_text
+from fabweave.sheet.drawing import Circle, Layer
 from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.presets import preset_named
 from fabweave.sheet.write.preview import png_bytes, preview_frame
@@ -93,13 +91,6 @@ def test_an_id_that_is_engraved_and_can_be_read_is_not_written_again(sheet):
     assert low != untitled
 
 
-def test_picture_has_the_size_of_the_frame_and_same_bytes(sheet):
-    frame, picture = preview_frame(sheet), png_bytes(sheet)
-    with Image.open(io.BytesIO(picture)) as image:
-        assert image.size == (frame.width_px, frame.height_px)
-    assert picture == png_bytes(sheet)
-
-
 # ---- titles ---------------------------------------------------------------------------------
 
 
@@ -127,22 +118,3 @@ def test_titles_lie_in_their_pieces_clear_of_holes_and_upright(data, sheets):
             assert outline.contains(box)
             for hole in (entity for entity in piece.entities if isinstance(entity, Circle)):
                 assert box.distance(shapely.Point(hole.x, hole.y)) > hole.radius * 0.99
-
-
-def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
-    plain = make_piece("AB12", (0.0, 0.0), amplitude=0.0, holes=0)
-    plain = replace(plain, entities=plain.entities[-1:])
-    before = place_titles([plain])["AB12"]
-    strokes = place_text("AB12", 2.5, before[:2], before.angle_deg)
-    label = tuple(Polyline(Layer.ENGRAVE_LABEL, stroke) for stroke in strokes)
-    after = place_titles([replace(plain, entities=(*label, *plain.entities))])["AB12"]
-    engraved = shapely.MultiLineString(strokes)
-    assert box_of("AB12", before).intersects(engraved)
-    assert not box_of("AB12", after).intersects(engraved)
-
-
-def test_the_picture_of_a_very_large_sheet_has_fewer_pixels_for_each_millimetre():
-    usual = preview_frame(SheetDrawing("s", 1000.0, 700.0, (), ()))
-    large = preview_frame(SheetDrawing("s", 20_000.0, 20_000.0, (), ()))
-    assert usual.pixels_per_mm == 4.0
-    assert 0.9e8 < large.width_px * large.height_px <= 1e8

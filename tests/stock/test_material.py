@@ -10,32 +10,10 @@ from fabweave.stock.material import (
     material_library,
     material_named,
     min_bend_radius_mm,
-    min_hole_mm,
-    sheet_mass_kg,
     with_thickness,
 )
 
 ANY = st.sampled_from(material_library())
-
-
-def test_library_names_are_unique_and_found():
-    names = [material.name for material in material_library()]
-    assert len(set(names)) == len(names) >= 10
-    for material in material_library():
-        assert material_named(material.name.upper()) == material
-
-
-@given(ANY, st.floats(0.05, 10))
-def test_rules_of_practice(material, thickness):
-    changed = with_thickness(material, thickness)
-    assert min_hole_mm(changed) == max(thickness, 1.0)
-    assert changed.gap_mm >= max(thickness, 2 * changed.kerf_mm)
-    hole = min_hole_mm(changed)
-    if changed.metal:
-        assert hole_edge_mm(changed, hole) == 2 * hole
-    else:
-        assert hole_edge_mm(changed, hole) == max(2 * hole, 3 * thickness)
-    assert sheet_mass_kg(changed, 1e6) == pytest.approx(changed.density_kg_m3 * thickness / 1e3)
 
 
 @given(ANY, st.floats(0.05, 10), st.floats(0.05, 10))

@@ -76,16 +76,6 @@ def test_no_mutation_makes_a_traceback(job, seed):
     json.dumps(report.to_json(), allow_nan=True)
 
 
-def test_no_folder(tmp_path):
-    report = verify_job(tmp_path / "none")
-    assert set(report.failed) == {"seal", *MAP_CHECKS.split(), "source"}
-
-
-def test_a_file_in_place_of_the_folder(tmp_path):
-    (tmp_path / "x").write_text("x")
-    assert not verify_job(tmp_path / "x").ok
-
-
 def test_a_sheet_of_an_earlier_run_is_found(job):
     folder = job()
     shutil.copy(folder / "sheets" / "sheet_01.dxf", folder / "sheets" / "sheet_02.dxf")
@@ -227,14 +217,6 @@ def test_spoiled_strips(specimen, job, spoil, objecting):
         # Congruent threads: nothing but their places differs.
         found -= {"unfolding", "joints"}
     assert found == set(objecting.split())
-
-
-def test_a_bulge_of_a_connector_alone(specimen, job):
-    source = specimen("saddle")
-    folder = job("saddle")
-    label = next(k for k, s in source.strips.items() if not s["closed"])
-    source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
-    assert set(write_model(folder, source)) == {"unfolding"}
 
 
 def other_order_of_panels(document):
