@@ -9,6 +9,7 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from drawn_jobs import drawn_job
+from slow import slow_but
 
 from fabweave.core.colour_space import light_of
 from fabweave.estimate.assembly_time import step_seconds
@@ -34,7 +35,7 @@ from fabweave.show.manual.step_pictures import (
 from fabweave.show.manual.tags import place_tags
 
 LARGE = pytest.param(
-    {"mesh": "shape:torus?m=24&n=12", "pattern": "twill", "size_mm": 400.0},
+    {"mesh": "shape:torus?m=16&n=8", "pattern": "twill", "size_mm": 400.0},
     marks=pytest.mark.slow,
 )
 SMALL = {}
@@ -246,7 +247,7 @@ TUBE = {"mesh": "shape:tube"}
 FORMED = {"mesh": "shape:sphere?n=3", "size_mm": 250.0, "former": "auto"}
 
 
-@pytest.mark.parametrize("settings", [SMALL, FORMED, TUBE])
+@pytest.mark.parametrize("settings", slow_but([SMALL, TUBE, FORMED], 0))
 def test_what_is_seen_from_inside_is_told_and_is_rare_on_closed_objects(settings):
     """What is seen in large, found anew with the former as one more thing that hides."""
     job, plan, scene, pictures = made(settings)
@@ -293,6 +294,7 @@ def shares_seen_from_outside(job, scene, at, picture):
     }
 
 
+@pytest.mark.slow
 def test_a_former_is_drawn_until_it_is_taken_out():
     _, plan, scene, pictures = made(FORMED)
     leaves = scene.leaving.until

@@ -2,6 +2,7 @@
 
 from functools import cache
 from types import SimpleNamespace
+from unittest import mock
 
 from jobs import quick_jobs
 
@@ -14,8 +15,11 @@ from fabweave.show.manual.step_pictures import step_pictures
 
 @cache
 def drawn_job(mesh="shape:torus?m=8&n=4", *, size_mm=300.0, **changed):
-    """Return a job, its crossing map (``plan``), its scene, and the pictures of its steps."""
-    with quick_jobs():
+    """Return a job, its crossing map (``plan``), its scene, and the pictures of its steps.
+
+    Nothing is let go: the manual does not show what comes of that.
+    """
+    with quick_jobs(), mock.patch("fabweave.job.draw.let_job_go", return_value=None):
         job = make_job(Settings.of(mesh, size_mm=size_mm, effort="quick", **changed))
     plan = job_map(job)
     pieces, colours = job.piece_set.pieces, job.piece_colours

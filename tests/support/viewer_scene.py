@@ -17,7 +17,7 @@ from fabweave.stock.sheet_size import SheetSize
 
 
 def make_page(shape, size_mm, *, across=2, **settings):
-    """Make a job's viewer without the work of nesting: pieces are put down in rows.
+    """Make a job's viewer without the work of nesting and letting go: pieces are put down in rows.
 
     Returns
     -------
@@ -32,6 +32,7 @@ def make_page(shape, size_mm, *, across=2, **settings):
         quick_jobs(),
         mock.patch("fabweave.nest.pins.nest", laid),
         mock.patch("fabweave.job.draw.portrait_png"),
+        mock.patch("fabweave.job.draw.let_job_go", return_value=None),
     ):
         job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))
     crossing_map = job_map(job)
