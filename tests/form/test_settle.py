@@ -195,6 +195,7 @@ def test_a_form_is_kept_within_its_bound_and_stands_within_a_tenth(change, keeps
         assert form.record()["collapses"]
 
 
+@pytest.mark.slow
 def test_what_is_heavy_collapses_on_a_slender_stem(monkeypatch):
     """A tall tube of card stands by itself, and no longer when all weighs a hundred times more."""
     assert let_go("shape:tube?m=8&n=4", 300.0, RIVETED).collapse == ""
@@ -242,6 +243,7 @@ def test_a_body_in_the_air_is_said_to_hang_there(pair):
     assert [one.rule for one in verdict.reasons] == ["air", "bodies"]
 
 
+@pytest.mark.slow
 def test_a_form_is_what_becomes_of_crossings():
     ribbons = fw.weave(fw.shape("tube?m=8&n=4", size="200mm")).ribbons()
     settled = ribbons.relax(pins=0.0)

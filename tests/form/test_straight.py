@@ -176,6 +176,7 @@ def test_strips_leave_each_other_room_on_long_eggs_too(ball, long):
     assert panel_widths(woven.ribbons) == pytest.approx(least, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_torus_keeps_its_symmetry():
     """Its inside has hollow edges, of which either side is as near."""
     woven, *_ = laid(asked(source="torus", refine=None), torus())
@@ -318,6 +319,7 @@ def test_straight_strips_share_cuts_where_nothing_parts_them(joint):
     assert not asked(joint=joint, gap_mm=1.0).common_cuts
 
 
+@pytest.mark.slow
 def test_a_gap_that_is_asked_for_parts_the_cuts(tmp_path):
     words = [
         "shape:icosahedron", "--refine", "loop:1", "--pattern", "kagome", "--strips", "straight",
@@ -336,6 +338,7 @@ def tucked(tmp_path_factory):
     return job, folder
 
 
+@pytest.mark.slow
 def test_each_ring_is_one_strip_off_the_roll_that_laps_its_own_start(tucked):
     pieces, strips = tucked[0].piece_set, unfold_threads(tucked[0].woven.ribbons)
     length = strips.right[strips.offsets[1:] - 1, 0] - strips.right[strips.offsets[:-1], 0]
@@ -347,6 +350,7 @@ def test_each_ring_is_one_strip_off_the_roll_that_laps_its_own_start(tucked):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [-8.0, 8.0])
 def test_a_ring_that_laps_its_own_start_elsewhere_is_found(tucked, tmp_path, change):
     folder = shutil.copytree(tucked[1], tmp_path / "job")

@@ -32,6 +32,7 @@ def test_count_threads(capsys):
     ]
 
 
+@pytest.mark.slow
 def test_make_a_job(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_a_job.py", str(tmp_path / "out")])
     runpy.run_path(str(EXAMPLES / "make_a_job.py"))

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
+from slow import slow_but
 from strategies import merged
 from weaving_meshes import meshes
 
@@ -52,7 +53,7 @@ ROUGH = {
     "hemisphere": lambda: (shaken(hemisphere(4, 50.0), 4), hemisphere(16, 50.0)),
     "triangles": lambda: (shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5), FINE_RING),
 }
-rough = pytest.mark.parametrize("name", ROUGH)
+rough = pytest.mark.parametrize("name", slow_but(ROUGH))
 
 
 # Known answers.

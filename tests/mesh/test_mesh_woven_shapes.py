@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from slow import slow_but
 from strategies import volume
 
 from fabweave.core.errors import InputError
@@ -151,7 +152,7 @@ def test_the_knot_is_an_embedded_torus_grid():
 # Bipyramids
 
 
-@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("n", slow_but(range(2, 9)))
 def test_bipyramid_with_handles(n):
     mesh = parse_shape(f"shape:bipyramid?n={n}")
     assert_sound(mesh, 2 * n)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from jobs import FORMED, RINGED
 from sealing import told
+from slow import slow_but
 from spoiling import edit_json, put, swap
 
 from fabweave.sheet.presets import preset_named, preset_names
@@ -147,11 +148,14 @@ def found_in(folder, name, check):
 
 @pytest.mark.parametrize(
     ("name", "change", "check"),
-    [
-        pytest.param(name, *row, id=f"{name[-3:]}-{what}")
-        for name, rows in ((SVG, OF_SVG), (DXF, OF_DXF))
-        for what, row in rows.items()
-    ],
+    slow_but(
+        (
+            pytest.param(name, *row, id=f"{name[-3:]}-{what}")
+            for name, rows in ((SVG, OF_SVG), (DXF, OF_DXF))
+            for what, row in rows.items()
+        ),
+        every=3,
+    ),
 )
 def test_a_spoilt_drawing_is_found(job, name, change, check):
     folder = job("octahedron")
@@ -255,6 +259,7 @@ def strips(finished):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pattern", "change", "check"), ELSEWHERE)
 def test_spoilt_files_of_other_kinds_are_found(strips, tmp_path, pattern, change, check):
     folder = shutil.copytree(strips, tmp_path / "job")
@@ -267,6 +272,7 @@ def test_spoilt_files_of_other_kinds_are_found(strips, tmp_path, pattern, change
     found_in(folder, path.name.replace(".svg", "") if check == "service" else path.name, check)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pattern", "change"),
     [("cut/*.svg", layers_turned_round), ("cut/*.dxf", entities_turned_round)],

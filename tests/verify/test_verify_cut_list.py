@@ -16,7 +16,7 @@ from fabweave.verify.check.cut_list import _check_length, check_cut_list
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
-pytestmark = pytest.mark.usefixtures("quick_jobs")
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 BALL = [
     "shape:icosahedron",

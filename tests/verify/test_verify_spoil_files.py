@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 from sealing import told, verify_job
+from slow import slow_but
 from spoiling import drop, edit_json, exchange, more, put
 from verify_writers import glb_bytes, write_mesh
 
@@ -146,7 +147,9 @@ REFERENCES = [
 ]
 
 
-@pytest.mark.parametrize("edit", [*SCHEMA, *REFERENCES], ids=lambda edit: edit.__name__)
+@pytest.mark.parametrize(
+    "edit", slow_but([*SCHEMA, *REFERENCES], every=4), ids=lambda edit: edit.__name__
+)
 def test_a_map_that_is_none_or_refers_to_nothing(job, edit):
     folder = job()
     edit_json(folder / "crossing_map.json", edit)
