@@ -47,9 +47,9 @@ from fabweave.estimate.costs import Costs
 from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
 from fabweave.job.ask import brief_of
-from fabweave.job.draw import Job, draw_job, start_side_work
-from fabweave.job.planned import PlannedJob, planned_costs
-from fabweave.job.run import write_and_prove
+from fabweave.job.draw import Job
+from fabweave.job.planned import PlannedJob
+from fabweave.job.run import draw_stations, write_and_prove
 from fabweave.job.stations import Stations
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -330,7 +330,7 @@ def read(path: str | Path, **options: Any) -> Mesh:
     >>> fw.read(folder / "cube.stl", size="30cm").size_mm
     (300.0, 300.0, 300.0)
     """
-    return _mesh(Stations(option_named("mesh").kind.argument("path", path), options))
+    return _mesh(Stations.read(option_named("mesh").kind.argument("path", path), options))
 
 
 def mesh(
@@ -376,7 +376,7 @@ def mesh(
         )
     if name == "woven_mesh":
         raise InputError("woven_mesh.obj is a file of the job itself: name the mesh otherwise")
-    return _mesh(Stations(f"{name}.obj", options, _polymesh(vertices, faces)))
+    return _mesh(Stations.read(f"{name}.obj", options, _polymesh(vertices, faces)))
 
 
 def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
@@ -409,7 +409,9 @@ def shape(name: str, *, size: Any = None, **parameters: Any) -> Mesh:
     query = "&".join(
         f"{key}={shown(value, form=str)}" for key, value in parameters.items() if key not in known
     )
-    return _mesh(Stations(f"{PREFIX}{shown(name, form=str)}{'?' * bool(query)}{query}", options))
+    return _mesh(
+        Stations.read(f"{PREFIX}{shown(name, form=str)}{'?' * bool(query)}{query}", options)
+    )
 
 
 def _mesh(stations: Stations) -> Mesh:
@@ -421,8 +423,8 @@ def stations_of(source: Any, options: Mapping[str, Any]) -> Stations:
     if isinstance(source, Mesh):
         return source.stations.also(options)
     if isinstance(source, str | Path):
-        return Stations(str(source), options)
-    return Stations("mesh.obj", options, _polymesh(source, None))
+        return Stations.read(str(source), options)
+    return Stations.read("mesh.obj", options, _polymesh(source, None))
 
 
 def _polymesh(vertices: Any, faces: Any) -> PolyMesh:
@@ -850,7 +852,7 @@ class Ribbons(_Solid):
         Pieces(Octahedron: 8 pieces, 8 joints, 2 kinds, in Card, 300 g/m², 0.4 mm)
         """
         stations = self.stations.also(options)
-        return Pieces(stations, stations.planned)
+        return Pieces(stations, stations.buildable)
 
     def relax(self, *, pins: float | FloatArray | None = None) -> Settled | None:
         """Let the ribbons go, pinned where they cross, and tell where they come to rest.
@@ -954,8 +956,7 @@ class Pieces(_Shown):
     @cached_property
     def costs(self) -> Costs:
         """Times of machine and hands, and money, as far as they are known before nesting."""
-        planned = self.planned
-        return planned_costs(planned)
+        return self.stations.costs
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each piece, as ``pandas.DataFrame`` takes them.
@@ -1007,6 +1008,7 @@ class Pieces(_Shown):
         Layout(Octahedron: 8 pieces on 1 sheet, 40 % used)
         """
         stations = self.stations.also(options)
+        _ = stations.buildable
         return Layout(stations, stations.layout)
 
     def picture(self) -> str:
@@ -1153,9 +1155,7 @@ class Layout(_Shown):
         layout = Layout(stations, stations.layout)
         clear_abandoned(directory)
         with told_where(directory), finished_folder(directory) as fresh:
-            side = start_side_work(stations.planned)
-            job = draw_job(stations.planned, layout.nested, side, given_mesh=stations.given)
-            return WrittenJob(directory, *write_and_prove(job, fresh), layout)
+            return WrittenJob(directory, *write_and_prove(draw_stations(stations), fresh), layout)
 
     def picture(self, sheet: int = 1) -> str:
         """Return a sheet, counted from 1, as SVG; InputError if there is no such sheet."""
@@ -1343,19 +1343,11 @@ def make(
     workers = whole(0, _MOST_WORKERS).argument("workers", workers)
     progress = _PROGRESS.argument("progress", progress)
     directory, stations = folder_at(folder), stations_of(mesh, options)
-    finished, settings, chosen = make_or_advise(
-        stations.settings,
-        directory,
-        progress,
-        mesh=stations.given,
-        workers=min(workers, os.cpu_count() or 1),
+    stations.progress = progress
+    finished, job, chosen = make_or_advise(
+        stations, directory, workers=min(workers, os.cpu_count() or 1)
     )
-    job = finished.job
-    if chosen:  # what other options change is made of the mesh that was taken
-        taken = {"remesh": settings.mesh.remesh, "bodies": settings.mesh.bodies}
-        stations = stations.also(taken)
-    stations.know(loaded=job.woven.source, weave=job.woven, planned_first=job, layout=job.layout)
-    return WrittenJob(directory, *finished, Layout(stations, job.layout), chosen)
+    return WrittenJob(directory, *finished, Layout(job, job.layout), chosen)
 
 
 def inspect(
@@ -1390,7 +1382,8 @@ def inspect(
     progress = _PROGRESS.argument("progress", progress)
     thorough = flag().argument("thorough", thorough)
     stations = stations_of(mesh, options)
-    found = inspect_mesh(stations.settings, progress, stations.given, thorough=thorough)
+    stations.progress = progress
+    found = inspect_mesh(stations, thorough=thorough)
     return Inspection(found.woven, found.facts, found.designs)
 
 

@@ -13,8 +13,8 @@ sys.path.insert(0, str(Path(__file__).parent / "support"))
 os.environ["FABWEAVE_CONFIG_DIR"] = str(Path(__file__).parent / "support" / "no-configuration")
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
-# Where every change is judged by one run, that run is the same for the same code; elsewhere each run
-# looks at new examples.
+# Where every change is judged by one run, that run is the same for the same code; elsewhere each
+# run looks at new examples.
 judged = "CI" in os.environ
 settings.register_profile("fabweave", deadline=None, derandomize=judged, max_examples=50)
 # For `make test`: a glance at each property.

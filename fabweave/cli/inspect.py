@@ -3,7 +3,6 @@
 import json
 import os
 from collections.abc import Sequence
-from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,14 +22,11 @@ from fabweave.core.files import check_file, write_files
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from fabweave.design.candidate import Candidate
     from fabweave.design.inspection.facts import Inspection
     from fabweave.options.settings import Settings
 
 #: How many designs are tried, from coarse to fine.
 _DESIGNS = 3
-#: How many reasons against building an answer tells.
-_REASONS = 2
 #: Columns of the topics, so that parts that are printed one by one stand in line.
 _TOPIC = 10
 #: What can be pasted begins so.
@@ -89,13 +85,14 @@ def inspect(
     """
     with held_back():
         from fabweave.core.parallel.executors import processes
-        from fabweave.design.inspection.facts import inspect_mesh, tries_designs
+        from fabweave.design.inspection.facts import inspect_mesh
         from fabweave.design.inspection.text import (
             answer_rows,
             command_rows,
             first_rows,
             further_rows,
         )
+        from fabweave.job.stations import Stations
 
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (edges, "")):
@@ -104,10 +101,7 @@ def inspect(
     if png and edges and png.resolve() == edges.resolve():
         raise InputError("--png and --edges name the same file; name one for each")
     answer = not (verbose or thorough or as_json)
-    n_designs = _DESIGNS if tries_designs(settings.mesh) else 0
-    first = partial(first_rows, reasons=_REASONS if answer else None)
-    parts = iter((first, answer_rows if answer else further_rows))
-    announced = False
+    parts = iter((first_rows, answer_rows if answer else further_rows))
     with progress_bar(as_json) as progress:
 
         def tell(facts: dict[str, Any]) -> None:
@@ -116,31 +110,20 @@ def inspect(
                 with progress.aside():
                     _print(next(parts)(facts))
 
-        def tell_stage(what: str, done: int, total: int) -> None:
-            """Show progress, and say that designs are being tried before they are."""
-            nonlocal announced
-            if what == "designs" and not announced and not as_json:
-                announced = True
-                progress.say("\nTrying designs, from coarse to fine (Ctrl-C stops) ...")
-            progress(what, done, total)
-
-        def tell_design(candidate: "Candidate") -> None:
-            """Print what a design came to, as soon as it was tried."""
-            from fabweave.design.candidate import told_design
-
+        def say(line: str) -> None:
             if not as_json:
-                progress.say(f"  {told_design(candidate)}")
+                progress.say(line)
 
         found = inspect_mesh(
-            settings,
-            tell_stage,
+            Stations(settings, progress=progress),
             answer=answer,
             thorough=thorough,
-            n_designs=n_designs,
-            always=designs or png is not None,
+            n_designs=_DESIGNS if designs or png is not None else 0,
+            looks=png is not None,
             executors=processes(os.cpu_count() or 1),
             told=tell,
-            told_design=tell_design,
+            told_design=lambda tried: say(f"  {tried.text}"),
+            better=say,
         )
         if not as_json and found.designs:
             with progress.aside():

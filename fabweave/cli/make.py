@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,39 +25,6 @@ if TYPE_CHECKING:
     from fabweave.job.run import FinishedJob
 
 
-#: How notes begin that are for those who ask for them: figures, what the verdict and the totals say
-#: again, and advice that changes nothing in the job. Any other note is printed.
-_DETAILS = (
-    "mesh: ",
-    "size: ",
-    "the mesh has ",
-    "the mesh was remeshed",
-    "the model's own ",
-    "QuadriFlow made ",
-    "Instant Meshes made ",
-    "ribbons: ",
-    "holes: ",
-    "joints: ",
-    "buy: ",
-    "letters: ",
-    "engraving: ",
-    "pieces: ",
-    "kinds: ",
-    "width: ",
-    "openings: ",
-    "bend: ",
-    "twist: ",
-    "crease: ",
-    "layers: ",
-    "clearance: ",
-    "grain: ",
-    "checks: ",
-    "assembly: ",
-)
-#: What stands in such notes that name nothing at their beginning.
-_DETAIL_WORDS = (" irregular vertices (", " irregular vertex (")
-
-
 def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     """Print what was chosen, what wants care, the verdict, and where to look first.
 
@@ -68,7 +34,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     output : Path
         Where it is.
     verbose : bool
-        Whether to print every note whole; else the first sentence of those that matter. All are in
+        Whether to print every note whole; else what everybody should read. All are in
         ``waste.html`` and ``waste.json``.
     """
     from rich.console import Console
@@ -79,9 +45,9 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
 
     job, proof, found, missing = made
     console = Console(highlight=False, soft_wrap=True)
-    notes = job.notes if verbose else main_notes(job.notes)
-    for note in notes:
-        console.print(f"  {note}", markup=False, style="dim")
+    for note in job.notes:
+        if verbose or not note.detail:
+            console.print(f"  {note if verbose else note.text}", markup=False, style="dim")
     console.print(
         f"{agree(len(job.piece_set.pieces), '{n} piece[|s]')} of "
         f"{agree(job.piece_set.kinds.count, '{n} kind[|s]')}, "
@@ -119,22 +85,6 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
         console.print(f"Let go, it {job.form_text}", markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
     console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
-
-
-def main_notes(notes: Sequence[str]) -> list[str]:
-    """Return the first sentences of the notes that matter to everybody.
-
-    Examples
-    --------
-    >>> main_notes(["weave: plain, 4 threads", "letters: of 9 names, 3 had no room",
-    ...     "fasteners (joints): at 8 of 20 crossings. The weave holds itself"])
-    ['weave: plain, 4 threads', 'fasteners (joints): at 8 of 20 crossings']
-    """
-    return [
-        note.partition(". ")[0]
-        for note in notes
-        if not note.startswith(_DETAILS) and not any(words in note for words in _DETAIL_WORDS)
-    ]
 
 
 @click.command(cls=SectionedCommand)
@@ -178,8 +128,9 @@ def make(
         from fabweave.core.job_folder import check_destination, clear_abandoned
         from fabweave.core.parallel.executors import processes
         from fabweave.design.making import make_or_advise, meet_wishes
-        from fabweave.design.search import Trials
+        from fabweave.design.search import Search
         from fabweave.design.wishes import parse_wishes
+        from fabweave.job.stations import Stations
 
     wishes = parse_wishes(goal, pieces)
     settings = job_settings(mesh, options)
@@ -197,15 +148,14 @@ def make(
 
         if wishes:
             check_destination(output, replaced, mesh=settings.mesh.source)
-            trials = Trials(settings, progress, processes(workers), better=better)
-            settings, why = meet_wishes(trials, wishes)
+            search = Search(
+                settings, progress=progress, executors=processes(workers), better=better,
+                wishes=wishes, partly=True,
+            )  # fmt: skip
+            settings, why = meet_wishes(search)
+        job = Stations(settings, progress=progress)
         made, _, coarser = make_or_advise(
-            settings,
-            output,
-            progress,
-            workers=workers,
-            replaced=replaced,
-            better=better,
+            job, output, workers=workers, replaced=replaced, better=better
         )
     why = "\n".join(filter(None, (why, coarser)))
     if as_json:

@@ -5,7 +5,19 @@ A message says what is wrong, how many times, where, and what to do about it.
 
 
 class FabweaveError(Exception):
-    """Be the root of every error that fabweave raises on purpose."""
+    """Be the root of every error that fabweave raises on purpose.
+
+    Parameters
+    ----------
+    reason : str
+        What is wrong.
+    cure : str
+        What to do about it, where that is said apart; the message says both.
+    """
+
+    def __init__(self, reason: str, cure: str = "") -> None:
+        super().__init__(f"{reason}; {cure}" if cure else reason)
+        self.reason, self.cure = reason, cure
 
 
 class InputError(FabweaveError, ValueError):

@@ -4,12 +4,15 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, zip_longest
-from typing import TypeAlias
+from typing import Any
 
-from fabweave.design.candidate import Candidate, Figures
+from fabweave.core.messages import agree
+from fabweave.design.search import Search
+from fabweave.design.tried import Tried
 from fabweave.design.variety import MOST, NARROW, fairable, two_digits
 from fabweave.design.wishes import Wishes, come_to, misses, rank
 from fabweave.job.ask import complete_settings
+from fabweave.job.figures import Figures
 from fabweave.mesh.fair.fairing import STEPS
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.options.settings import Settings
@@ -47,18 +50,15 @@ _SHORTEST_MM, _LONGEST_MM = 60.0, 5000.0
 _LARGER, _THINNER, _THINNEST_MM = (1.25, 1.6, 2.5, 4.0), (0.75, 0.5, 0.25), 0.1
 SOFT = "card"
 
-#: A design, and what it came to.
-Found: TypeAlias = tuple[Settings, Candidate]
 
-
-def beside(asked: Settings, tried: Sequence[Found], wishes: Wishes) -> list[Settings]:
+def beside(asked: Settings, tried: Sequence[Tried], wishes: Wishes) -> list[Settings]:
     """Return designs that were not tried, and may serve better than those that were.
 
     Parameters
     ----------
     asked : Settings
         What is stated there stays.
-    tried : sequence of (Settings, Candidate)
+    tried : sequence of Tried
     wishes : Wishes
         What a design should come to; with none it is to be built, however it comes out.
 
@@ -72,23 +72,23 @@ def beside(asked: Settings, tried: Sequence[Found], wishes: Wishes) -> list[Sett
         asks for narrower ribbons, a bend for a coarser mesh or for floats, a narrow place for a
         more even mesh.
     """
-    built = [pair for pair in tried if pair[1].makeable]
+    built = [one for one in tried if one.makeable]
     if wishes and built:
-        near = min(built, key=lambda pair: rank(pair[1], wishes))
-        found = list(_nearer(asked, *near, tried, wishes))
+        near = min(built, key=lambda one: rank(one, wishes))
+        found = list(_nearer(asked, near, tried, wishes))
     else:
-        missed = [pair for pair in tried if pair[1].laid and not pair[1].makeable]
-        missed.sort(key=lambda pair: math.inf if pair[1].excess is None else pair[1].excess)
-        mended = [list(_mended(asked, *pair)) for pair in missed[:_NEAREST]]
+        missed = [one for one in tried if one.laid and not one.makeable]
+        missed.sort(key=lambda one: math.inf if one.excess is None else one.excess)
+        mended = [list(_mended(asked, one)) for one in missed[:_NEAREST]]
         found = [
             *_wrapped(asked, tried),
-            *(one for design, _ in built for one in _denser(asked, design, _BESIDE)),
-            *(one for design, _ in built for one in _narrower(asked, design)),
+            *(one for good in built for one in _denser(asked, good.design, _BESIDE)),
+            *(one for good in built for one in _narrower(asked, good.design)),
             # The first remedy of each, then the second of each.
             *filter(None, chain.from_iterable(zip_longest(*mended))),
         ]
-    known = [design for design, _ in tried]
-    failed = {one.mesh.remesh for one, candidate in tried if not candidate.laid} - {None}
+    known = [one.design for one in tried]
+    failed = {one.design.mesh.remesh for one in tried if not one.laid} - {None}
     new = [
         one
         for one in found
@@ -138,9 +138,9 @@ def _rounder(asked: Settings, design: Settings) -> Iterator[Settings]:
             yield coarse.but(refine=_SCHEME)
 
 
-def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator[Settings]:
+def _mended(asked: Settings, tried: Tried) -> Iterator[Settings]:
     """Yield what may help against that for which a design cannot be built."""
-    rules = {reason.rule for reason in candidate.verdict.stops}
+    design, rules = tried.design, {reason.rule for reason in tried.verdict.stops}
     if rules & _TOO_WIDE:
         yield from _narrower(asked, design)
     if rules & _UNEVEN:
@@ -153,33 +153,31 @@ def _mended(asked: Settings, design: Settings, candidate: Candidate) -> Iterator
         yield from _denser(asked, design, [_FINER])
 
 
-def _wrapped(asked: Settings, tried: Sequence[Found]) -> Iterator[Settings]:
+def _wrapped(asked: Settings, tried: Sequence[Tried]) -> Iterator[Settings]:
     """Yield what could not be remeshed as it is, wrapped in one surface.
 
     Of the finest mesh at first, which loses no handle; then, if that could be made, of all.
     """
     default = option_of_field("bodies").default_value
-    laid = {design.mesh.bodies for design, candidate in tried if candidate.laid}
+    laid = {one.design.mesh.bodies for one in tried if one.laid}
     if asked.mesh.bodies != default or default in laid:
         return
     unmade = [
-        design
-        for design, candidate in reversed(tried)
-        if design.mesh.remesh is not None and not candidate.laid
+        one.design for one in reversed(tried) if one.design.mesh.remesh is not None and not one.laid
     ]
     for design in unmade if "wrap" in laid else unmade[:1]:
         yield design.but(bodies="wrap")
 
 
 def _nearer(
-    asked: Settings, best: Settings, candidate: Candidate, tried: Sequence[Found], wishes: Wishes
+    asked: Settings, near: Tried, tried: Sequence[Tried], wishes: Wishes
 ) -> Iterator[Settings]:
     """Yield what may come nearer to what is wished than the design that is nearest."""
-    figures = candidate.figures
+    best, figures = near.design, near.figures
     if figures is None:
         return
     off = {name: by for name, by in misses(figures, wishes).items() if abs(by) > _CLOSE}
-    values = [(design, come_to(one.figures)) for design, one in tried if one.figures is not None]
+    values = [(one.design, come_to(one.figures)) for one in tried if one.figures is not None]
     # A width is met on the mesh there is before another one is made.
     if asked.ribbons.width is None:
         yield from _wider(asked, best, figures, off)
@@ -197,7 +195,7 @@ def _nearer(
         yield from _denser(asked, best, factors)
     if asked.pieces.max_length_mm is None:
         yield from _split(asked, best, figures, off, values)
-    if off or candidate.verdict.reasons:
+    if off or near.verdict.reasons:
         yield from _rounder(asked, best)
 
 
@@ -294,3 +292,100 @@ def otherwise(asked: Settings, design: Settings) -> Iterator[Settings]:
             yield design.but(thickness_mm=thinner_mm)
     if asked.stock.material != SOFT:
         yield design.but(material=SOFT, thickness_mm=None, gap_mm=None)
+
+
+#: A search goes on until so many designs can be built.
+ENOUGH = 3
+#: Where something is wished for, so many are tried at a time beside the nearest.
+_AT_A_TIME = 4
+#: What stands in the way of a mesh with narrow places, of any size.
+_NARROW = {"width", "clearance", "layers"}
+
+
+def near_rounds(
+    search: Search, planned: Sequence[Settings], most: int, *, first: int | None = None
+) -> Iterator[list[Settings]]:
+    """Yield designs to try, and others beside them, round after round.
+
+    Until three can be built, or as long as others may come nearer to what is wished.
+
+    Parameters
+    ----------
+    search : Search
+    planned : sequence of Settings
+        What to try, those first that tell most.
+    most : int
+        How many designs to try in all.
+    first : int, optional
+        How many of the planned designs to try before others may be chosen; all if not given.
+    """
+    wishes, more = search.wishes, list(planned[:first])
+    designs: list[Settings] = []
+    while more:
+        yield more
+        designs += more
+        tried, room = search.tried, most - len(designs)
+        more = [one for one in planned if one not in designs][:room]
+        if wishes or sum(one.makeable for one in apart(tried)) < ENOUGH:
+            near = beside(search.asked, tried, wishes)
+            at_a_time = min(_AT_A_TIME, room) if wishes else math.ceil(room / 2)
+            # Where a wish is met as well as may be, nothing more is tried.
+            met = wishes and any(one.makeable for one in tried)
+            more = near[:at_a_time] or ([] if met else more)
+
+
+def apart(tried: Sequence[Tried]) -> list[Tried]:
+    """Return designs without those that come to the same as one before.
+
+    Of the same pattern: others look different, whatever their figures are.
+
+    A mesh that has as many faces as are asked for is kept as it is by remeshing, and ribbons may
+    be as narrow by themselves as they are asked to be.
+    """
+    first: dict[Any, Tried] = {}
+    for one in tried:
+        figures = one.figures
+        if figures is not None and figures.likeness_mm == 0.0:
+            figures = replace(figures, likeness_mm=None, likeness_mean_mm=None)
+        same = one.name if figures is None else (one.design.weave.pattern, figures, one.verdict)
+        first.setdefault(same, one)
+    return list(first.values())
+
+
+def nearest(tried: Sequence[Tried]) -> Tried | None:
+    """Return the design that misses least what could be built; None if nothing was laid.
+
+    Those go first that miss only what a larger object, or thinner sheet, bends to.
+    """
+    found = [
+        (bool(_NARROW & {stop.rule for stop in one.verdict.stops}), one.excess, at)
+        for at, one in enumerate(tried)
+        if one.excess is not None and not one.makeable
+    ]
+    return tried[min(found)[-1]] if found else None
+
+
+def why_few(search: Search) -> str:
+    """Say why fewer than two designs can be built, and what would help; nothing if two can.
+
+    Where none can, the nearest is tried larger, thinner and from card.
+    """
+    asked, tried = search.asked, search.tried
+    built = sum(one.makeable for one in tried)
+    if built > 1 or not tried:
+        return ""
+    near = nearest(tried)
+    helps = search.add(otherwise(asked, near.design)) if near is not None and not built else []
+    supplies = complete_settings(asked)[1]
+    size = "" if asked.mesh.size_mm is None else f", at {asked.mesh.size_mm:g} mm"
+    whose = f"{agree(len(tried), '{n} design[|s]')} can be built from {supplies.titles}{size}"
+    told = f"Only one of {whose}." if built else f"None of {whose}."
+    failed = near or next(one for one in tried if not one.makeable)
+    which = f"{'The' if not built else 'Of the others, the'} nearest, {failed.name}"
+    told += f" {which}, fails by this: {failed.verdict.reasons[0].text}."
+    if not helps:
+        return told
+    ways = [one.name for one in helps if one.makeable]
+    if not ways:
+        return f"{told} Larger, thinner and from card it was tried, and cannot be built either."
+    return f"{told} Tried, and can be built: {', or '.join(ways)}."

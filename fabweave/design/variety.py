@@ -5,8 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from fabweave.mesh.fair.fairing import STEPS
+from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import lacking
+from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
@@ -33,6 +35,22 @@ NARROW = 0.7
 def fairable(asked: Settings, design: Settings) -> bool:
     """Tell whether fairing is another design: what was remeshed is faired already."""
     return asked.mesh.fair is None and not design.mesh.faired
+
+
+def is_free(asked: Settings) -> bool:
+    """Tell whether the mesh is left to fabweave: a model, of which nothing counts its faces.
+
+    Examples
+    --------
+    >>> is_free(Settings.of("cow.obj")), is_free(Settings.of("cow.obj", remesh="none"))
+    (True, False)
+    """
+    stated = (asked.mesh.remesh, asked.mesh.refine, asked.weave.twists, asked.search.layout)
+    if is_shape(asked.mesh.source) or any(one is not None for one in stated):
+        return False
+    return not (
+        asked.pieces.force or asked.mesh.symmetrise or parse_leave_out(asked.mesh.leave_out).faces
+    )
 
 
 def name_of(settings: Settings, asked: Settings) -> str:

@@ -8,7 +8,8 @@ from typing import Any
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.messages import closest_first, shown
 from fabweave.core.units import parse_length
-from fabweave.design.candidate import Candidate, Figures
+from fabweave.design.tried import Tried
+from fabweave.job.figures import Figures
 
 #: Nobody wishes for more of anything.
 MOST_WISHED = 1e9
@@ -47,6 +48,10 @@ class Wishes:
     def __bool__(self) -> bool:
         """Return whether anything is wished."""
         return any(getattr(self, field.name) is not None for field in fields(self))
+
+
+#: Where nothing is wished for.
+NO_WISHES = Wishes()
 
 
 def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
@@ -88,7 +93,7 @@ def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
     return Wishes(**found)
 
 
-#: What is wished for: whether it is a limit, and how it is said of a candidate.
+#: What is wished for: whether it is a limit, and how it is said of a design.
 _KINDS = {
     "pieces": (False, "{:.0f} pieces"),
     "ribbon_mm": (False, "ribbons of {:.1f} mm"),
@@ -102,6 +107,9 @@ _KINDS = {
 _LIMIT = 4.0
 #: An aim is met within this share, as a logarithm.
 _MET = math.log(1.25)
+#: So many hours are an evening's work, at worst; a point goes for twice as many, and for such a
+#: share of the faces that are left open.
+EVENING_H, _OPENED = 6.0, 0.02
 #: The rank of what cannot be built.
 UNBUILT = (4, math.inf)
 #: A design of this grade or more is good: of those, one is taken where no wish can be met.
@@ -137,37 +145,54 @@ def misses(figures: Figures, wishes: Wishes) -> dict[str, float]:
     return found
 
 
-def distance(candidate: Candidate, wishes: Wishes) -> float:
+def distance(tried: Tried, wishes: Wishes) -> float:
     """Return how far a design is from what is wished: 0 if it meets all, infinite if unbuildable.
 
     What is aimed at counts by its ratio, whichever way; a limit counts only where it is passed,
     and four times as much. What is not known of a design counts as twice the limit.
     """
-    if candidate.figures is None or not candidate.makeable:
+    if tried.figures is None or not tried.makeable:
         return math.inf
     total = sum(
         (_LIMIT if _KINDS[name][0] else 1.0) * abs(ratio)
-        for name, ratio in misses(candidate.figures, wishes).items()
+        for name, ratio in misses(tried.figures, wishes).items()
     )
     # Of two that are equally near, the one that wants less care.
-    return total + 0.01 * len(candidate.verdict.reasons)
+    return total + 0.01 * len(tried.verdict.reasons)
 
 
-def rank(candidate: Candidate, wishes: Wishes) -> tuple[int, float]:
+def rank(tried: Tried, wishes: Wishes) -> tuple[int, float]:
     """Return what sorts designs, the best for some wishes first.
 
     First come those that meet all wishes, good ones before others. Where a wish cannot be met, what
-    is nearest is often what is worst: then all that are good come before those that are not.
+    is nearest is often what is worst: then all that are good come before those that are not. Where
+    nothing is wished for, those that are like the model go first, by their score.
     """
-    away = distance(candidate, wishes)
-    if candidate.figures is None or math.isinf(away):
+    if not wishes and tried.makeable:
+        return 2 * (not tried.like), -score(tried)
+    away = distance(tried, wishes)
+    if tried.figures is None or math.isinf(away):
         return UNBUILT
     met = all(
         ratio <= 0.0 if _KINDS[name][0] else abs(ratio) <= _MET
-        for name, ratio in misses(candidate.figures, wishes).items()
+        for name, ratio in misses(tried.figures, wishes).items()
     )
-    good = candidate.figures.grade is None or candidate.figures.grade >= GOOD
+    good = tried.figures.grade is None or tried.figures.grade >= GOOD
     return 2 * (not met) + (not good), away
+
+
+def score(tried: Tried) -> float:
+    """Return how good a design is that can be built, beside others of its model.
+
+    It is the grade that the maker reads; limbs that are lost, faces that are left open and more
+    than an evening's work take points from it.
+    """
+    figures = tried.figures
+    if figures is None or figures.grade is None:
+        return 0.0
+    hours = max(figures.hours or (0.0,))
+    late = math.log2(max(hours / EVENING_H, 1.0))
+    return figures.grade - tried.limbs - tried.opened / _OPENED - late
 
 
 def values_text(figures: Figures, wishes: Wishes) -> str:
@@ -185,7 +210,7 @@ def values_text(figures: Figures, wishes: Wishes) -> str:
     return ", ".join(parts)
 
 
-def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, str]:
+def choose(candidates: Sequence[Tried], wishes: Wishes) -> tuple[Tried, str]:
     """Choose the design that is best for what is wished, as `rank` says, and say why.
 
     Raises
@@ -193,18 +218,18 @@ def choose(candidates: Sequence[Candidate], wishes: Wishes) -> tuple[Candidate, 
     CannotMakeError
         If none can be built; the message says why not, of each.
     """
-    best = min(candidates, key=lambda candidate: rank(candidate, wishes), default=None)
+    best = min(candidates, key=lambda tried: rank(tried, wishes), default=None)
     if best is None or best.figures is None or not best.makeable:
         reasons = "\n".join(
-            f"  {candidate.name}: {candidate.verdict.reasons[0].text}"
-            for candidate in candidates
-            if candidate.verdict.reasons
+            f"  {tried.name}: {tried.verdict.reasons[0].text}"
+            for tried in candidates
+            if tried.verdict.reasons
         )
         raise CannotMakeError(
             f"none of {len(candidates)} designs can be built:\n{reasons}\n"
             "A larger --size, or a softer --material, leaves more room"
         )
-    built = sum(candidate.makeable for candidate in candidates)
+    built = sum(tried.makeable for tried in candidates)
     return best, (
         f"chosen of {len(candidates)} designs, {built} of them buildable: {best.name}, with "
         f"{values_text(best.figures, wishes)}"

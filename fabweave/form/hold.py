@@ -14,6 +14,8 @@ from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
 from fabweave.piece.joined_strands import JoinedObject
 from fabweave.piece.joint.fastening import parse_fastening
+from fabweave.piece.pieces import PieceSet
+from fabweave.ribbon.lay import WovenObject
 
 #: The largest distance is taken for a mean of such powers, which tells whose turning adds to it.
 _POWER = 8
@@ -135,6 +137,18 @@ class Foresight:
             answer = self._solver.solve(factors, asked)
             gains += (answer * step)[6 * self._bodies :]
         return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
+
+
+def pins_of(body: Body, pieces: PieceSet) -> FloatArray:
+    """Return how crossings resist turning, (X,), as they are fastened: N mm per radian."""
+    riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
+    return body.pins(pieces.fastened, np.array(riveted, dtype=np.int64))
+
+
+def foretell(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
+    """Return how far an object goes, to first order; None where that would take minutes."""
+    body = body_of(woven, brief)
+    return None if body is None else Foresight(body)(pins_of(body, pieces), body.size_mm)
 
 
 def form_hold(joined: JoinedObject, brief: Brief, *, closely: bool = True) -> "Hold | None":

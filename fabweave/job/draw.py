@@ -8,6 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
@@ -96,7 +97,7 @@ class Job(PlannedJob):
         The sheets with kerf and micro-joints; none where the others are to be cut as they are.
     costs : Costs
         Times and money: what waste.json, the manual and the terminal say.
-    notes : tuple of str
+    notes : tuple of Note
         What a maker should know.
     grain_cost : GrainCost or None
         What it costs that pieces lie across the grain; None where they need not.
@@ -125,7 +126,7 @@ class Job(PlannedJob):
     drawings: tuple[SheetDrawing, ...]
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     grain_cost: GrainCost | None = None
     rim: SideSheets | None = None
     former: SideSheets | None = None
@@ -224,7 +225,7 @@ def former_of(planned: PlannedJob) -> Former | None:
     try:
         return _built_of(planned, supply)
     except CannotMakeError as error:
-        raise CannotMakeError(f"{error}; {_former_cure(planned)}") from None
+        raise CannotMakeError(error.reason, _former_cure(planned)) from None
 
 
 def _built_of(planned: PlannedJob, supply: Supply) -> Former:
@@ -260,8 +261,7 @@ def _former_on_sheets(planned: PlannedJob, laid: Laid | None) -> SideSheets | No
         return _sheets_of(planned, laid, supply)
     except CannotMakeError as error:
         # What that proposes would not change a former.
-        told = str(error).partition(". ")[0]
-        raise CannotMakeError(f"of the former, {told}; {_former_cure(planned)}") from None
+        raise CannotMakeError(f"of the former, {error.reason}", _former_cure(planned)) from None
 
 
 def _former_cure(planned: PlannedJob) -> str:

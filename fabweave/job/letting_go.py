@@ -3,22 +3,17 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.form.body import Body, body_of
-from fabweave.form.hold import Foresight
+from fabweave.core.finding import Note
+from fabweave.form.body import body_of
+from fabweave.form.hold import Foresight, pins_of
 from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import STANDS, Settled, settle
-from fabweave.form.straight import lay_strips
-from fabweave.job.ask import brief_of, complete_settings
-from fabweave.job.planned import PlannedJob, plan_job
+from fabweave.job.ask import brief_of
+from fabweave.job.planned import PlannedJob
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
-from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import parse_fastening
-from fabweave.piece.pieces import PieceSet
-from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.remedy import Depth
 
@@ -46,10 +41,11 @@ class LetGo(NamedTuple):
     cure: str
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> list[Note]:
         """What is not shown of it."""
         why = "no strips as they are cut were found that lie as it rests"
-        return () if self.bands is not None else (f"form: there is no model_relaxed.glb, as {why}",)
+        missing = Note("form", f"form: there is no model_relaxed.glb, as {why}")
+        return [missing] if self.bands is None else []
 
 
 def let_job_go(planned: PlannedJob) -> LetGo | None:
@@ -59,7 +55,7 @@ def let_job_go(planned: PlannedJob) -> LetGo | None:
     if body is None:
         return None
     bound_mm = parse_fastening(brief.fasten).bound_mm
-    settled = settle(body, _pins(body, planned.piece_set), bound_mm)
+    settled = settle(body, pins_of(body, planned.piece_set), bound_mm)
     state = settled.states["let go"].state
     bands = relaxed_ribbons(woven.ribbons, planned.weave, body, state)
     return LetGo(settled, bands, _cure(planned) if settled.form.collapse else "")
@@ -84,16 +80,16 @@ def _cure(planned: PlannedJob) -> str:
 
 def _holds(planned: PlannedJob, settings: Settings) -> bool:
     """Return whether an object with other settings can be built and does not collapse."""
+    # Its mesh and its weave are as they are.
+    other = Stations(settings, depth=Depth.ALONG).know(loaded=planned.woven.source)
     try:
-        settings, supplies = complete_settings(settings)
-        woven = lay_strips(planned.woven, settings.ribbons, supplies)
-        other = plan_job(woven, settings, supplies, depth=Depth.ALONG)
+        planned = other.know(weave=planned.woven).buildable
     except (InputError, CannotMakeError):
         return False
-    body = body_of(other.woven, brief_of(other.settings, other.supplies))
+    body = body_of(planned.woven, other.brief)
     if body is None:
         return False
-    pins = _pins(body, other.piece_set)
+    pins = pins_of(body, planned.piece_set)
     # What goes too far to first order takes long to be let go, and collapses.
     if Foresight(body)(pins, body.size_mm).most_mm > STANDS * body.size_mm:
         return False
@@ -104,29 +100,3 @@ def _words(changes: Mapping[str, Any]) -> str:
     """Return changes of settings as options."""
     words = {"fasten": "--fasten {}", "thickness_mm": "--thickness {:g}mm"}
     return " ".join(words[name].format(value) for name, value in changes.items())
-
-
-class Foretold(NamedTuple):
-    """How far an object goes to first order, and whether that is so far that it collapses.
-
-    Then ``far_mm`` is no more than what it takes to collapse.
-    """
-
-    far_mm: float
-    collapses: bool
-
-
-def foretold(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
-    """Return how far an object goes, to first order; None where that would take minutes."""
-    body = body_of(woven, brief)
-    if body is None:
-        return None
-    far_mm = Foresight(body)(_pins(body, pieces), body.size_mm).most_mm
-    most_mm = STANDS * body.size_mm
-    return Foretold(round(min(far_mm, most_mm), 2), far_mm > most_mm)
-
-
-def _pins(body: Body, pieces: PieceSet) -> FloatArray:
-    """Return how crossings resist turning, as they are fastened."""
-    riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
-    return body.pins(pieces.fastened, np.array(riveted, dtype=np.int64))

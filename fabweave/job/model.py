@@ -11,7 +11,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.core.files import check_file, write_files
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import Body, clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.camera import View
@@ -20,10 +20,8 @@ from fabweave.picture.model_files import model_bytes, woven_glb
 from fabweave.picture.object_picture import bodies_picture, png_bytes, weave_picture
 from fabweave.picture.twist_picture import ViewOf, weave_on_mesh
 from fabweave.picture.yarns import Yarns, spin_yarns
-from fabweave.plan.colours import woven_colours
-from fabweave.ribbon.lay import WovenObject, keep_clear
-from fabweave.stock.supplies import Supplies
-from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
+from fabweave.ribbon.lay import WovenObject
+from fabweave.weave.weave_mesh import WovenMesh
 
 #: Suffixes of the files that can be written; those for printing hold solids.
 SUFFIXES = (".glb", ".obj", ".ply", ".stl", ".3mf", ".png")
@@ -105,13 +103,11 @@ def write_model(
     suffix = check_suffix(path, settings.mesh.source)
     if show != "weave" and (suffix != ".png" or yarn is not None):
         raise InputError(f"--show {show} is a picture of the mesh: write .png, and without --yarn")
-    completed, supplies = complete_settings(settings)
+    job = Stations(settings, progress=progress)
     if show != "weave":
-        return _shown_on_mesh(completed, supplies, path, show, views, progress)
-    woven = lay_asked(load_asked(completed, progress), completed, supplies, progress)
-    if yarn is None:
-        woven = keep_clear(woven, completed.ribbons, supplies)
-    colours = woven_colours(woven, settings.pieces.colours, supplies)
+        return _shown_on_mesh(job.weave, path, show, views)
+    woven, supplies = job.clear_ribbons if yarn is None else job.ribbons, job.completed[1]
+    colours = job.colours(woven)
     facts = _facts(path, "ribbons" if yarn is None else "yarns", woven)
     bodies: tuple[Body, ...]
     if yarn is not None:
@@ -136,17 +132,9 @@ def write_model(
 
 
 def _shown_on_mesh(
-    settings: Settings,
-    supplies: Supplies,
-    path: Path,
-    show: ViewOf,
-    views: Sequence[View],
-    progress: Progress,
+    woven: WovenMesh, path: Path, show: ViewOf, views: Sequence[View]
 ) -> dict[str, Any]:
     """Write a picture of the weave on its mesh; ribbons are not laid for it."""
-    woven = weave_mesh(
-        load_asked(settings, progress), settings.weave, settings.search, supplies, progress
-    )
     tiles = [
         weave_on_mesh(show, woven.mesh, woven.halfedges, woven.weave, view=view)
         for view in views or (None,)

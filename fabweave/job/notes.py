@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import ribbon_notes
@@ -60,7 +61,7 @@ def job_notes(
     seen_mm: float | None = None,
     beside: Sequence[SheetDrawing] = (),
     laid: Laid | None = None,
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """Return the notes on mesh, weave, ribbons, pieces, order, layout and drawings of a job."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set
     plan, rolls = planned.split_plan, planned.supplies.rolls
@@ -70,17 +71,20 @@ def job_notes(
         *woven.result.notes,
         *fastening_notes(planned.fasten, settings.pieces.fasten, pieces),
         *_weave_notes(woven.weave),
-        _width_note(measure_bends(woven.ribbons).width_mm),
-        *_hole_notes(pieces, planned.rules, woven.size_mm),
-        *joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules)),
+        Note("ribbons", _width_text(measure_bends(woven.ribbons).width_mm), detail=True),
+        Note("holes", _hole_text(pieces, planned.rules, woven.size_mm), detail=True),
+        *(
+            Note("joints", text, detail=True)
+            for text in joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules))
+        ),
         *bom_notes(bill),
         *([] if rolls else _label_notes(marks)),
         *([] if rolls else _title_notes(woven.title)),
-        *([] if seen_mm is None else [_seen_note(marks, seen_mm)]),
+        *([] if seen_mm is None else [Note("engraving", _seen_text(marks, seen_mm), detail=True)]),
         *rim_notes(pieces.rings),
         *former_notes(laid),
         *hanging_notes(pieces, woven.weave, woven.labels, holed=bool(planned.rules)),
-        f"pieces: {reason}",
+        Note("pieces", f"pieces: {reason}", detail=True),
         *_fit_notes(pieces),
         *_spare_notes(planned),
         *width_notes(woven, settings.ribbons, planned.supplies),
@@ -97,7 +101,7 @@ def job_notes(
             )
         ),
         order_note(order, steps, bill.clips),
-        *layout.notes,
+        *Note.each("layout", layout.notes),
         *left_out_notes((*drawings, *beside)),
         *kerf_notes(
             kerfed,
@@ -110,7 +114,7 @@ def job_notes(
     )
 
 
-def _seen_note(marks: Sequence[Marks], seen_mm: float) -> str:
+def _seen_text(marks: Sequence[Marks], seen_mm: float) -> str:
     """Say how much of the engraving is seen on the woven object, and why."""
     shown = sum(bool(piece_marks.seen) for piece_marks in marks)
     if not shown:
@@ -123,7 +127,7 @@ def _seen_note(marks: Sequence[Marks], seen_mm: float) -> str:
     )
 
 
-def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list[str]:
+def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list[Note]:
     """Say which crossings take a fastener, if not all that have room, and why.
 
     Parameters
@@ -138,12 +142,11 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
         return []
     note = f"fasteners ({chosen}): at {int(np.count_nonzero(piece_set.fastened))} of "
     note += agree(len(piece_set.fastened), "{n} [crossing|crossings]")
-    if chosen.startswith("form"):
-        note += (
-            ". Joints and ends take one, and as few others as keep the form. --fasten joints and "
-            "--fasten all decide otherwise"
-        )
-    return [note]
+    few = (
+        "Joints and ends take one, and as few others as keep the form. --fasten joints and "
+        "--fasten all decide otherwise"
+    )
+    return [Note("fasteners", note, few if chosen.startswith("form") else "")]
 
 
 #: Why a crossing that carries something has no hole, and what to do.
@@ -154,7 +157,7 @@ _NARROW = "there is no room: choose other crossings, or a smaller --fastener"
 
 def hanging_notes(
     piece_set: PieceSet, weave: Weave, labels: Sequence[str], *, holed: bool
-) -> list[str]:
+) -> list[Note]:
     """Name the crossings that carry something, and what goes through them, or why nothing can.
 
     Parameters
@@ -187,10 +190,10 @@ def hanging_notes(
         note += f" of {' or '.join(f'{hole:g}' for hole in holes)} mm"
     for why, there in lacking.items():
         note += f"; there is no hole at {few_of(there)}, as {why}"
-    return [note]
+    return [Note("hang", note)]
 
 
-def _weave_notes(weave: Weave) -> list[str]:
+def _weave_notes(weave: Weave) -> list[Note]:
     """Count threads and crossings; say which threads there is nothing to weave with."""
     threads = weave.threads
     count = int(np.count_nonzero(threads.woven))
@@ -212,10 +215,10 @@ def _weave_notes(weave: Weave) -> list[str]:
             notes.append(
                 agree(empty, f"{{n}} thread[|s] {what}, cross[es|] nothing, and [is|are] left out")
             )
-    return notes
+    return Note.each("weave", notes)
 
 
-def _width_note(width: FloatArray) -> str:
+def _width_text(width: FloatArray) -> str:
     """Say how wide ribbons are: once, if they are as wide everywhere."""
     least, most = f"{width.min():.1f}", f"{width.max():.1f}"
     if least == most:
@@ -223,23 +226,23 @@ def _width_note(width: FloatArray) -> str:
     return f"ribbons: {least} to {most} mm wide, with a median of {np.median(width):.1f} mm"
 
 
-def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> list[str]:
+def _hole_text(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> str:
     """Say which hole was chosen, where there is none, and at what size there would be."""
     if not rules:
-        return ["holes: none, as requested"]
+        return "holes: none, as requested"
     room = piece_set.room_mm[np.isfinite(piece_set.room_mm)]
     if not len(room):
-        return ["holes: none, because every crossing has a joint without fasteners"]
+        return "holes: none, because every crossing has a joint without fasteners"
     tenth = float(np.quantile(room, 1 - WANTED_SHARE, method="lower"))
     least = float(room.min())
     if not piece_set.rules:
         rule = rules[-1]
-        return [
+        return (
             f"holes: no crossing has room for a hole of {rule.hole_mm:g} mm, which needs "
             f"{rule.edge_mm:.1f} mm to every edge. "
             f"With --size {size_for(tenth, rule.edge_mm, size)}mm, nine in ten crossings would "
             f"have room; with {size_for(least, rule.edge_mm, size)}mm, all of them"
-        ]
+        )
     rule, sizes = piece_set.rules[-1], piece_set.size_mm[np.isfinite(piece_set.room_mm)]
     narrow = int(np.count_nonzero(np.isnan(sizes)))
     all_of_them = agree(len(room), "{n} [crossing|crossings]")
@@ -248,7 +251,7 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
     note = "holes: " + ", ".join(f"{hole:g} mm at {count}" for hole, count in counts)
     note += f" of {all_of_them}"
     if narrow == 0:
-        return [note]
+        return note
     note += (
         f"; {agree(narrow, '{n} [is|are]')} too narrow (the narrowest has {least:.2f} mm from "
         f"centre to edge and needs {rule.edge_mm:.2f} mm) and get{'s' * (narrow == 1)} none; "
@@ -257,7 +260,7 @@ def _hole_notes(piece_set: PieceSet, rules: Sequence[HoleRule], size: float) -> 
     )
     if narrow > (1 - WANTED_SHARE) * len(room):
         note += f"; with {size_for(tenth, rule.edge_mm, size)}mm, nine in ten"
-    return [note]
+    return note
 
 
 def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -> list[str]:
@@ -308,15 +311,16 @@ def joint_notes(piece_set: PieceSet, size_mm: float, *, fastened: bool = True) -
     return [note]
 
 
-def _title_notes(title: str) -> list[str]:
+def _title_notes(title: str) -> list[Note]:
     """Say what sheets do not show of a title."""
     missing = "".join(dict.fromkeys(sign for sign in title if sign.strip() and not lettered(sign)))
     if not missing:
         return []
-    return [f"title: sheets are lettered without {missing}; manual and pages show the whole title"]
+    told = f"title: sheets are lettered without {missing}; manual and pages show the whole title"
+    return [Note("title", told)]
 
 
-def _label_notes(marks: Sequence[Marks]) -> list[str]:
+def _label_notes(marks: Sequence[Marks]) -> list[Note]:
     """Count the letters that are small or found no room."""
     names = dict(zip(KINDS, _KIND_NAMES, strict=True))
     dropped = Counter(missing.kind for piece_marks in marks for missing in piece_marks.dropped)
@@ -343,34 +347,34 @@ def _label_notes(marks: Sequence[Marks]) -> list[str]:
         ]
         if troubles:
             notes.append(f"of {total} {name}, {' and '.join(troubles)}")
-    return [f"letters: {'; '.join(notes)} (crossing_map.json lists them)"] if notes else []
+    told = f"letters: {'; '.join(notes)} (crossing_map.json lists them)"
+    return [Note("letters", told, detail=True)] if notes else []
 
 
-def _fit_notes(pieces: PieceSet) -> tuple[str, ...]:
+def _fit_notes(pieces: PieceSet) -> list[Note]:
     """Say how far pieces were moved to be equal to others, if it was more than rounding."""
     fitted = pieces.fitted_mm[pieces.fitted_mm > _TOLD_MM]
     if not len(fitted):
-        return ()
+        return []
     note = agree(
         len(fitted), "kinds: {n} [piece was|pieces were] made equal to others, from which "
     )
-    return (
-        note + agree(len(fitted), "[it differs|they differ]") + f" by up to {fitted.max():.3f} mm: "
-        "less than the play of fasteners in their holes",
-    )
+    note += agree(len(fitted), "[it differs|they differ]") + f" by up to {fitted.max():.3f} mm: "
+    note += "less than the play of fasteners in their holes"
+    return [Note("kinds", note, detail=True)]
 
 
-def _spare_notes(planned: PlannedJob) -> tuple[str, ...]:
+def _spare_notes(planned: PlannedJob) -> list[Note]:
     """Say how many spares there are, and how they are told from the pieces."""
     spares, kinds = len(planned.spared), planned.piece_set.kinds.count
     if not spares:
-        return ()
+        return []
     some = planned.to_cut[-spares].id
     note = agree(spares, "spares: {n} [piece is|pieces are] cut besides, ")
     note += (
         f"for {agree(kinds, '{n} kind[|s]')} ({planned.settings.pieces.spares}); {some} is a spare "
     )
     note += "of " + some[: some.rindex("S")] + ", and of all pieces of its kind"
-    if 2 * spares > len(planned.kinds) and planned.settings.pieces.kinds != "fewest":
-        note += ". Few pieces repeat: --kinds fewest may ask for fewer spares"
-    return (note,)
+    many = 2 * spares > len(planned.kinds) and planned.settings.pieces.kinds != "fewest"
+    fewer = "Few pieces repeat: --kinds fewest may ask for fewer spares" if many else ""
+    return [Note("spares", note, fewer)]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import read_mesh
 from fabweave.options.settings import read_job_options, settings_from_job
 
@@ -56,7 +57,8 @@ def remake_job(
     with tempfile.TemporaryDirectory(prefix="fabweave-remake-") as folder:
         again = Path(folder) / "job"
         recorded = None if nest else directory / "crossing_map.json"
-        run_job(settings, again, progress, mesh=mesh, workers=workers, recorded=recorded)
+        job = Stations(settings, mesh, recorded=recorded, progress=progress)
+        run_job(job, again, workers=workers)
         files, others = _files(directory), _files(again)
         both = sorted(files.keys() & others.keys())
         same = [name for name in both if _equal(files[name], others[name])]

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.records import from_json, optional, read_json, record
 from fabweave.job.planned import PlannedJob
@@ -238,22 +239,22 @@ def _rounded(value: float) -> float | None:
     return round(float(value), 3) if np.isfinite(value) else None
 
 
-def ribbon_notes(check: RibbonCheck, materials: Sequence[Material] = ()) -> list[str]:
+def ribbon_notes(check: RibbonCheck, materials: Sequence[Material] = ()) -> list[Note]:
     """Return what a maker should know of ribbons: the worst place of each rule, and the size.
 
     Of the materials, it is said how they can be made to bend as tightly as is wanted.
     """
-    sentences = {finding.rule: sentence(finding) for finding in check.findings}
-    notes = [sentences.pop("bend", _bend_note(check)), *_turning_note(check)]
-    notes += _forming_notes(check, materials)
-    if "twist" not in sentences:
-        notes += _twist_note(check)
-    notes += [*sentences.values(), *_size_note(check)]
+    broken = {finding.rule: sentence(finding) for finding in check.findings}
+    bend = [broken.pop("bend", _bend_note(check)), *_turning_note(check)]
+    bend += _forming_notes(check, materials)
+    told = [("bend", text) for text in bend]
+    if "twist" not in broken:
+        told += [("twist", text) for text in _twist_note(check)]
+    told += [*broken.items(), *(("checks", text) for text in _size_note(check))]
     if check.untried is not None:
-        notes.append(
-            f"checks: --refine might fix these too; it was not tried, because {check.untried}"
-        )
-    return notes
+        why = f"it was not tried, because {check.untried}"
+        told.append(("checks", f"checks: --refine might fix these too; {why}"))
+    return [Note(rule, text, detail=True) for rule, text in told]
 
 
 def _size_note(check: RibbonCheck) -> list[str]:

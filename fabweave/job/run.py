@@ -13,26 +13,18 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.job_folder import finished_folder, told_where
 from fabweave.core.parallel.executors import (
-    Executors,
     Start,
     at_once,
-    here,
     processes,
     side_workers,
 )
-from fabweave.form.straight import lay_strips
-from fabweave.job.ask import complete_settings, load_asked
 from fabweave.job.draw import Job, draw_job, start_side_work
 from fabweave.job.papers import show_job
-from fabweave.job.planned import nest_job, plan_job, recorded_layout
+from fabweave.job.stations import Stations
 from fabweave.job.write import write_plan, write_proof
-from fabweave.mesh.load import LoadedMesh
-from fabweave.mesh.polymesh import PolyMesh
-from fabweave.options.settings import Settings
 from fabweave.plan.preflight import Preflight
 from fabweave.verify.proof import prove_plan, sealed
 from fabweave.verify.report import VerifyReport
-from fabweave.weave.weave_mesh import weave_mesh
 
 #: More processes than these find nothing to do in most jobs.
 _MOST_WORKERS = 4
@@ -45,33 +37,6 @@ class FinishedJob(NamedTuple):
     proof: VerifyReport
     preflight: Preflight
     missing: tuple[str, ...] = ()
-
-
-def make_job(
-    settings: Settings,
-    progress: Progress = no_progress,
-    *,
-    mesh: PolyMesh | None = None,
-    loaded: LoadedMesh | None = None,
-    start: Start = at_once,
-    executors: Executors = here,
-    recorded: Path | None = None,
-) -> Job:
-    """Make everything that a job writes: weave, ribbons, pieces, layout and drawings.
-
-    Parameters are those of :func:`run_job`; ``start`` does work beside this process.
-    """
-    settings, supplies = complete_settings(settings)
-    loaded = loaded or load_asked(settings, progress, mesh)
-    weave = weave_mesh(loaded, settings.weave, settings.search, supplies, progress)
-    ribbons = lay_strips(weave, settings.ribbons, supplies, progress)
-    planned = plan_job(ribbons, settings, supplies, progress)
-    side = start_side_work(planned, start)
-    if recorded is None:
-        layout = nest_job(planned, progress, executors)
-    else:
-        layout = recorded_layout(planned, recorded)
-    return draw_job(planned, layout, side, progress, mesh, start=start)
 
 
 def write_and_prove(
@@ -102,15 +67,7 @@ def write_and_prove(
 
 
 def run_job(
-    settings: Settings,
-    directory: Path,
-    progress: Progress = no_progress,
-    *,
-    mesh: PolyMesh | None = None,
-    loaded: LoadedMesh | None = None,
-    workers: int = 0,
-    replaced: Collection[Path] = (),
-    recorded: Path | None = None,
+    job: Stations, directory: Path, *, workers: int = 0, replaced: Collection[Path] = ()
 ) -> FinishedJob:
     """Make a job, write its folder, and prove the written files: every check holds, or it raises.
 
@@ -119,28 +76,29 @@ def run_job(
 
     Parameters
     ----------
-    settings, directory, progress
-        The directory is new, empty, or has nothing but an older job, which is then replaced.
-    mesh : PolyMesh, optional
-        A mesh from memory, in place of the file; it is kept in the folder under that name.
-    loaded : LoadedMesh, optional
-        What the settings make of the mesh, if that is known already.
+    job : Stations
+        A mesh from memory is kept in the folder under its name.
+    directory : Path
+        New, empty, or with nothing but an older job, which is then replaced.
     workers : int
         Processes beside this one; the same bytes are written with any number.
     replaced : collection of Path
         Files of that older job that may have been changed, as the settings were read from them.
-    recorded : Path, optional
-        The crossing map of this very job: pieces lie as it says, and are not nested.
     """
     job_folder.clear_abandoned(directory)
-    source = None if mesh is not None else settings.mesh.source
+    source = None if job.given is not None else job.asked.mesh.source
     job_folder.check_destination(directory, replaced, mesh=source)
+    job.executors = processes(workers)
     with ExitStack() as stack:
         start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
-        job = make_job(
-            settings, progress, mesh=mesh, loaded=loaded, start=start,
-            executors=processes(workers), recorded=recorded,
-        )  # fmt: skip
+        drawn = draw_stations(job, start)
         # Processes end before the folder is moved, or removed: no file comes to it late.
         with told_where(directory), finished_folder(directory, replaced) as new, stack.pop_all():
-            return write_and_prove(job, new, progress, start)
+            return write_and_prove(drawn, new, job.progress, start)
+
+
+def draw_stations(job: Stations, start: Start = at_once) -> Job:
+    """Make everything that a job writes; ``start`` does work beside this process."""
+    planned = job.buildable
+    side = start_side_work(planned, start)
+    return draw_job(planned, job.layout, side, job.progress, job.given, start=start)

@@ -1,104 +1,174 @@
-"""Keep the stations of a job that are known, and make anew only what other options change."""
+"""The job: what is asked for, and its stations, each made when it is first asked for.
+
+Settings → LoadedMesh → WovenMesh → WovenObject → JoinedObject → PieceSet → PlannedJob → Layout
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
-from fabweave.core.arrays import frozen_value
+from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.parallel.executors import Executors, here
+from fabweave.estimate.costs import Costs, pieces_costs
+from fabweave.form.hold import Foretold, foretell, form_hold
 from fabweave.form.straight import lay_strips
-from fabweave.job.ask import complete_settings, load_asked
-from fabweave.job.planned import PlannedJob, nest_job, plan_job
+from fabweave.job.ask import brief_of, complete_settings, load_asked
+from fabweave.job.planned import PlannedJob
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.nest.layout import Layout
-from fabweave.options.settings import Settings, settings_from_options
+from fabweave.options.settings import Settings, settings_from_options, settings_table
+from fabweave.piece.brief import Brief, chosen_grain
+from fabweave.piece.congruence import spared
+from fabweave.piece.cut_up import joined_pieces, with_grain
+from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
+from fabweave.piece.pieces import PieceSet
 from fabweave.plan.colours import woven_colours
+from fabweave.plan.nest_pieces import nest_pieces
+from fabweave.plan.verdict import NotMakeableError, excess
 from fabweave.ribbon.lay import WovenObject, keep_clear
+from fabweave.ribbon.rules.broken_rule import BrokenRule
+from fabweave.ribbon.rules.remedy import FEW, Depth
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
+from fabweave.stock.ribbon_limits import thread_limits
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.weave_mesh import WovenMesh, weave_mesh
 
+#: The refinements that are tried, one after the other: they round the shape, and divide every face.
+REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
+#: Each is tried if it comes to so many crossings at most, where every step makes four of one; and
+#: in plain weave, which needs no search.
+MOST_CROSSINGS = 2000
+#: What comes of coarse faces: between them ribbons turn sharply.
+_COARSE = frozenset(("bend", "twist", "crease", "clearance"))
+#: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
+#: as asked break them, no plan of pieces helps.
+_FORESEEN = {"width", "bend"}
 
-def views(settings: Settings) -> dict[str, tuple[Any, ...]]:
-    """Return for each station the settings that it depends on beside those of the ones before."""
+
+def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
+    """Return what stations depend on beside what those before them do, and which these are."""
     mesh, weave, stock, search = settings.mesh, settings.weave, settings.stock, settings.search
     material = stock.material, stock.library, stock.thickness_mm
     seed = search.seed if mesh.remeshed else None
     # A mesh is faired for what its ribbons are cut from.
     faired_for = material if mesh.faired else None
-    return {
-        "loaded": (mesh, weave.course, weave.triaxial, seed, faired_for),
-        "weave": (weave, search if weave.pattern == "twill" else None),
-        "ribbons": (settings.ribbons, *material),
-        "planned_first": (settings.pieces, stock),
-        "layout": (search,),
-    }
+    return [
+        ((mesh, weave.course, weave.triaxial, seed, faired_for), ("loaded",)),
+        ((weave, search if weave.pattern == "twill" else None), ("weave",)),
+        ((settings.ribbons, *material), ("ribbons", "along", "clear_ribbons")),
+        ((settings.pieces, stock), ("joined", "piece_set", "check", "foretold")),
+        ((search,), ("layout",)),
+    ]
 
 
-@frozen_value
 class Stations:
-    """The stations of a job, each made when it is first asked for.
+    """The stations of a job.
 
     Parameters
     ----------
-    mesh : str
-        A file, a built-in shape, or the name of a mesh from memory.
+    asked : Settings
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+    depth : Depth
+        How closely things are worked out: what is to be made is looked at as closely as may be;
+        what is only foretold, as of designs that are tried, less so.
+    remeshed : Remeshed, optional
+        What the model is remeshed to, if that is known.
+    recorded : Path, optional
+        The crossing map of this very job: pieces lie as it says, and are not nested.
+    progress : callable
+        Told what is being done.
+    executors : callable
+        Opens the executor that nests; the result is the same with any.
     options : mapping
-        Options of the command line by name, ``-`` written ``_``.
-    given : PolyMesh or None
-        The mesh from memory.
+        The options that the settings were read from, if they were; see :meth:`also`.
     """
 
-    mesh: str
-    options: Mapping[str, Any]
-    given: PolyMesh | None = None
+    def __init__(
+        self,
+        asked: Settings,
+        given: PolyMesh | None = None,
+        *,
+        depth: Depth = Depth.SEARCHED,
+        remeshed: Remeshed | None = None,
+        recorded: Path | None = None,
+        progress: Progress = no_progress,
+        executors: Executors = here,
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.asked, self.given, self.depth = asked, given, depth
+        self.progress, self.executors, self.options = progress, executors, dict(options or {})
+        self._remeshed, self._recorded = remeshed, recorded
+
+    @classmethod
+    def read(
+        cls, mesh: str, options: Mapping[str, Any], given: PolyMesh | None = None
+    ) -> "Stations":
+        """Return the stations of a mesh and options of the command line, ``-`` written ``_``."""
+        return cls(settings_from_options(mesh, **options), given, options=options)
 
     def also(self, options: Mapping[str, Any]) -> "Stations":
         """Return the stations with more options, of which later ones win: what they leave stays."""
-        return self.instead(self.mesh, {**self.options, **options})
+        more = {**self.options, **options}
+        return self.instead(settings_from_options(self.asked.mesh.source, **more), more)
 
-    def instead(self, mesh: str, options: Mapping[str, Any]) -> "Stations":
-        """Return the stations of these options and no others: what they leave as it was stays."""
-        other = Stations(mesh, options, self.given)
-        before, now = views(self.settings), views(other.settings)
-        for name in before:
-            if before[name] != now[name]:
+    def instead(self, asked: Settings, options: Mapping[str, Any] | None = None) -> "Stations":
+        """Return the stations of other settings: what these leave as it was stays."""
+        if options is None:
+            was = settings_table(self.asked)
+            options = self.options | {
+                name.replace("-", "_"): value
+                for name, value in settings_table(asked).items()
+                if was.get(name) != value
+            }
+        other = Stations(
+            asked, self.given, depth=self.depth, progress=self.progress,
+            executors=self.executors, options=options,
+        )  # fmt: skip
+        for (before, names), (now, _) in zip(views(self.asked), views(asked), strict=True):
+            if before != now:
                 break
-            if name in vars(self):
-                other.know(**{name: vars(self)[name]})
+            other.know(**{name: vars(self)[name] for name in names if name in vars(self)})
         return other
 
-    def know(self, **stations: Any) -> None:
+    def know(self, **stations: Any) -> "Stations":
         """Take stations that were made elsewhere, so that they are not made here."""
         vars(self).update(stations)
-
-    @cached_property
-    def settings(self) -> Settings:
-        """What the options come to."""
-        return settings_from_options(self.mesh, **self.options)
+        return self
 
     @cached_property
     def completed(self) -> tuple[Settings, Supplies]:
         """The settings with what was left to fabweave, and what bunches are cut from."""
-        return complete_settings(self.settings)
+        return complete_settings(self.asked)
 
     @cached_property
     def loaded(self) -> LoadedMesh:
         """The mesh."""
-        return load_asked(self.settings, given_mesh=self.given)
+        return load_asked(self.completed[0], self.progress, self.given, self._remeshed)
 
     @cached_property
     def weave(self) -> WovenMesh:
         """The mesh, woven."""
-        return weave_mesh(self.loaded, self.settings.weave, self.settings.search)
+        settings, supplies = self.completed
+        return weave_mesh(self.loaded, settings.weave, settings.search, supplies, self.progress)
+
+    @property
+    def n_crossings(self) -> int:
+        """How many crossings there are."""
+        return self.weave.weave.threads.n_crossings
 
     @cached_property
     def ribbons(self) -> WovenObject:
         """The woven object with ribbons as wide as asked."""
         settings, supplies = self.completed
         supplies.require(self.weave.bunches)
-        return lay_strips(self.weave, settings.ribbons, supplies)
+        return lay_strips(self.weave, settings.ribbons, supplies, self.progress)
 
     @cached_property
     def clear_ribbons(self) -> WovenObject:
@@ -107,23 +177,167 @@ class Stations:
         return keep_clear(self.ribbons, settings.ribbons, supplies)
 
     @cached_property
-    def planned_first(self) -> PlannedJob:
-        """The pieces, with the settings that they were planned by."""
-        return plan_job(self.ribbons, *self.completed)
+    def settled(self) -> tuple[Settings, Supplies]:
+        """The settings once ribbons are there: pieces lie across the grain if bends ask for it."""
+        settings, supplies = self.completed
+        supplies = chosen_grain(self.ribbons.ribbons, self.ribbons.bunches, supplies)
+        up = settings.mesh.up or self.ribbons.source.up
+        return settings.but(rotations=supplies.rotations, up=up), supplies
+
+    @cached_property
+    def brief(self) -> Brief:
+        """What the pieces are made by."""
+        return brief_of(*self.settled)
+
+    @cached_property
+    def along(self) -> RibbonCheck:
+        """The check of each ribbon by itself, before there are pieces: a moment's work."""
+        return self._checked(self.ribbons, Depth.ALONG)
+
+    @property
+    def foreseen(self) -> list[BrokenRule]:
+        """The rules that are broken whatever its pieces are, the width first."""
+        found = [
+            one for one in self.along.findings if one.rule in _FORESEEN and excess([one]) > 1.0
+        ]
+        return sorted(found, key=lambda one: one.rule != "width")
+
+    @cached_property
+    def joined(self) -> JoinedObject:
+        """Where threads are cut and how these pieces are joined; the ribbons, laid for that."""
+        return split_object(self.ribbons, self.brief, self.progress)
+
+    @cached_property
+    def piece_set(self) -> PieceSet:
+        """The pieces."""
+        self.progress("checks", 0, 1)
+        hold = form_hold(self.joined, self.brief, closely=self.depth == Depth.SEARCHED)
+        return joined_pieces(self.joined, self.brief, hold)
+
+    @cached_property
+    def check(self) -> RibbonCheck:
+        """The check of the ribbons as they are cut.
+
+        What would help takes long to find on a large object: it is looked for where it is refused.
+        """
+        many = self.n_crossings > FEW
+        return self.check_at(min(self.depth, Depth.NEAR) if many else self.depth)
 
     @cached_property
     def planned(self) -> PlannedJob:
-        """The pieces; options that they do not depend on, such as those of files, are as now."""
-        kept = self.planned_first.settings
-        settings = self.completed[0].but(rotations=kept.stock.rotations, up=kept.mesh.up)
-        return replace(self.planned_first, settings=settings)
+        """The pieces, with all that they were planned by, whether they can be built or not."""
+        settings, supplies = self.settled
+        numbers = self.piece_set.kinds.number
+        return PlannedJob(
+            settings, supplies, self.brief.rules, self.joined.woven, self.check, self.joined.plan,
+            self.piece_set, spared(numbers, settings.pieces.spares),
+        )  # fmt: skip
+
+    @property
+    def buildable(self) -> PlannedJob:
+        """The pieces; NotMakeableError if they cannot be built, and are not forced."""
+        planned = self.planned
+        if planned.verdict.stops and not self.asked.pieces.force:
+            raise NotMakeableError(replace(planned, check=self.check_at(self.depth)).verdict)
+        return planned
+
+    @property
+    def costs(self) -> Costs:
+        """What it costs, as far as that is known before nesting."""
+        settings, supplies = self.settled
+        return pieces_costs(
+            self.piece_set, self.joined.woven, settings.pieces, supplies,
+            settings.machine.calibrate, common=settings.common_cuts,
+        )  # fmt: skip
+
+    @cached_property
+    def foretold(self) -> Foretold | None:
+        """How far it goes when it is let go, to first order; None where that takes minutes."""
+        return foretell(self.joined.woven, self.brief, self.piece_set)
 
     @cached_property
     def layout(self) -> Layout:
-        """Where each piece lies on which sheet."""
-        return nest_job(self.planned)
+        """Where each piece lies on which sheet, each material on its own.
+
+        Raises
+        ------
+        InputError
+            If a layout that was given cannot be taken.
+        CannotMakeError
+            If a piece fits no sheet, or sheets run out.
+        """
+        planned = self.planned
+        pieces, search = planned.to_cut, planned.settings.search
+        sheets = planned.supplies, planned.woven.bunches
+        if self._recorded is not None:
+            kept = replace(search, layout=str(self._recorded))
+            layout = nest_pieces(pieces, *sheets, kept)
+            return replace(layout, recorded=search.layout is not None)
+        self.progress("nesting", 0, len(pieces))
+        return nest_pieces(pieces, *sheets, search, self.executors, self.progress)
 
     def colours(self, woven: WovenMesh) -> Colours:
         """Return the colours of all passes, as they were asked for."""
         settings, supplies = self.completed
         return woven_colours(woven, settings.pieces.colours, supplies)
+
+    def _checked(self, woven: WovenObject, depth: Depth = Depth.NEAR) -> RibbonCheck:
+        """Check ribbons without a search for remedies."""
+        settings, supplies = self.settled
+        return check_ribbons(
+            woven.ribbons,
+            woven.weave,
+            woven.labels,
+            thread_limits(supplies, woven.bunches, settings.ribbons.clearance_mm),
+            size_mm=woven.size_mm,
+            clearance=woven.narrowed.clearance if woven.narrowed is not None else None,
+            depth=depth,
+        )
+
+    def check_at(self, depth: Depth) -> RibbonCheck:
+        """Check the ribbons as they are cut, as closely as is asked."""
+        joined, supplies = self.joined, self.settled[1]
+        check = check_joined(joined.woven, self.brief, joined.repeats, depth)
+        if depth == Depth.SEARCHED and not joined.woven.straight:
+            check = self._refined(check)
+        return with_grain(check, joined, self.piece_set.pieces, supplies.rotations)
+
+    def _refined(self, check: RibbonCheck) -> RibbonCheck:
+        """Add refinement as a remedy to findings that one or two steps of it mend, as tried.
+
+        The object is woven, planned and laid once more from the refined mesh, as a job would. A
+        rule is mended if it holds there, and no rule is broken that is not broken now. Where it
+        might be a remedy and is not tried, ``untried`` says why.
+        """
+        settings, broken = self.settled[0], {finding.rule for finding in check.findings}
+        if not broken & _COARSE:
+            return check
+        if settings.weave.pattern != "plain":
+            return replace(check, untried="fabweave tries it for plain weave only")
+        crossings, most = self.n_crossings, MOST_CROSSINGS // 4
+        if crossings > most:
+            return replace(check, untried=f"there are more than {most} crossings")
+        findings = check.findings
+        for steps, refinement in enumerate(REFINEMENTS, start=1):
+            waiting = {finding.rule for finding in findings if finding.refine is None}
+            if not waiting & _COARSE or crossings * 4**steps > MOST_CROSSINGS:
+                break
+            before = f"{settings.mesh.refine}," if settings.mesh.refine else ""
+            finer = self.instead(settings.but(refine=before + refinement))
+            still = finer._broken()
+            if still is not None and still <= broken:
+                findings = tuple(
+                    finding
+                    if finding.refine is not None or finding.rule in still
+                    else replace(finding, refine=finer.asked.mesh.refine)
+                    for finding in findings
+                )
+        return replace(check, findings=findings)
+
+    def _broken(self) -> set[str] | None:
+        """Return the rules that are broken by what is made; None if nothing is."""
+        try:
+            check = self._checked(self.joined.woven)
+        except (CannotMakeError, InputError):
+            return None
+        return None if check.refused else {finding.rule for finding in check.findings}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, flags
-from fabweave.core.finding import Finding, Level
+from fabweave.core.finding import Finding, Level, Note
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.polymesh import PolyMesh
@@ -123,7 +123,7 @@ class MeshReport:
         return tuple(finding for finding in self.findings if finding.level == "not makeable")
 
 
-def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
+def mesh_notes(report: MeshReport, pairs: IntArray) -> list[Note]:
     """Describe a mesh: its counts, what is odd about it, and where it intersects itself.
 
     Parameters
@@ -136,17 +136,19 @@ def mesh_notes(report: MeshReport, pairs: IntArray) -> list[str]:
     if not report.closed:
         bounds = agree(report.n_boundary_loops, "{n} boundary [loop|loops]")
     bodies = f"{report.n_components} bodies, " if report.n_components > 1 else ""
-    notes = [f"mesh: {mesh_counts(report)}, {bodies}{bounds}, genus {report.genus}"]
-    notes += map(str, report.findings)
+    counts = f"mesh: {mesh_counts(report)}, {bodies}{bounds}, genus {report.genus}"
+    notes = [Note("mesh", counts, detail=True)]
+    notes += [Note(finding.rule, str(finding)) for finding in report.findings]
     if len(pairs):
         some = ", ".join(f"{a} and {b}" for a, b in pairs[:3].tolist())
-        notes.append(
+        told = (
             agree(len(pairs), "{n} [pair|pairs] of faces intersect[s|] or touch[es|]")
             + f" (faces {some}{', …' if len(pairs) > 3 else ''}): ribbons may collide there; "
             + ("--bodies join makes one surface of the bodies, " if bodies else "")
             + "--bodies wrap lays a closed surface around all of it, or "
             + "move these parts of the surface apart in a modelling program"
         )
+        notes.append(Note("intersections", told))
     return notes
 
 

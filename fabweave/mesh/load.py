@@ -4,6 +4,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.bodies import with_bodies
 from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
@@ -54,7 +55,7 @@ class LoadedMesh:
         Its connectivity.
     title : str
         What to call the job.
-    notes : tuple of str
+    notes : tuple of Note
         What a person should know about the mesh.
     up : str or None
         What was taken to point up where the format does not say so; job.toml keeps it, so that the
@@ -89,7 +90,7 @@ class LoadedMesh:
     mesh: PolyMesh
     halfedges: Halfedges
     title: str
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     up: str | None = None
     upward: str = "z"
     n_old_vertices: int = 0
@@ -165,7 +166,7 @@ def load_mesh(
     """
     progress("mesh", 0, 1)
     file = _given(settings, given_mesh)
-    mesh, notes, unit_mm = file.mesh, list(file.notes), file.unit_mm or 1.0
+    mesh, unit_mm = file.mesh, file.unit_mm or 1.0
     built_in = given_mesh is None and is_shape(settings.source)
     _require_small_faces(mesh)
     if not settings.remeshed:
@@ -175,7 +176,6 @@ def load_mesh(
         cleaned = clean_mesh(mesh, settings.weld, settings.size_mm, unit_mm)
     mesh, kept, left_out = with_bodies(cleaned.mesh, settings.bodies)
     up, said = _upward(mesh, settings, file, in_memory=given_mesh is not None)
-    notes += [*said, *cleaned.notes, *kept]
     mesh = turn_upright(mesh, up)
     try:
         mesh, report, repairs = prepare_mesh(mesh)
@@ -185,7 +185,12 @@ def load_mesh(
         helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
         raise InputError(f"{error}{done}{helps}") from None
     clashes = self_intersections(mesh)
-    notes += [*repairs, *mesh_notes(report, clashes)]
+    notes = [
+        *Note.each("file", file.notes),
+        *Note.each("up", said),
+        *Note.each("repaired", (*cleaned.notes, *kept, *repairs)),
+        *mesh_notes(report, clashes),
+    ]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(mesh, scale=unit_mm)
     else:
@@ -202,7 +207,8 @@ def load_mesh(
     halfedges = build_halfedges(mesh)
     _require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
-    notes.append(f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {basis}, and the mesh {how}")
+    size = f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {basis}, and the mesh {how}"
+    notes.append(Note("size", size, detail=True))
     return LoadedMesh(
         mesh=mesh,
         halfedges=halfedges,
@@ -288,7 +294,7 @@ def _require_size(size_mm: float) -> None:
 def _changed(
     mesh: PolyMesh,
     settings: MeshSettings,
-    notes: list[str],
+    notes: list[Note],
     progress: Progress,
     remeshed: Remeshed | None,
     *,
@@ -303,14 +309,13 @@ def _changed(
     if wanted.kind != NONE:
         if remeshed is None:
             remeshed = _remeshed(mesh, wanted, progress, seed=seed)
-        notes += remeshed.notes
+        notes += Note.each("remeshed", remeshed.notes)
         if remeshed.method != "unchanged":
             model = given
             if remeshed.mesh.n_faces < mesh.n_faces:
-                notes.append(
-                    f"the model's own {faces_text(mesh)} became {faces_text(remeshed.mesh)} "
-                    f"(--remesh {settings.remesh})"
-                )
+                became = f"{faces_text(mesh)} became {faces_text(remeshed.mesh)}"
+                told = f"the model's own {became} (--remesh {settings.remesh})"
+                notes.append(Note("remeshed", told, detail=True))
         mesh = remeshed.mesh
         kind = {"coarse": "a coarser cage", "triangles": "triangles"}.get(wanted.kind, "quads")
         done.append(f"remeshed to {kind} ({remeshed.method})")
@@ -329,7 +334,7 @@ def _changed(
     if settings.symmetrise:
         symmetric = symmetrise(mesh)
         mesh = symmetric.mesh
-        notes.append(symmetric.note)
+        notes.append(Note("symmetrised", symmetric.note))
         done.append("made symmetric")
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
@@ -339,8 +344,9 @@ def _changed(
         # Where it is, not where it went when it was brought to size again.
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
-        notes.append(like.note)
-    return _prepared(mesh, done, notes), remeshed, like, loss, turn_deg
+        notes.append(Note("likeness", like.note))
+    mesh = _prepared(mesh, done, notes, detail=wanted.kind != NONE)
+    return mesh, remeshed, like, loss, turn_deg
 
 
 def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) -> Remeshed:
@@ -354,7 +360,7 @@ def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) 
 
 
 def _opened(
-    mesh: PolyMesh, left_out: str | None, notes: list[str], *, triaxial: bool
+    mesh: PolyMesh, left_out: str | None, notes: list[Note], *, triaxial: bool
 ) -> tuple[PolyMesh, int, tuple[Opening, ...]]:
     """Leave out faces, and subdivide for triaxial twill, and note what was done.
 
@@ -364,7 +370,7 @@ def _opened(
     openings: tuple[Opening, ...] = ()
     if left_out is not None:
         mesh, openings = leave_out(mesh, parse_leave_out(left_out))
-        notes += [opening.note for opening in openings]
+        notes += Note.each("opening", (opening.note for opening in openings))
         done.append("opened")
     n_old_vertices = 0
     if triaxial:
@@ -374,9 +380,13 @@ def _opened(
     return _prepared(mesh, done, notes), n_old_vertices, openings
 
 
-def _prepared(mesh: PolyMesh, done: list[str], notes: list[str]) -> PolyMesh:
+def _prepared(
+    mesh: PolyMesh, done: list[str], notes: list[Note], *, detail: bool = False
+) -> PolyMesh:
     """Make a mesh ready to weave after what was done to it, and note what that was."""
     if done:
         mesh, report, repairs = prepare_mesh(mesh)
-        notes += [*repairs, f"the mesh was {', '.join(done)}: {mesh_counts(report)}"]
+        notes += Note.each("repaired", repairs)
+        told = f"the mesh was {', '.join(done)}: {mesh_counts(report)}"
+        notes.append(Note("changed", told, detail=detail))
     return mesh

@@ -5,6 +5,7 @@ from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value, offsets_of
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
@@ -94,7 +95,7 @@ def find_irregular(mesh: PolyMesh, regular: int = 4) -> Irregular:
     return Irregular(vertex, valence[vertex], mesh.vertices[vertex], boundary[vertex])
 
 
-def irregular_note(irregular: Irregular) -> str:
+def irregular_note(irregular: Irregular) -> Note:
     """Say how many irregular vertices there are, of which valences, and where.
 
     Examples
@@ -106,7 +107,7 @@ def irregular_note(irregular: Irregular) -> str:
     '8 irregular vertices (8 of valence 3): vertex 0 (valence 3) at'
     """
     if not len(irregular):
-        return "no irregular vertices: every vertex inside has four edges"
+        return Note("irregular", "no irregular vertices: every vertex inside has four edges")
     valences, numbers = np.unique(irregular.valence, return_counts=True)
     kinds = ", ".join(
         f"{number} of valence {valence}"
@@ -131,7 +132,7 @@ def irregular_note(irregular: Irregular) -> str:
         "is a multiple of 4"
     )
     number = agree(len(irregular), "{n} irregular [vertex|vertices]")
-    return f"{number} ({kinds}): {places}{more}; {twill}"
+    return Note("irregular", f"{number} ({kinds}): {places}{more}; {twill}", detail=True)
 
 
 @frozen_value

@@ -8,6 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.nest.layout import Layout, Placement
 from fabweave.nest.place.greedy import order_of_use
@@ -160,7 +161,7 @@ def _rounded_up(length_mm: float) -> float:
     return math.ceil(100.0 * length_mm - _SAME_MM) / 100.0
 
 
-def _roll_note(rolls: Sequence[SheetSize], length_mm: float, longest_mm: float) -> str:
+def _roll_note(rolls: Sequence[SheetSize], length_mm: float, longest_mm: float) -> Note:
     """Say how much of each roll is used and left, and how few of the longest could do."""
     told = [(roll.width_mm / 1000.0, (roll.roll_mm or 0.0) / 1000.0) for roll in rolls]
     least = math.ceil(length_mm / longest_mm - _SAME_MM)
@@ -168,9 +169,11 @@ def _roll_note(rolls: Sequence[SheetSize], length_mm: float, longest_mm: float) 
         f"roll {number}: {used:.2f} m of {whole:g} m used, {whole - used:.2f} m left"
         for number, (used, whole) in enumerate(told, start=1)
     )
-    return (
+    return Note(
+        "rolls",
         f"rolls: {length_mm / 1000.0:.2f} m of strips on {agree(len(rolls), '{n} roll[|s]')}; no "
-        f"fewer than {least} could do. {each}"
+        f"fewer than {least} could do",
+        each,
     )
 
 

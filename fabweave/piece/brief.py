@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.piece.joint.holes import HoleRule
 from fabweave.piece.joint.kinds import parse_joint
@@ -54,7 +55,7 @@ def tight_along(ribbons: Ribbons, limits: Limits) -> BoolArray:
 
 def grain_notes(
     ribbons: Ribbons, limits: Limits, materials: Sequence[Material], rotations: Rotations
-) -> list[str]:
+) -> list[Note]:
     """Say how pieces lie to the grain, and why, where a material has one that counts.
 
     Parameters
@@ -77,15 +78,17 @@ def grain_notes(
     count = int(np.count_nonzero(tight_along(ribbons, limits)))
     if rotations.across:
         asks = agree(count, "{n} bend[ asks|s ask] for it")
-        return [
-            f"grain: pieces lie across the grain, up to {rotations.tolerance_deg:g}° off: "
+        told = (
+            f"pieces lie across the grain, up to {rotations.tolerance_deg:g}° off: "
             f"{asks if count else 'no bend asks for it'}. {takes}"
-        ]
-    if count:
+        )
+    elif count:
         asks = agree(count, "{n} bend[ is|s are] tighter than that")
-        return [f"grain: {takes}; {asks}, and --rotations auto would lay pieces across the grain"]
-    need_not = "grain: pieces need not lie across the grain"
-    return [f"{need_not}. {takes}, and no bend here is tighter than that"]
+        told = f"{takes}; {asks}, and --rotations auto would lay pieces across the grain"
+    else:
+        no_need = "pieces need not lie across the grain"
+        told = f"{no_need}. {takes}, and no bend here is tighter than that"
+    return [Note("grain", f"grain: {told}", detail=True)]
 
 
 #: Hole diameters to choose from, in millimetres: a fastener of a common size and its clearance.

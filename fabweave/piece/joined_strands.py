@@ -541,7 +541,7 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
     """
     narrowed, threads = woven.narrowed, woven.weave.threads
     if narrowed is None:
-        raise TooFineError(_kinked(woven, kinks, "a smaller --width, or none"))
+        raise _kinked(woven, kinks, "a smaller --width, or none")
     # The panels stay wide enough to be handled. What lies in a sharp bend between them gets wider
     # with narrower panels, not narrower.
     entry, factor = woven.ribbons.entry, narrowed.factor.copy()
@@ -555,7 +555,7 @@ def _narrower(woven: WovenObject, kinks: Runs, brief: Brief) -> FloatArray:
         passes = threads.offsets[kinks.thread] + ends
         stuck = np.asarray(np.all(factor[passes] <= floor[passes], axis=0))
         if stuck.any():
-            raise TooFineError(_kinked(woven, some_runs(kinks, stuck), "a larger --size"))
+            raise _kinked(woven, some_runs(kinks, stuck), "a larger --size")
         passes = np.unique(passes)
         factor[passes] = np.maximum(_STEP * factor[passes], np.minimum(floor, factor)[passes])
         ribbons = lay_ribbons(
@@ -584,7 +584,7 @@ def _too_large(
     )
 
 
-def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
+def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> TooFineError:
     """Say which stretches of threads would cross themselves however they are cut."""
     threads = woven.weave.threads
     places = []
@@ -595,12 +595,11 @@ def _kinked(woven: WovenObject, kinks: Runs, remedy: str) -> str:
         places.append(
             f"{woven.labels[thread]} between its crossings {ends[0]} and {ends[1]}, near ({place})"
         )
-    return (
-        agree(
-            len(kinks.thread),
-            "{n} stretch[|es] of thread bend[s|] so sharply that [it|they] would cross "
-            "[itself|themselves] when unfolded: ",
-        )
-        + f"{few_of(places, 4)} mm; "
-        + f"{remedy} would help, or a smoother mesh (--fair, --refine or --remesh)"
+    text = (
+        "{n} stretch[|es] of thread bend[s|] so sharply that [it|they] would cross "
+        "[itself|themselves] when unfolded: "
+    )
+    return TooFineError(
+        f"{agree(len(kinks.thread), text)}{few_of(places, 4)} mm",
+        f"{remedy} would help, or a smoother mesh (--fair, --refine or --remesh)",
     )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.piece.pieces import PieceSet, count_layers, grips_mm
@@ -229,9 +230,9 @@ def buy_lines(bill: BillOfMaterials) -> list[tuple[str, str]]:
     return lines
 
 
-def bom_notes(bill: BillOfMaterials) -> list[str]:
+def bom_notes(bill: BillOfMaterials) -> list[Note]:
     """Return the shopping list as notes."""
-    return [f"buy: {text}" for _, text in buy_lines(bill)]
+    return [Note("buy", f"buy: {text}", detail=True) for _, text in buy_lines(bill)]
 
 
 def _size(row: FastenerRow) -> str:

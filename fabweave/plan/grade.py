@@ -87,6 +87,7 @@ def grade(
     verdict: Verdict,
     like: Likeness | None = None,
     form: Form | None = None,
+    foretold: tuple[float, float] | None = None,
 ) -> Grade:
     """Grade a job by its pieces, its verdict, how like its model it is and how it keeps its form.
 
@@ -98,6 +99,9 @@ def grade(
         Where the model was remeshed.
     form : Form, optional
         Where that is known.
+    foretold : (float, float), optional
+        Else, how far it is to settle, as a share of what keeps its form, and to sag, as a share of
+        its size.
 
     Examples
     --------
@@ -106,7 +110,9 @@ def grade(
     """
     widths = [station_widths(piece) for piece in pieces]
     turns = [station_turns(piece) for piece in pieces]
-    lost = [one for one in _lost(widths, turns, verdict, like, form) if one.points >= 0.05]
+    lost = [
+        one for one in _lost(widths, turns, verdict, like, form, foretold) if one.points >= 0.05
+    ]
     lost.sort(key=lambda one: -one.points)
     score = 0.0 if verdict.stops else round(BEST - sum(one.points for one in lost), 1)
     return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
@@ -141,6 +147,7 @@ def _lost(
     verdict: Verdict,
     like: Likeness | None,
     form: Form | None,
+    foretold: tuple[float, float] | None,
 ) -> Iterator[Lost]:
     """Yield what each rule takes."""
 
@@ -171,11 +178,12 @@ def _lost(
         yield lose("likeness", like.loss / _NEAR - 1, text)
     if form is not None and form.collapse:
         yield lose("sag", _MOST_LOST, form.collapse)
-    elif form is not None:
-        text = f"it settles by {form.settles_mm:.1f} mm when it is let go"
-        yield lose("form", form.gives - 1, text)
-        text = f"it sags by {form.sinks:.1%} of its size under what weighs on it"
-        yield lose("sag", form.sinks / _SAGS - 1, text)
+    elif form is not None or foretold is not None:
+        gives, sinks = foretold or (0.0, 0.0) if form is None else (form.gives, form.sinks)
+        far = "far" if form is None else f"by {form.settles_mm:.1f} mm"
+        yield lose("form", gives - 1, f"it settles {far} when it is let go")
+        text = f"it sags by {sinks:.1%} of its size under what weighs on it"
+        yield lose("sag", sinks / _SAGS - 1, text)
     care = len(verdict.reasons)
     yield lose("care", care, agree(care, "{n} [reason asks|reasons ask] for care"))
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from string import digits
 
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.piece.pieces import PieceSet
@@ -307,13 +308,15 @@ def last_tenth(steps: Sequence[StepRecord]) -> float:
     return float(spent / count / (effort / pieces)) if effort else 1.0
 
 
-def order_note(order: Order, steps: Sequence[StepRecord], clips: int | None) -> str:
+def order_note(order: Order, steps: Sequence[StepRecord], clips: int | None) -> Note:
     """Say what the order costs, what naive orders would, how hard the end is, what lies loose."""
-    return (
+    return Note(
+        "assembly",
         f"assembly: effort {order.total:.0f}, where laying one strand over another counts 1: "
         f"{order.saved:.0%} less than the better of two naive orders ({order.by_thread:.0f} "
         f"thread by thread, {order.by_number:.0f} by piece number); a piece of the last tenth "
         f"takes {last_tenth(steps):.1f} times the average effort; "
         + agree(int(order.loose.max(initial=0)), "{n} [piece lies|pieces lie] loose at most")
-        + (agree(clips, ", held by {n} small [clip|clips]") if clips else "")
+        + (agree(clips, ", held by {n} small [clip|clips]") if clips else ""),
+        detail=True,
     )

@@ -82,7 +82,7 @@ class NotMakeableError(CannotMakeError):
             f"this cannot be built as asked:\n{stops}\n{ways}"
             "--force makes the files anyway, and says so on every sheet"
         )
-        self.verdict = verdict
+        self.verdict, self.reason = verdict, verdict.stops[0].text
 
 
 def judge(
@@ -228,7 +228,7 @@ def _reason(finding: BrokenRule) -> Finding:
     )
 
 
-def refused(why: str, verdict: Verdict | None = None) -> Verdict:
+def refused(why: str, verdict: Verdict | None = None, *, cure: str = "") -> Verdict:
     r"""Return the verdict on what is refused before there are pieces.
 
     Examples
@@ -241,7 +241,7 @@ def refused(why: str, verdict: Verdict | None = None) -> Verdict:
     text, *lines = why.split("\n")
     if text.endswith(":") and lines:  # a list, of which the first says most
         text = f"{text} {lines[0].strip(' -')}"
-    reason = Finding(rule="refused", level="not makeable", text=text)
+    reason = Finding(rule="refused", level="not makeable", text=text, cure=cure)
     others = verdict.reasons if verdict is not None else ()
     return Verdict(level="not makeable", reasons=(reason, *others))
 

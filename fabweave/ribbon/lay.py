@@ -16,6 +16,7 @@ from fabweave.core.arrays import (
     no_progress,
 )
 from fabweave.core.errors import TooFineError
+from fabweave.core.finding import Note
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.load import LoadedMesh
@@ -505,7 +506,7 @@ def require_stiffness(
             require_pliable(check, material.description, thinner, formed)
 
 
-def _narrowed_notes(woven: WovenObject) -> list[str]:
+def _narrowed_notes(woven: WovenObject) -> list[Note]:
     """Return a note on where ribbons were narrowed and why; none if they were nowhere."""
     if woven.narrowed is None or woven.narrowed.factor.min() >= 1:
         return []
@@ -517,14 +518,15 @@ def _narrowed_notes(woven: WovenObject) -> list[str]:
     }
     places = {why: count for why, count in causes.items() if count}
     told = " and ".join(f"at {count} {why}" for why, count in places.items())
-    return [
+    note = (
         f"width: ribbons were narrowed at {np.count_nonzero(factor < 1)} of {len(factor)} "
         f"places, to {factor.min():.0%} at the least"
-        + (f", {next(iter(places))}" if len(places) == 1 else f": {told}")
-    ]
+    )
+    note += f", {next(iter(places))}" if len(places) == 1 else f": {told}"
+    return [Note("width", note, detail=True)]
 
 
-def _even_notes(woven: WovenObject, settings: RibbonSettings) -> list[str]:
+def _even_notes(woven: WovenObject, settings: RibbonSettings) -> list[Note]:
     """Return a note on the one width of ribbons, if they have one."""
     if not settings.width_rule.even or not len(woven.ribbons.entry):
         return []
@@ -532,10 +534,11 @@ def _even_notes(woven: WovenObject, settings: RibbonSettings) -> list[str]:
     widest, least = float(width.max()), float(width.min())
     share = float(np.mean(width > _AS_WIDE * widest))
     note = f"width: ribbons are {widest:.1f} mm wide at {share:.0%} of all crossings"
-    return [note + (f", down to {least:.1f} mm where there is less room" if share < 1 else "")]
+    note += f", down to {least:.1f} mm where there is less room" if share < 1 else ""
+    return [Note("width", note, detail=True)]
 
 
-def opening_notes(woven: WovenObject) -> list[str]:
+def opening_notes(woven: WovenObject) -> list[Note]:
     """Return a note on tips where ribbons are slivers, and on what opens the mesh there."""
     # Faces have the numbers that the option takes only where none were left out or divided.
     plain = not woven.source.openings and not woven.source.n_old_vertices
@@ -547,10 +550,11 @@ def require_wide(woven: WovenObject) -> None:
     try:
         require_width(woven.ribbons, woven.labels, woven.size_mm)
     except TooFineError as error:
-        raise TooFineError(". ".join([str(error), *opening_notes(woven)])) from None
+        cures = ". ".join([error.cure, *opening_notes(woven)])
+        raise TooFineError(error.reason, cures) from None
 
 
-def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies) -> list[str]:
+def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies) -> list[Note]:
     """Return notes on where ribbons were narrowed, and how wide they could be throughout."""
     mesh, halfedges = woven.mesh, woven.halfedges
     notes = _even_notes(woven, settings) + _narrowed_notes(woven)
@@ -572,17 +576,17 @@ def width_notes(woven: WovenObject, settings: RibbonSettings, supplies: Supplies
 
     widest = widest_clear(lay, woven.weave, limits, room)
     if widest is None:
-        notes.append(
-            f"width: ribbons of constant width do not fit: even at {np.max(limits.width_mm):g} mm, "
-            "the least that can be handled, they lack room or come too close to one another"
+        fit = (
+            f"do not fit: even at {np.max(limits.width_mm):g} mm, the least that can be handled, "
+            "they lack room or come too close to one another"
         )
     else:
         # Rounded down, so that the width in the note has room.
-        notes.append(
-            f"width: ribbons of constant width fit, and keep clear of one another, up to "
-            f"{int(widest * 100) / 100:g} mm"
-        )
-    notes += opening_notes(woven)
+        fit = f"fit, and keep clear of one another, up to {int(widest * 100) / 100:g} mm"
     share = open_share(woven.ribbons, woven.weave, mesh)
-    notes.append(f"openings: {share:.0%} of the surface stays open")
-    return notes
+    return [
+        *notes,
+        Note("width", f"width: ribbons of constant width {fit}", detail=True),
+        *opening_notes(woven),
+        Note("openings", f"openings: {share:.0%} of the surface stays open", detail=True),
+    ]

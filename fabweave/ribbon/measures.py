@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, flags, unit
 from fabweave.core.errors import InputError, TooFineError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.leave_out import leave_out, parse_leave_out
@@ -150,7 +151,8 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
         f"ribbons are narrower than {NARROWEST_MM:g} mm in "
         f"{agree(len(narrow), '{n} place[|s]')} "
         f"({agree(len(threads), 'thread[|s]')} {names}; "
-        f"the narrowest is {least:.3g} mm wide) and would burn away: use {COARSER}{larger}"
+        f"the narrowest is {least:.3g} mm wide) and would burn away",
+        f"use {COARSER}{larger}",
     )
 
 
@@ -167,7 +169,7 @@ _MOST_FACES = 40
 
 def tip_notes(
     mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons, *, offer: bool = True
-) -> list[str]:
+) -> list[Note]:
     """Return a note on tips where ribbons get narrow, with the option that opens the mesh there.
 
     The narrowest rung no further from a tip than its longest edge counts. An opening takes the
@@ -184,7 +186,7 @@ def tip_notes(
 
     Returns
     -------
-    list of str
+    list of Note
         None or one.
     """
     tips, narrow = _slivers(mesh, halfedges, ribbons)
@@ -202,7 +204,7 @@ def tip_notes(
     option = _option(mesh, halfedges, tips) if offer else None
     if option is not None:
         note += f"; --leave-out {option} opens the mesh there"
-    return [note]
+    return [Note("tips", note)]
 
 
 def _slivers(mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons) -> tuple[IntArray, FloatArray]:

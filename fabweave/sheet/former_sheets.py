@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Placement
 from fabweave.piece.congruence import DECIMALS
@@ -201,12 +202,12 @@ def _record(
     }
 
 
-def former_notes(laid: Laid | None) -> list[str]:
+def former_notes(laid: Laid | None) -> list[Note]:
     """Say which names have no room on a former, and that it stays inside, if it does."""
     if laid is None:
         return []
     stays = [STAYS] if laid.way is None else []
-    return [f"former: {text}" for text in (*_unnamed(laid), *stays)]
+    return Note.each("former", (f"former: {text}" for text in (*_unnamed(laid), *stays)))
 
 
 def _unnamed(laid: Laid) -> list[str]:

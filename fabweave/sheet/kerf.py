@@ -21,6 +21,7 @@ import shapely
 from fabweave.core.arc_path import Path, points_on_sides, stretch
 from fabweave.core.arrays import BoolArray, FloatArray, frozen_value
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.core.units import parse_length
 from fabweave.sheet.drawing import (
@@ -598,7 +599,7 @@ def kerf_notes(
     *,
     service: bool = False,
     common: bool = False,
-) -> tuple[str, ...]:
+) -> list[Note]:
     """Return what a job's notes say of these sheets; nothing where there are none.
 
     ``service`` says that there are files for a service, too; ``common``, that what pieces share is
@@ -610,7 +611,7 @@ def kerf_notes(
     if common:
         done.append("what strips share cut once")
     if not done:
-        return ()
+        return []
     notes = [
         f"{CUT_FOLDER}/ holds the sheets to cut, with {' and '.join(done)}; the sheets in sheets/ "
         "are nominal"
@@ -632,4 +633,4 @@ def kerf_notes(
             f"{agree(len(whole), '{n} piece[ has|s have]')} no micro-joints, because no side is "
             f"long and straight enough: {few_of(whole)}"
         )
-    return tuple(notes)
+    return Note.each("kerf", notes)

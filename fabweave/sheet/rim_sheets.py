@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.nest.layout import Layout, Placement
 from fabweave.piece.congruence import DECIMALS
@@ -93,7 +94,7 @@ def rim_text(rings: Sequence[RimRing]) -> str:
     return "\n".join(told)
 
 
-def rim_notes(rings: Sequence[RimRing]) -> list[str]:
+def rim_notes(rings: Sequence[RimRing]) -> list[Note]:
     """Say which rings there are.
 
     Examples
@@ -102,14 +103,17 @@ def rim_notes(rings: Sequence[RimRing]) -> list[str]:
     []
     """
     return [
-        f"ring at the {ring.side}: "
-        + agree(len(ring.pieces), "{n} piece[|s]")
-        + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, "
-        f"{ring.slope_deg:.0f}° from flat, around an opening of {ring.opening_mm:.1f} mm, "
-        f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there lie "
-        f"within {max(ring.off_mm, 0.05):.1f} mm of it. rim/{TEXT} says how it is laid, as the "
-        "last step. It is cut from sheets of its own, which cost what waste.html says, on top of "
-        "the rest"
+        Note(
+            "ring",
+            f"ring at the {ring.side}: "
+            + agree(len(ring.pieces), "{n} piece[|s]")
+            + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, "
+            f"{ring.slope_deg:.0f}° from flat, around an opening of {ring.opening_mm:.1f} mm, "
+            f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there lie "
+            f"within {max(ring.off_mm, 0.05):.1f} mm of it",
+            f"rim/{TEXT} says how it is laid, as the last step. It is cut from sheets of its own, "
+            "which cost what waste.html says, on top of the rest",
+        )
         for ring in rings
     ]
 

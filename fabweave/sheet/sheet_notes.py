@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.nest.offcut import Offcut, thinned
 from fabweave.sheet.drawing import Entity, Layer, PieceDrawing, Polyline, SheetDrawing
@@ -324,22 +325,21 @@ def sheet_notes(
     return SheetNotes(tuple(entities), tuple(left_out))
 
 
-def left_out_notes(drawings: Sequence[SheetDrawing]) -> tuple[str, ...]:
+def left_out_notes(drawings: Sequence[SheetDrawing]) -> list[Note]:
     """Return a note on what sheets have no room for, beside what is cut.
 
     Examples
     --------
     >>> left_out_notes([SheetDrawing("sheet_01", 20.0, 10.0, (), (), left_out=("the title",))])
-    ('notes: 1 sheet has no room for the title (sheet_01); a larger --sheet or --margin may help',)
+    ['notes: 1 sheet has no room for the title (sheet_01); a larger --sheet or --margin may help']
     """
     bare = [drawing.name for drawing in drawings if drawing.left_out]
     if not bare:
-        return ()
+        return []
     what = dict.fromkeys(text for drawing in drawings for text in drawing.left_out)
-    return (
-        agree(len(bare), "notes: {n} sheet[ has|s have] no room for ")
-        + f"{', '.join(what)} ({few_of(bare)}); a larger --sheet or --margin may help",
-    )
+    told = agree(len(bare), "notes: {n} sheet[ has|s have] no room for ")
+    told += f"{', '.join(what)} ({few_of(bare)}); a larger --sheet or --margin may help"
+    return [Note("notes", told)]
 
 
 def _margins(width_mm: float, height_mm: float, inset: float, letter: float) -> list[Row]:

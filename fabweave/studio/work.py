@@ -17,12 +17,14 @@ from fabweave.core.colour_space import Colours
 from fabweave.core.errors import InputError
 from fabweave.core.job_folder import clear_abandoned
 from fabweave.core.records import to_json
-from fabweave.design.candidate import figures_of, words
 from fabweave.design.making import make_or_advise
-from fabweave.design.search import Trials, explore, plan_designs
+from fabweave.design.search import Search
+from fabweave.design.tried import Tried
+from fabweave.design.variety import variety
 from fabweave.estimate.texts import hours_text
+from fabweave.job.figures import figures_of, words
 from fabweave.job.model import YarnOptions, spin_object
-from fabweave.job.planned import PlannedJob, nest_job, plan_job
+from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations, views
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape
@@ -53,8 +55,11 @@ Tell = Callable[[Told], None]
 
 def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
     """Return the stations of a wish, with what is known of the last ones and of earlier meshes."""
-    before, mesh, options = kept.get("stations"), wish["mesh"], wish["options"]
-    now = Stations(mesh, options) if before is None else before.instead(mesh, options)
+    before: Stations | None = kept.get("stations")
+    now = Stations.read(wish["mesh"], wish["options"])
+    now.depth = Depth.NEAR
+    if before is not None:
+        now = before.instead(now.asked, now.options)
     if "loaded" not in vars(now):
         now.know(loaded=_loaded(kept, now))
     kept["stations"] = now
@@ -64,7 +69,7 @@ def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
 def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
     """Return the mesh of some stations, which may be one of those that were loaded last."""
     meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
-    key = repr(views(stations.settings)["loaded"])
+    key = repr(views(stations.asked)[0])
     found = meshes[key] = meshes.get(key) or stations.loaded
     while len(meshes) > _KEPT_MESHES:
         del meshes[next(iter(meshes))]
@@ -82,7 +87,7 @@ def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         first = stations.also({"twill_method": "voting"})
         if first.weave.weave.broken.total:
             tell(_seen(first, wish, first.ribbons, kept, better=True))
-    if "ribbons" not in vars(stations) and stations.settings.ribbons.straight:
+    if "ribbons" not in vars(stations) and stations.asked.ribbons.straight:
         wavy = stations.also({"strips": "wavy"}).ribbons
         tell(_seen(stations, wish, wavy, kept, better=True))
     tell(_seen(stations, wish, stations.ribbons, kept))
@@ -93,9 +98,9 @@ def _colours(stations: Stations, woven: WovenObject, kept: dict[str, Any]) -> Co
 
     Before there are pieces, what is to have a colour for each has one for each direction.
     """
-    if stations.settings.pieces.colours == "piece":
+    if stations.asked.pieces.colours == "piece":
         stations = stations.also({"colours": "direction"})
-    settings = stations.settings
+    settings = stations.asked
     what = repr((settings.pieces.colours, settings.stock.material, settings.stock.library))
     known = kept.get("colours")
     if known is None or known[0] is not woven.weave or known[1] != what:
@@ -112,7 +117,7 @@ def _seen(
     better: bool = False,
 ) -> Told:
     """Return a woven object as a page shows it."""
-    settings, complete = stations.settings, stations.completed[0]
+    settings, complete = stations.asked, stations.completed[0]
     spun = wish.get("yarns", False)
     arrays = (
         _yarns(stations, woven, kept) if spun else strips(woven, _colours(stations, woven, kept))
@@ -206,37 +211,19 @@ def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
 
     A wish for what is finer gets the sheets alone, nested as they will be.
     """
-    planned = _planned(kept, stations_for(kept, wish), tell)
+    stations = stations_for(kept, wish)
+    stations.progress = progress_of(tell, "plan")
+    planned = stations.planned
+    stations.progress = progress_of(tell, "sheets")
     if wish.get("finer"):
-        tell(_sheets(planned, tell))
+        tell(_sheets(stations))
         return
-    tell(_figures(planned))
+    tell(_figures(stations))
     if not wish.get("yarns"):
         tell(_cut(planned))
     quick = replace(planned, settings=planned.settings.but(effort="quick"))
-    tell(_sheets(quick, tell))
+    tell(_sheets(stations.instead(stations.asked, stations.options).know(planned=quick)))
     tell(_steps(planned))
-
-
-def _planned(kept: dict[str, Any], stations: Stations, tell: Tell) -> PlannedJob:
-    """Return the pieces of some stations; what cannot be built has them, too.
-
-    Where only the search for a layout changed, they are as they were.
-    """
-    settings, supplies = stations.completed
-    settings = settings.but(force=True)
-    seen = views(stations.settings)
-    key = repr([seen[name] for name in seen if name != "layout"])
-    if kept.get("planned", ("", None))[0] == key:
-        before: PlannedJob = kept["planned"][1]
-        old = before.settings
-        settings = settings.but(rotations=old.stock.rotations, up=old.mesh.up)
-        return replace(before, settings=settings)
-    planned = plan_job(
-        stations.ribbons, settings, supplies, progress_of(tell, "plan"), depth=Depth.NEAR
-    )
-    kept["planned"] = key, planned
-    return planned
 
 
 def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:
@@ -251,9 +238,10 @@ def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:
     return progress
 
 
-def _figures(planned: PlannedJob) -> Told:
+def _figures(stations: Stations) -> Told:
     """Return verdict, figures and widths, and each piece flat."""
-    figures, verdict = figures_of(planned), replace(planned.verdict, forced=False)
+    planned, figures = stations.planned, figures_of(stations)
+    verdict = replace(planned.verdict, forced=False)
     widths = planned.check.measured["width"].value
     low = float(widths.min())
     # Of one width alone there is one bar.
@@ -294,9 +282,9 @@ def _cut(planned: PlannedJob) -> Told:
     return _packed({"cut": True}, arrays | {"owner": owner})
 
 
-def _sheets(planned: PlannedJob, tell: Tell) -> Told:
+def _sheets(stations: Stations) -> Told:
     """Return where pieces lie on sheets."""
-    layout = nest_job(planned, progress_of(tell, "sheets"))
+    planned, layout = stations.planned, stations.layout
     return {
         "effort": planned.settings.search.effort,
         "sheets": [{"width": sheet.width_mm, "height": sheet.height_mm} for sheet in layout.sheets],
@@ -326,30 +314,30 @@ def designs(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     What is decided about mesh, pattern and width is left to them; all else they keep.
     """
     options = {name: value for name, value in wish["options"].items() if name not in _FREE}
-    settings = Stations(wish["mesh"], options).settings
-    trials = Trials(settings, progress_of(tell, "designs"))
-    planned = plan_designs(trials, _DESIGNS)
-    for number, one in enumerate(planned):
-        trials.progress("designs", number, len(planned))
-        (tried,) = explore(trials, [one])
-        candidate = tried.candidate
-        if candidate.figures is None or tried.picture is None or not candidate.makeable:
-            continue
+
+    def show(tried: Tried) -> None:
+        if tried.figures is None or tried.picture is None or not tried.makeable:
+            return
         told = {
-            "name": candidate.name,
-            "words": f"{candidate.verdict.level}; {words(candidate.figures)}",
-            "state": state_of(one).to_json(),
+            "name": tried.name,
+            "words": f"{tried.verdict.level}; {words(tried.figures)}",
+            "state": state_of(tried.design).to_json(),
             "picture": f"data:image/png;base64,{b64encode(tried.picture).decode()}",
         }
         tell(({"design": told}, {}))
 
+    asked = Stations.read(wish["mesh"], options).asked
+    search = Search(asked, progress=progress_of(tell, "designs"), told=show, looks=True)
+    search.add(variety(asked, search.model().mesh, _DESIGNS))
+
 
 def make(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Make the job of a wish in a new folder, as the command line does, and tell where it is."""
-    settings = Stations(wish["mesh"], wish["options"]).settings
-    folder = new_folder(Path(wish["folder"]), settings)
+    job = Stations.read(wish["mesh"], wish["options"])
+    job.progress = progress_of(tell, "make")
+    folder = new_folder(Path(wish["folder"]), job.asked)
     clear_abandoned(folder)
-    finished, _, chosen = make_or_advise(settings, folder, progress_of(tell, "make"))
+    finished, _, chosen = make_or_advise(job, folder)
     verdict = finished.job.verdict
     tell(({"made": folder.name, "chosen": chosen, "verdict": verdict.headline,
            "level": verdict.level}, {}))  # fmt: skip

@@ -5,6 +5,7 @@ from pathlib import Path
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.files import read_input
+from fabweave.core.finding import Note
 from fabweave.core.search import Search
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.load import LoadedMesh
@@ -104,7 +105,7 @@ def weave_mesh(
         path = Path(settings.twists)
         twist = read_twists(read_input(path, "list of twists"), source.halfedges, threads)
         weave = twisted_weave(source.halfedges, threads, twist)
-        result = WeaveResult(weave, (f"twists: as {path.name} has them",))
+        result = WeaveResult(weave, (Note("twists", f"twists: as {path.name} has them"),))
     else:
         result = weave_pattern(
             settings.pattern,

@@ -7,6 +7,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.one_rings import interior_valences
@@ -110,7 +111,7 @@ _TRIANGLE = 3
 _SIDES = {4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine", 10: "ten"}
 
 
-def kagome_note(halfedges: Halfedges) -> str | None:
+def kagome_note(halfedges: Halfedges) -> Note | None:
     """Say which openings plain weave has on a mesh that makes it a kagome basket; else None.
 
     Plain weave has an opening at each vertex and in each face, with as many sides as strands go by.
@@ -141,7 +142,7 @@ def kagome_note(halfedges: Halfedges) -> str | None:
             )
             several = agree(len(large), f", and {{n}} large one[|s] ({kinds})") if kinds else ""
             text = agree(len(small), "{n} small opening[|s]")
-            return f"kagome: plain weave on triangles; {text}{several}"
+            return Note("kagome", f"kagome: plain weave on triangles; {text}{several}")
     return None
 
 
@@ -159,7 +160,7 @@ class WeaveResult:
     ----------
     weave : Weave
         The weave.
-    notes : tuple of str
+    notes : tuple of Note
         What a maker should know about it.
     twill : Twill or None
         What is known about it as a 2/2 twill, if that is what it is.
@@ -170,7 +171,7 @@ class WeaveResult:
     """
 
     weave: Weave
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     twill: Twill | None = None
     warp: BoolArray | None = None
     label: IntArray | None = None
@@ -258,7 +259,7 @@ def weave_pattern(
         twist = mid_edge_twist(halfedges, n_old_vertices)
         twist = twist[halfedges.edge[threads.crossing_halfedge]]
         weave = twisted_weave(halfedges, threads, twist, pattern)
-        exact = f"triaxial: {exact_text(weave.broken_at_turns)}"
+        exact = Note("triaxial", f"triaxial: {exact_text(weave.broken_at_turns)}")
         return WeaveResult(weave, (exact,) if weave.exact else ())
     fabric = parse_fabric(pattern)
     result = weave_fabric(halfedges, threads, fabric, labels=labels)
@@ -274,26 +275,26 @@ def weave_pattern(
     # What crosses nothing is neither warp nor weft.
     in_warp = 0 if result.warp is None else int(np.count_nonzero(result.warp & threads.woven))
     warp = agree(in_warp, "{n} [thread is|threads are] the warp") if in_warp else ""
-    notes = [f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)]
-    return WeaveResult(
-        result.weave, tuple(notes) if warp else (), warp=result.warp, label=result.label
-    )
+    told = f"{fabric}: exact; " + "; ".join(part for part in (warp, hand) if part)
+    notes = (Note("fabric", told),) if warp else ()
+    return WeaveResult(result.weave, notes, warp=result.warp, label=result.label)
 
 
-def twill_notes(twill: Twill) -> list[str]:
+def twill_notes(twill: Twill) -> list[Note]:
     """Say how good a twill is, and why it is not exact."""
     if twill.obstruction is None or twill.voted is None or twill.bound is None:
-        return [f"twill: {exact_text(twill.weave.broken_at_turns)}"]
+        return [Note("twill", f"twill: {exact_text(twill.weave.broken_at_turns)}")]
     broken, turns = twill.weave.broken, twill.weave.broken_at_turns
     if twill.bound.least == broken.total:
         best = "which is proved to be the least"
     else:
         best = f"and no weave of this mesh breaks fewer than {twill.bound.least}"
-    return [
+    told = (
         f"twill: {broken.total} of {twill.n_conditions} conditions "
         f"{agree(broken.total, '[is|are]')} broken ({broken.edge} edge, "
         f"{broken.face} face, {broken.vertex} vertex), {best}; the paper's voting breaks "
         f"{twill.voted.total}" + (f"; besides, {at_turns_text(turns)}" if turns else ""),
         f"no exact twill exists: {twill.obstruction.text}; --pattern triaxial is exact on every "
         "mesh",
-    ]
+    )
+    return Note.each("twill", told)

@@ -25,7 +25,8 @@ import numpy as np
 import shapely
 
 from fabweave.core.arrays import FloatArray
-from fabweave.job.run import make_job
+from fabweave.job.run import draw_stations
+from fabweave.job.stations import Stations
 from fabweave.nest.layout import Layout
 from fabweave.nest.nesting import nest
 from fabweave.options.settings import Settings
@@ -139,7 +140,7 @@ def compare_jobs(names: list[str], efforts: list[str]) -> None:
         if not source.startswith("shape:") and not Path(source).exists():
             print(f"\n{name}: {source} is not there")
             continue
-        made = make_job(JOBS[name])
+        made = draw_stations(Stations(JOBS[name]))
         pieces = [np.asarray(piece.outline) for piece in made.piece_set.pieces]
         bent = fill_of_rectangles(pieces) < 0.5
         for sheet in SHEETS:

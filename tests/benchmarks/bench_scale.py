@@ -15,7 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from fabweave.job.run import make_job
+from fabweave.job.run import draw_stations
+from fabweave.job.stations import Stations
 from fabweave.job.write import write_plan
 from fabweave.options.settings import Settings
 from fabweave.verify.proof import verify_job
@@ -31,7 +32,7 @@ def measured(m: int, n: int) -> tuple[int, int, float, float]:
     start = time.process_time()
     settings = Settings.of(f"shape:torus?m={m}&n={n}", size_mm=_QUAD_MM * m, effort="quick")
     with tempfile.TemporaryDirectory() as folder:
-        job = make_job(settings)
+        job = draw_stations(Stations(settings))
         write_plan(job, Path(folder))
         if not verify_job(Path(folder)).ok:
             raise AssertionError("the job was not proved")

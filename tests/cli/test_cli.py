@@ -12,6 +12,7 @@ from meshes_shared import mesh_params
 
 from fabweave.cli.main import cli
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
@@ -48,7 +49,7 @@ def test_any_number_of_workers_gives_the_same_bytes(finished, tmp_path):
     sheets = (SheetSize(230.0, 225.0),)
     settings = Settings.of("shape:octahedron", size_mm=90.0, effort="quick", sheets=sheets)
     for workers in (0, 2):
-        run_job(settings, tmp_path / str(workers), workers=workers)
+        run_job(Stations(settings), tmp_path / str(workers), workers=workers)
     alone, beside = contents_of(tmp_path / "0"), contents_of(tmp_path / "2")
     assert alone == beside
     # Jobs for tests have a small picture, which the manual shows, too; nothing else differs.

@@ -14,7 +14,6 @@ from dying import die
 from jobs import contents_of
 from jobs import run as run_here
 
-from fabweave.job import run as pipeline
 from fabweave.nest import nesting as batches
 from fabweave.piece import joined_strands as split_job
 from fabweave.verify.proof import verify_job
@@ -85,7 +84,7 @@ def test_a_folder_that_is_for_reading_only(below, tmp_path, capsys):
 
 @pytest.mark.parametrize("below", ["out", "new/out"])
 def test_a_file_where_a_folder_is_wanted(below, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(pipeline, "load_asked", None)  # nothing is made in vain
+    monkeypatch.setattr("fabweave.job.stations.load_asked", None)  # nothing is made in vain
     (tmp_path / "shelf").write_text("mine")
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "shelf" / below) == 2
     said = capsys.readouterr().err

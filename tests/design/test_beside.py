@@ -2,15 +2,15 @@
 
 import math
 import re
-from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
-from designs import candidate
+from designs import outcome
 
 from fabweave.design import making, search
 from fabweave.design.beside import beside
-from fabweave.design.candidate import Tried, try_design
-from fabweave.design.search import Trials
+from fabweave.design.search import Search
+from fabweave.design.tried import try_design
 from fabweave.design.variety import MOST
 from fabweave.design.wishes import Wishes, distance, misses, values_text
 from fabweave.job.ask import complete_settings
@@ -22,7 +22,7 @@ BEST = ASKED.but(remesh="quads:200")
 
 
 def nearer(wishes, asked=ASKED, best=BEST, **figures):
-    return beside(asked, [(best, candidate(**figures))], Wishes(**wishes))
+    return beside(asked, [outcome(design=best, **figures)], Wishes(**wishes))
 
 
 def test_a_met_wish_needs_no_more():
@@ -31,7 +31,7 @@ def test_a_met_wish_needs_no_more():
 
 
 def test_a_limit_is_missed_only_beyond_it():
-    figures = candidate(pieces=200, sheets=1).figures
+    figures = outcome(pieces=200, sheets=1).figures
     assert misses(figures, Wishes(pieces=100, sheets=4)) == {
         "pieces": pytest.approx(math.log(2.0)),
         "sheets": 0.0,
@@ -79,8 +79,11 @@ def test_a_wish_that_is_missed_is_come_nearer_by_what_helps(wish, figures, helps
 def test_what_was_tried_tells_how_far_to_go():
     """Where twice the faces gave half as many pieces more, four times as many give the double."""
     designs = [BEST, BEST.but(remesh="quads:100"), BEST.but(max_length_mm=150.0)]
-    tried = [candidate(pieces=n, longest_mm=300.0) for n in (150, 100, 225)]
-    found = beside(ASKED, list(zip(designs, tried, strict=True)), Wishes(pieces=170))
+    known = [
+        outcome(design=one, pieces=n, longest_mm=300.0)
+        for one, n in zip(designs, (150, 100, 225), strict=True)
+    ]
+    found = beside(ASKED, known, Wishes(pieces=170))
     power = math.log(1.5) / math.log(2.0)
     faces = 200 * (170 / 150) ** (1 / power)
     assert BEST.but(remesh=f"quads:{10 * round(faces / 10)}") in found
@@ -111,23 +114,17 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     """With pieces in proportion to faces, the number wished for is found, and tries are few."""
     tries = []
 
-    def explore(trials, designs, *__, **___):
-        tries.extend(designs)
-        found = [
-            Tried(candidate=candidate(
-                name=str(number), pieces=int(0.7 * int(design.mesh.remesh.split(":")[1])),
-                longest_mm=300.0), picture=None)
-            for number, design in enumerate(designs, start=len(tries))
-        ]  # fmt: skip
-        for one in found:
-            trials.told(one.candidate)
-        return found
+    def trying(design, name, *_, **__):
+        tries.append(design)
+        pieces = int(0.7 * int(design.mesh.remesh.split(":")[1]))
+        return outcome(name, design=design, pieces=pieces, longest_mm=300.0)
 
     planned = [ASKED.but(remesh=f"quads:{count}") for count in (70, 240, 800)]
-    monkeypatch.setattr(search, "explore", explore)
-    monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
+    monkeypatch.setattr(search, "try_design", trying)
+    monkeypatch.setattr(making, "variety", lambda *_: planned)
+    monkeypatch.setattr(Search, "model", lambda _: SimpleNamespace(mesh=None))
     told = []
-    chosen, _ = making.meet_wishes(Trials(ASKED, better=told.append), Wishes(pieces=300))
+    chosen, _ = making.meet_wishes(Search(ASKED, better=told.append, wishes=Wishes(pieces=300)))
     assert chosen.mesh.remesh == "quads:430"
     # Each that is told is nearer than the one before, and the last is what is chosen.
     away = [abs(math.log(int(re.search(r": (\d+) pieces", line)[1]) / 300)) for line in told]
@@ -137,30 +134,29 @@ def test_the_search_goes_where_the_wish_is(monkeypatch):
     assert ": 301 pieces" in told[-1]
     assert len(tries) <= 24
     assert len({str(one) for one in tries}) == len(tries)
-    assert distance(candidate(pieces=301), Wishes(pieces=300)) < 0.01
+    assert distance(outcome(pieces=301), Wishes(pieces=300)) < 0.01
 
 
 @pytest.mark.parametrize(("most", "kept"), [(0, 0), (3, 3), (11, 11)])
 def test_ctrl_c_keeps_the_nearest_that_was_tried(monkeypatch, most, kept):
     tried = []
 
-    def attempt(settings, key, name, *_):
+    def attempt(design, name, *_, **__):
         if len(tried) == most:
             raise KeyboardInterrupt
-        tried.append(settings)
-        pieces = int(settings.mesh.remesh.split(":")[1])
-        found = replace(candidate(name=name, pieces=pieces), key=key)
-        return Tried(candidate=found, picture=None), None
+        tried.append(design)
+        return outcome(name, design=design, pieces=int(design.mesh.remesh.split(":")[1]))
 
     planned = [ASKED.but(remesh=f"quads:{70 + 10 * number}") for number in range(9)]
     monkeypatch.setattr(search, "try_design", attempt)
-    monkeypatch.setattr(search, "mesh_digest", lambda *_: "0")
-    monkeypatch.setattr(making, "plan_designs", lambda *_, **__: planned)
+    monkeypatch.setattr(making, "variety", lambda *_: planned)
+    monkeypatch.setattr(Search, "model", lambda _: SimpleNamespace(mesh=None))
+    wishing = Search(ASKED, wishes=Wishes(pieces=500), partly=True)
     if not kept:
         with pytest.raises(KeyboardInterrupt):
-            making.meet_wishes(Trials(ASKED), Wishes(pieces=500))
+            making.meet_wishes(wishing)
         return
-    chosen, _ = making.meet_wishes(Trials(ASKED), Wishes(pieces=500))
+    chosen, _ = making.meet_wishes(wishing)
     assert len(tried) == kept
     most_faces = max(tried, key=lambda one: int(one.mesh.remesh.split(":")[1]))
     assert chosen == most_faces
@@ -168,7 +164,7 @@ def test_ctrl_c_keeps_the_nearest_that_was_tried(monkeypatch, most, kept):
 
 def test_a_budget_is_held_against_whole_sheets_at_worst():
     material = Settings.of("shape:octahedron", size_mm=200.0, material="card")
-    tried = try_design(material, "key", "D").tried.candidate.figures
+    tried = try_design(material, "D").figures
     supplies = complete_settings(material)[1]
     sheet = supplies.sheets[0]
     width, height = sheet.width_mm, sheet.height_mm

@@ -4,22 +4,23 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
-from designs import candidate
+from designs import outcome
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import processes
-from fabweave.design import candidate as candidates
 from fabweave.design import search
-from fabweave.design.candidate import try_design
 from fabweave.design.making import make_or_advise, meet_wishes
-from fabweave.design.search import Trials, explore, plan_designs
-from fabweave.design.variety import densities, name_of
+from fabweave.design.search import Search
+from fabweave.design.tried import try_design
+from fabweave.design.variety import densities, name_of, variety
 from fabweave.design.wishes import Wishes, choose, distance
-from fabweave.job.letting_go import Foretold
+from fabweave.form.hold import Foretold
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
@@ -33,26 +34,28 @@ DESIGNS = [BALL, BALL.but(refine="catmull-clark:1"), BALL.but(pattern="twill")]
 
 @pytest.fixture(scope="module")
 def tried():
-    return explore(Trials(BALL), DESIGNS)
+    return Search(BALL, looks=True).add(DESIGNS)
 
 
 @pytest.mark.slow
 def test_what_is_tried_is_what_is_made(tried, tmp_path):
-    for design, one in zip(DESIGNS[:2], tried[:2], strict=True):
-        job = run_job(design, tmp_path / one.candidate.key).job
-        told = one.candidate.figures
+    for at, one in enumerate(tried[:2]):
+        job = run_job(Stations(one.design), tmp_path / str(at)).job
+        told = one.figures
         assert (told.pieces, told.joints) == (len(job.piece_set.pieces), len(job.piece_set.joints))
         assert told.crossings == job.weave.threads.n_crossings
         assert abs(told.sheets - len(job.layout.sheets)) <= 1
-        assert one.candidate.verdict.level == job.verdict.level
+        assert one.verdict.level == job.verdict.level
         assert one.picture.startswith(b"\x89PNG")
 
 
 @pytest.mark.slow
 def test_a_search_with_processes_finds_the_same(tried):
     told = []
-    assert explore(Trials(BALL, executors=processes(2), told=told.append), DESIGNS) == tried
-    assert told == [one.candidate for one in tried]
+    again = Search(BALL, executors=processes(2), told=told.append, looks=True).add(DESIGNS)
+    assert [one.record() for one in again] == [one.record() for one in tried]
+    assert [one.picture for one in again] == [one.picture for one in tried]
+    assert told == again
 
 
 @pytest.mark.slow
@@ -62,52 +65,59 @@ def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch)
     asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
     plain = asked.but(remesh="triangles:60")
     designs = [plain, plain.but(pattern="triaxial"), plain.but(material="birch-veneer")]
-    apart = [explore(Trials(asked), [one])[0] for one in designs]
+    apart = [Search(asked).add([one])[0].record() for one in designs]
     given_meshes = []
     real = search.try_design
-    monkeypatch.setattr(
-        search, "try_design", lambda *task: given_meshes.append(task[-1]) or real(*task)
-    )
-    meshes = {}
-    assert explore(Trials(asked, meshes=meshes), designs) == apart
+
+    def trying(*task, **options):
+        given_meshes.append(task[-1])
+        return real(*task, **options)
+
+    monkeypatch.setattr(search, "try_design", trying)
+    together = Search(asked)
+    assert [one.record() for one in together.add(designs)] == apart
     assert [one is not None for one in given_meshes] == [False, True, True]
-    assert len(meshes) == 1
+    # What was tried is not tried again.
+    assert together.add(designs[1:]) == together.tried[1:]
+    assert len(given_meshes) == 3
 
 
 def test_the_nearest_to_a_wish_is_chosen():
-    few, some, many = (candidate(str(n), pieces=n, median_mm=900 / n) for n in (30, 90, 300))
+    few, some, many = (outcome(str(n), pieces=n, median_mm=900 / n) for n in (30, 90, 300))
     for wish, best in ((28, few), (100, some), (1000, many)):
         assert choose([many, some, few], Wishes(pieces=wish))[0] is best
     assert choose([few, some, many], Wishes(ribbon_mm=9.0))[0] is some
     # A limit that is kept weighs nothing, one that is passed much.
-    cheap, dear = candidate("cheap", sheets=2), candidate("dear", sheets=5)
+    cheap, dear = outcome("cheap", sheets=2), outcome("dear", sheets=5)
     assert distance(cheap, Wishes(sheets=3)) == distance(cheap, Wishes(sheets=9))
     assert distance(dear, Wishes(sheets=3)) == pytest.approx(4.0 * math.log(5 / 3))
     assert choose([dear, cheap], Wishes(sheets=3, pieces=12))[0] is cheap
 
 
 def test_where_a_wish_cannot_be_met_the_nearest_of_the_good_is_chosen():
-    bad = candidate("bad", price=(1.0, 3.0), grade=0.0)
-    good = candidate("good", price=(4.0, 8.0), grade=9.2)
-    best = candidate("best", price=(9.0, 20.0), grade=10.0)
+    bad = outcome("bad", price=(1.0, 3.0), grade=0.0)
+    good = outcome("good", price=(4.0, 8.0), grade=9.2)
+    best = outcome("best", price=(9.0, 20.0), grade=10.0)
     for budget, chosen in ((1.0, good), (3.5, bad), (9.0, good)):
         assert choose([bad, good, best], Wishes(budget=budget))[0] is chosen
     assert choose([bad, best], Wishes(budget=99.0))[0] is best
     assert choose([bad], Wishes(budget=1.0))[0] is bad
 
 
-@pytest.mark.parametrize(("far_mm", "holds"), [(19.0, True), (20.0, False)])
+@pytest.mark.parametrize(("far_mm", "holds"), [(19.0, True), (21.0, False)])
 def test_what_collapses_when_it_is_let_go_is_not_proposed(far_mm, holds, monkeypatch):
-    monkeypatch.setattr(candidates, "foretold", lambda *_: Foretold(far_mm, collapses=not holds))
-    tried, _ = try_design(Settings.of("shape:cube", size_mm=200.0, effort="quick"), "key", "cube")
-    assert tried.candidate.makeable == holds
-    assert {stop.rule for stop in tried.candidate.verdict.stops} == (set() if holds else {"form"})
-    assert tried.candidate.figures.form_mm == far_mm
+    far = Foretold(far_mm, 0.0, 1.0, np.zeros(0))
+    monkeypatch.setattr("fabweave.job.stations.foretell", lambda *_: far)
+    tried = try_design(Settings.of("shape:cube", size_mm=200.0, effort="quick"), "cube")
+    assert tried.makeable == holds
+    assert {stop.rule for stop in tried.verdict.stops} == (set() if holds else {"form"})
+    # No more is told of it than what it takes to collapse.
+    assert tried.figures.form_mm == min(far_mm, 20.0)
 
 
 def test_what_cannot_be_built_is_never_chosen():
-    bad = candidate("bad", refused("it curls"), pieces=10)
-    assert choose([bad, candidate("far", pieces=900)], Wishes(pieces=10))[0].name == "far"
+    bad = outcome("bad", refused("it curls"), pieces=10)
+    assert choose([bad, outcome("far", pieces=900)], Wishes(pieces=10))[0].name == "far"
     with pytest.raises(CannotMakeError, match="bad"):
         choose([bad], Wishes(pieces=10))
 
@@ -124,12 +134,12 @@ def test_what_is_stated_is_the_same_in_all_designs(tmp_path):
     mesh = tmp_path / "ball.obj"
     write_mesh(mesh, parse_shape("shape:sphere?n=8"))
     asked = Settings.of(str(mesh), size_mm=300.0, remesh="quads:90", pattern="twill")
-    designs = plan_designs(Trials(asked), 30)
+    designs = variety(asked, Search(asked).model().mesh, 30)
     assert {(one.mesh.remesh, one.weave.pattern, one.mesh.size_mm) for one in designs} == {
         ("quads:90", "twill", 300.0)
     }
     asked = Settings.of(str(mesh), size_mm=300.0)
-    free = plan_designs(Trials(asked), 30)
+    free = variety(asked, Search(asked).model().mesh, 30)
     assert len({name_of(one, asked) for one in free}) == len(free) > 9
 
 
@@ -138,8 +148,8 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
     mesh = tmp_path / "cube.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
     asked = Settings.of(str(mesh), size_mm=300.0, effort="quick")
-    settings, why = meet_wishes(Trials(asked), Wishes(pieces=40))
-    job = run_job(settings, tmp_path / "job").job
+    settings, why = meet_wishes(Search(asked, wishes=Wishes(pieces=40)))
+    job = run_job(Stations(settings), tmp_path / "job").job
     assert f"{len(job.piece_set.pieces)} pieces" in why
     assert 20 <= len(job.piece_set.pieces) <= 80
 
@@ -148,11 +158,11 @@ def test_a_wish_is_met_by_what_is_made(tmp_path):
 def test_what_cannot_be_built_is_refused_with_what_can(tmp_path):
     asked = Settings.of("shape:sphere?n=3", size_mm=90.0, material="birch-veneer", effort="quick")
     with pytest.raises(NotMakeableError) as refusal:
-        make_or_advise(asked, tmp_path / "job")
+        make_or_advise(Stations(asked), tmp_path / "job")
     assert not (tmp_path / "job").exists()
     assert re.search(r"\n  --\w+", str(refusal.value))
     # With --force it is made all the same, says so on each sheet, and is proved.
-    finished = make_or_advise(asked.but(force=True), tmp_path / "job").finished
+    finished = make_or_advise(Stations(asked.but(force=True)), tmp_path / "job").finished
     assert finished.proof.ok
     assert finished.job.verdict.forced
     assert json.loads((tmp_path / "job" / "verdict.json").read_text())["forced"] is True

@@ -1,22 +1,19 @@
 """Refinement is named as a remedy only where it was tried and holds."""
 
 import pytest
-from jobs import laid
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.job.ask import REFINEMENTS, brief_of, try_refinement
-from fabweave.piece.joined_strands import split_object
-from fabweave.ribbon.lay import check_object
+from fabweave.job.stations import REFINEMENTS, Stations
+from fabweave.options.settings import Settings
 from fabweave.ribbon.rules.broken_rule import sentence, written
+from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.ribbon.width import WidthRule
 
 
 def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
-    woven, settings, supplies = laid(mesh, **options)
-    woven = split_object(woven, brief_of(settings, supplies)).woven
-    check = check_object(woven, settings.ribbons, supplies)
-    return try_refinement(check, woven, settings, supplies) if tried else check
+    job = Stations(Settings.of(mesh, **options), depth=Depth.SEARCHED if tried else Depth.NEAR)
+    return job.check
 
 
 @pytest.mark.parametrize(
@@ -41,7 +38,7 @@ def test_what_refinement_mends_holds_when_it_is_done(mesh, options, rule) -> Non
 
 
 def test_a_finer_mesh_that_is_refused_is_no_remedy() -> None:
-    options = {"size_mm": 300.0, "material": "birch-ply-3"}
+    options = {"size_mm": 300.0, "material": "birch-ply-3", "rotations": "free"}
     (found,) = checked("shape:cube", **options).findings
     assert (found.rule, found.refine) == ("bend", None)
     with pytest.raises(CannotMakeError, match="too stiff"):

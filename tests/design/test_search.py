@@ -4,16 +4,16 @@ import math
 from dataclasses import replace
 
 import pytest
-from designs import candidate
+from designs import outcome
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.finding import Finding
 from fabweave.design import search
-from fabweave.design.beside import beside, otherwise
-from fabweave.design.candidate import Candidate, Tried
-from fabweave.design.search import ENOUGH, Trials, nearest, search_designs, why_text
-from fabweave.design.variety import MOST, NARROW, name_of
+from fabweave.design.beside import ENOUGH, apart, beside, near_rounds, nearest, otherwise, why_few
+from fabweave.design.search import Search
+from fabweave.design.tried import Tried
+from fabweave.design.variety import MOST, NARROW
 from fabweave.design.wishes import Wishes
 from fabweave.options.settings import Settings
 from fabweave.plan.verdict import Verdict, excess, judge, refused
@@ -22,18 +22,18 @@ from fabweave.ribbon.rules.broken_rule import BrokenRule
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 ASKED = Settings.of("cow.obj", size_mm=300.0, material="birch-veneer")
-GOOD = candidate()
+GOOD = outcome()
 
 
 def stopped(rule, by, name="D"):
     """Return a design that a rule stops, by how much."""
     reason = Finding(rule=rule, level="not makeable", text=f"{rule} is broken")
-    return replace(candidate(name, Verdict(level="not makeable", reasons=(reason,))), excess=by)
+    return replace(outcome(name, Verdict(level="not makeable", reasons=(reason,))), excess=by)
 
 
 def failed(name="D"):
     """Return a design whose mesh could not be made."""
-    return Candidate(key=name, name=name, command="", verdict=refused("no such mesh"), figures=None)
+    return Tried(ASKED, name, refused("no such mesh"), None)
 
 
 def quads(count, **changes):
@@ -54,9 +54,14 @@ def test_what_care_makes_up_for_has_no_excess_above_one(rule, count, far):
     assert (excess([found]) <= 1.0) == (judge([found], narrowest_mm=9.0).level == "with care")
 
 
+def of_designs(designs, found):
+    """Return what designs came to."""
+    return [replace(one, design=design) for design, one in zip(designs, found, strict=True)]
+
+
 def beside_none(designs, found, asked=ASKED):
     """Return what is tried beside designs where nothing is wished for."""
-    return beside(asked, list(zip(designs, found, strict=True)), Wishes())
+    return beside(asked, of_designs(designs, found), Wishes())
 
 
 def test_what_serves_is_tried_a_little_finer_and_coarser_and_narrower():
@@ -116,84 +121,72 @@ def explored(monkeypatch):
     """Stand in for what tries designs: by the number of quads, with a record of all."""
     calls = []
 
-    def outcome(design):
+    def trying(design, name, *_, **__):
+        calls.append(design)
         count = int((design.mesh.remesh or "quads:999").partition(":")[2])
-        if design.mesh.size_mm > 500.0:
-            return GOOD
-        good = 60 <= count <= 90
+        large = design.mesh.size_mm > 500.0
+        good = large or 60 <= count <= 90
         found = GOOD if good else stopped("bend", abs(math.log(count / 75)) + 1.01)
-        return replace(found, figures=replace(GOOD.figures, lost=(repr(design),)))
+        figures = GOOD.figures if large else replace(GOOD.figures, lost=(repr(design),))
+        return replace(found, design=design, name=name, figures=figures)
 
-    def explore(_, designs, *__, **___):
-        calls.append(list(designs))
-        return [Tried(candidate=outcome(one), picture=None) for one in designs]
-
-    monkeypatch.setattr(search, "explore", explore)
+    monkeypatch.setattr(search, "try_design", trying)
     return calls
 
 
+def searched(planned, most, **options):
+    found = Search(ASKED)
+    found.run(near_rounds(found, planned, most, **options))
+    return found
+
+
 def test_a_search_goes_on_until_enough_can_be_built(explored):
-    found = search_designs(Trials(ASKED), [quads(40), quads(200)], 12)
-    assert sum(one.makeable for one in found.candidates) >= ENOUGH
-    assert len(found.tried) == sum(map(len, explored)) <= 12
-    assert (found.why, found.otherwise) == ("", ())
+    found = searched([quads(40), quads(200)], 12)
+    assert len(found.ranked) >= ENOUGH
+    assert len(found.tried) == len(explored) <= 12
+    assert why_few(found) == ""
     # Where enough can be built, what was planned is tried, and nothing else.
     explored.clear()
     planned = [quads(60), quads(70), quads(80), quads(300)]
-    found = search_designs(Trials(ASKED), planned, 12, first=3)
-    assert explored == [planned[:3], planned[3:]]
+    searched(planned, 12, first=3)
+    assert explored == planned
 
 
-def test_of_designs_that_come_to_the_same_one_is_kept(monkeypatch):
+def test_of_designs_that_come_to_the_same_one_is_kept():
     asis = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=None, likeness_mean_mm=None))
     kept = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.0, likeness_mean_mm=0.0))
     other = replace(GOOD, figures=replace(GOOD.figures, likeness_mm=0.1, likeness_mean_mm=0.0))
     refused_one = replace(failed(), excess=5.0)
     found = [asis, kept, other, refused_one, refused_one, kept, asis]
     designs = [*(quads(count) for count in range(40, 46)), quads(46, pattern="twill")]
-    monkeypatch.setattr(
-        search,
-        "explore",
-        lambda _, some, *__, **___: [
-            Tried(candidate=found[designs.index(one)], picture=None) for one in some
-        ],
-    )
-    result = search_designs(Trials(ASKED), designs, len(designs))
-    assert result.candidates == [asis, other, refused_one, refused_one, asis]
-    assert result.designs == tuple(designs[at] for at in (0, 2, 3, 4, 6))
+    tried = [replace(one, name=str(at)) for at, one in enumerate(of_designs(designs, found))]
+    assert apart(tried) == [tried[at] for at in (0, 2, 3, 4, 6)]
 
 
 def test_where_none_can_be_built_it_says_why_and_what_would_help(explored):
-    found = search_designs(Trials(ASKED), [quads(500), quads(800)], 2)
-    assert not any(one.makeable for one in found.candidates)
+    found = searched([quads(500), quads(800)], 2)
+    assert not found.ranked
     assert len(found.tried) == 2
-    assert [design.mesh.size_mm for design in (one for call in explored[1:] for one in call)] == [
+    why = why_few(found)
+    assert [design.mesh.size_mm for design in explored[2:]] == [
         380.0, 480.0, 750.0, 1200.0, 300.0, 300.0, 300.0, 300.0
     ]  # fmt: skip
-    assert [one.makeable for one in (tried.candidate for tried in found.helps)] == [True, True]
+    assert [one.name in why for one in found.tried[2:]] == [False, False, True, True, *[False] * 4]
 
 
 def test_the_nearest_is_what_misses_least():
     some = [failed(), stopped("bend", 3.0), GOOD, stopped("width", 2.0)]
-    tried = [(quads(count), one) for count, one in zip((10, 20, 30, 40), some, strict=True)]
     # What bends too much is mended by size, or thinner sheet; what is too narrow, hardly.
-    assert nearest(tried) == tried[1]
-    assert nearest([tried[0], *tried[2:]]) == tried[3]
-    assert nearest([(quads(10), stopped("twist", 4.0)), tried[1]]) == tried[1]
-    assert nearest(tried[:1]) is None
+    assert nearest(some) is some[1]
+    assert nearest([some[0], *some[2:]]) is some[3]
+    assert nearest([stopped("twist", 4.0), some[1]]) is some[1]
+    assert nearest(some[:1]) is None
 
 
 def test_what_cannot_be_built_is_tried_larger_thinner_and_of_card():
-    design = quads(100)
-    some = list(otherwise(ASKED, design))
+    some = list(otherwise(ASKED, quads(100)))
     assert [(one.mesh.size_mm, one.stock.thickness_mm, one.stock.material) for one in some] == [
         *((size, None, "birch-veneer") for size in (380.0, 480.0, 750.0, 1200.0)),
         *((300.0, thickness, "birch-veneer") for thickness in (0.6, 0.4, 0.2)),
         (300.0, None, "card"),
     ]
-    bad = stopped("bend", 2.0, "bad")
-    names = [name_of(one, ASKED) for one in some]
-    helps = [replace(GOOD if at in (1, 7) else bad, name=names[at]) for at in range(8)]
-    told = why_text(ASKED, [(design, bad)], helps)
-    assert [name for name in names if name in told] == [names[1], names[7]]
-    assert why_text(ASKED, [(design, GOOD), (design, GOOD)], []) == ""

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from jobs import make_job
 
 from fabweave.core.errors import InputError
 from fabweave.estimate.assembly_time import (
@@ -13,12 +14,10 @@ from fabweave.estimate.assembly_time import (
     difficulty,
     planned_hands,
 )
-from fabweave.estimate.costs import job_costs, side_costs
+from fabweave.estimate.costs import job_costs, pieces_costs, side_costs
 from fabweave.estimate.machine_time import MachineTime, add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price, sum_prices
 from fabweave.estimate.texts import costs_text
-from fabweave.job.planned import planned_costs
-from fabweave.job.run import make_job
 from fabweave.options.file_kinds import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.bill_of_materials import (
@@ -45,6 +44,14 @@ def job_of(mesh="shape:torus?m=8&n=4", **changed):
     return make_job(Settings.of(mesh, size_mm=300.0, effort="quick", **changed))
 
 
+def foretold(job):
+    """Return what a job costs, as far as that is known before nesting."""
+    return pieces_costs(
+        job.piece_set, job.woven, job.settings.pieces, job.supplies,
+        job.settings.machine.calibrate, common=job.settings.common_cuts,
+    )  # fmt: skip
+
+
 def costs_of(job, materials=None, calibration=1.0):
     """Return the costs of a job again, of other materials."""
     return job_costs(
@@ -65,7 +72,7 @@ def costs_of(job, materials=None, calibration=1.0):
 @pytest.mark.parametrize("joint", ["rivet", "slot"])
 def test_plan_and_drawing_agree_on_all_lines_and_nearly_on_the_ways(joint):
     job = job_of(joint=joint)
-    planned = planned_costs(job)
+    planned = foretold(job)
     drawn = job.costs
     # An outline may be cut from its other end, which changes where the head rests.
     assert planned.machine.engrave_s == pytest.approx(drawn.machine.engrave_s, abs=2e-3)
@@ -273,7 +280,7 @@ def test_sums_count_the_sheets_of_rings_and_of_a_former():
     assert costs.sheet_price == sum_prices(row.price for row in rows)
     assert costs.price == sum_prices([costs.sheet_price, costs.hardware_price])
     # Before they are drawn, they are not known, and nothing says otherwise.
-    assert set(planned_costs(job).without) == {"rings", "former"}
+    assert set(foretold(job).without) == {"rings", "former"}
 
 
 # ---- calibration --------------------------------------------------------------------------------

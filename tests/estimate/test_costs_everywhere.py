@@ -6,6 +6,7 @@ import pytest
 
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.text import inspection_text
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -17,7 +18,9 @@ JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick")
 def test_inspect_tells_nearly_the_same_before_anything_is_nested(finished):
     folder = finished(*JOB, "--calibrate", "1.25")
     estimate = json.loads((folder / "waste.json").read_text("utf-8"))["estimate"]
-    facts = inspect_mesh(Settings.of(JOB[0], size_mm=240.0, effort="quick", calibrate=1.25)).facts
+    facts = inspect_mesh(
+        Stations(Settings.of(JOB[0], size_mm=240.0, effort="quick", calibrate=1.25))
+    ).facts
     costs = facts["costs"]
     assert costs["engrave_s"] == pytest.approx(estimate["engrave_s"], abs=5e-3)
     assert costs["cut_s"] == pytest.approx(estimate["cut_s"], rel=1e-3)

@@ -21,6 +21,7 @@ from fabweave.form.settle import settle
 from fabweave.form.straight import _astray, _exact_conditions
 from fabweave.job.ask import brief_of
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.job.write import json_text
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
@@ -229,7 +230,7 @@ def test_strips_that_turn_back_are_refused():
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
     # Ends that are butted are square, too; what is to lie edge on edge lies a kerf apart.
-    job, proof, *_ = run_job(asked(kerf_mm=0.2, gap_mm=0.0, joint="none"), folder)
+    job, proof, *_ = run_job(Stations(asked(kerf_mm=0.2, gap_mm=0.0, joint="none")), folder)
     assert {"cut", "form", "unfolding"} <= {check.name for check in proof.checks if check.ok}
     return job, folder
 
@@ -333,7 +334,7 @@ def test_a_gap_that_is_asked_for_parts_the_cuts(tmp_path):
 def tucked(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tucked") / "job"
     rolls = (parse_roll("roll:8mm:20m"),)
-    job, proof, *_ = run_job(asked(sheets=rolls, joint="tuck", fastener="none"), folder)
+    job, proof, *_ = run_job(Stations(asked(sheets=rolls, joint="tuck", fastener="none")), folder)
     assert proof.ok
     return job, folder
 

@@ -7,6 +7,7 @@ import pytest
 
 from fabweave.job import papers
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.plan import extent
 
@@ -25,7 +26,7 @@ def small_limits(monkeypatch):
 @pytest.mark.usefixtures("small_limits")
 def test_what_a_job_is_too_large_for_is_left_out_and_said(tmp_path):
     folder = tmp_path / "job"
-    finished = run_job(Settings.of("shape:cube", size_mm=200.0, effort="quick"), folder)
+    finished = run_job(Stations(Settings.of("shape:cube", size_mm=200.0, effort="quick")), folder)
     assert finished.job.weave.threads.n_crossings == 12
     assert finished.proof.ok
     assert not (folder / "assembly.html").exists()

@@ -13,8 +13,9 @@ from jobs import laid
 from spoiling import edit_json, put, swap
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.ask import complete_settings
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.ribbon.rules.rules import measure_along, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch
@@ -44,7 +45,7 @@ SETTINGS = Settings.of(
 def made(tmp_path_factory):
     """Return a job of two materials and its folder, written once."""
     folder = tmp_path_factory.mktemp("two") / "job"
-    job, proof, *_ = run_job(SETTINGS, folder)
+    job, proof, *_ = run_job(Stations(SETTINGS), folder)
     assert proof.ok
     return job, folder
 
@@ -146,18 +147,18 @@ def test_verify_objects_to_the_wrong_material(made, tmp_path, name, spoil, objec
 
 
 def test_warp_and_weft_name_two_bunches_only() -> None:
-    settings, supplies = complete_settings(
+    settings, _supplies = complete_settings(
         Settings.of("shape:cube", size_mm=200.0, material="warp=card,weft=birch-veneer")
     )
     with pytest.raises(InputError, match="no bunch warp, weft and no material is given for 2"):
-        lay_asked(load_asked(settings), settings, supplies)
+        _ = Stations(settings).ribbons
 
 
 def test_bunches_by_number() -> None:
     # A cube has four threads, each of which crosses the others.
     names = "0=card,1=birch-veneer,2=card,3=polypropylene"
     settings, supplies = complete_settings(Settings.of("shape:cube", size_mm=300.0, material=names))
-    woven = lay_asked(load_asked(settings), settings, supplies)
+    woven = Stations(settings).ribbons
     bunches = woven.bunches
     assert sorted(bunches.tolist()) == [0, 1, 2, 3]
     told = [supplies.materials[index].name for index in supplies.of(bunches)]
@@ -222,7 +223,7 @@ def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = SETTINGS.but(
         material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"
     )
-    proof = run_job(settings, tmp_path / "job").proof
+    proof = run_job(Stations(settings), tmp_path / "job").proof
     assert proof.ok
     folders = {path.name for path in (tmp_path / "job").glob("*/*") if path.is_dir()}
     assert {"card-red_0.4mm", "card-blue_0.4mm"} <= folders

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jobs import make_job
 
-from fabweave.job.run import make_job
 from fabweave.options.settings import Settings
 from fabweave.piece.congruence import (
     SAME_MM,

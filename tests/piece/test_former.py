@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
-from fabweave.job.planned import plan_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_options
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.former import (
@@ -34,8 +33,8 @@ LAYER, THICK = 0.4, 1.2
 
 
 def planned(name, **options):
-    settings, supplies = complete_settings(settings_from_options(name, effort="quick", **options))
-    return plan_job(lay_asked(load_asked(settings), settings, supplies), settings, supplies)
+    settings = settings_from_options(name, effort="quick", **options)
+    return Stations(settings).buildable
 
 
 def former_of(job, thick=THICK):

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from jobs import laid
+from jobs import laid, plan_job, stations_of
 
-from fabweave.job.ask import settle_grain
-from fabweave.job.planned import plan_job
 from fabweave.piece import joined_strands
 from fabweave.piece.brief import ACROSS, tight_along
 from fabweave.stock.material import (
@@ -29,7 +27,7 @@ def chosen(size_mm, material="birch-veneer", **options):
     )
     limits = thread_limits(supplies, woven.bunches)
     tight = tight_along(woven.ribbons, limits)
-    return tight, woven, *settle_grain(woven, settings, supplies)
+    return tight, woven, *stations_of(woven, settings).settled
 
 
 @pytest.mark.parametrize("thickness_mm", [0.5, 0.8, 0.89, 1.5, 2.54, 3.1, 4.0])
@@ -83,8 +81,8 @@ def test_of_two_materials_only_the_one_with_a_grain_counts():
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [0, 10, 25, 40, 45])
 def test_bends_that_turn_away_from_the_line_across_are_counted(tolerance):
-    _, woven, settings, supplies = chosen(130.0, rotations=f"across:{tolerance}deg", force=True)
-    planned = plan_job(woven, settings, supplies)
+    _, woven, settings, _supplies = chosen(130.0, rotations=f"across:{tolerance}deg", force=True)
+    planned = plan_job(woven, settings)
     found = [one for one in planned.check.findings if one.rule == "grain"]
     tight = tight_along(planned.woven.ribbons, planned.check.limits)
     # By hand: the chord between two stations against the piece's length, and the tolerance on top.
@@ -110,10 +108,10 @@ def test_what_is_asked_for_room_lies_as_the_pieces_do(monkeypatch):
         return np.ones(len(outlines), dtype=np.bool_)
 
     monkeypatch.setattr(joined_strands, "outlines_with_place", placed)
-    woven, settings, supplies = laid(
+    woven, settings, _supplies = laid(
         "shape:hypar?n=6", size_mm=300.0, rotations="grain:10deg", force=True
     )
-    planned = plan_job(woven, settings, supplies)
+    planned = plan_job(woven, settings)
     pieces = planned.piece_set.pieces
     for outline, piece in zip(asked[-len(pieces) :], pieces, strict=True):
         # It may be turned by half a turn.

@@ -1,17 +1,14 @@
 """What is foretold of a greatest length is what is made of it, and the maker's wish decides."""
 
 import pytest
+from jobs import laid, plan_job
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.job.ask import complete_settings, load_asked
-from fabweave.job.planned import plan_job
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.piece.split import length_curve
 from fabweave.piece.split.length_curve import Choice, preferred
 from fabweave.piece.split.preferences import StockSheet, sheets_for
-from fabweave.ribbon.lay import WovenObject, lay_object
-from fabweave.stock.supplies import Supplies
-from fabweave.weave.weave_mesh import weave_mesh
+from fabweave.ribbon.lay import WovenObject
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -29,19 +26,18 @@ JOBS = {
 }
 
 
-def ribbons_of(mesh: str, **options) -> tuple[WovenObject, Settings, Supplies]:
+def ribbons_of(mesh: str, **options) -> tuple[WovenObject, Settings]:
     settings = settings_from_options(mesh, sheet=["600x400mm"], force=True, **options)
-    settings, supplies = complete_settings(settings)
-    woven = weave_mesh(load_asked(settings), settings.weave, settings.search, supplies)
-    return lay_object(woven, settings.ribbons, supplies), settings, supplies
+    woven, settings, _ = laid(settings)
+    return woven, settings
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", JOBS)
 def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name) -> None:
     mesh, options = JOBS[name]
-    woven, settings, supplies = ribbons_of(mesh, **options)
-    plan = plan_job(woven, settings, supplies).split_plan
+    woven, settings = ribbons_of(mesh, **options)
+    plan = plan_job(woven, settings).split_plan
     lengths = [choice.length_mm for choice in plan.choices]
     assert len(lengths) >= 3
     assert lengths == sorted(set(lengths))
@@ -50,9 +46,9 @@ def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name)
         asked = settings.but(max_length_mm=choice.length_mm)
         if choice.longer:
             with pytest.raises(CannotMakeError):
-                plan_job(woven, asked, supplies)
+                plan_job(woven, asked)
             continue
-        made = plan_job(woven, asked, supplies)
+        made = plan_job(woven, asked)
         pieces = made.piece_set
         assert (len(pieces.pieces), len(pieces.joints)) == (choice.pieces, choice.joints)
         assert made.split_plan.chosen == choice

@@ -4,13 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.job.ask import complete_settings, load_asked
-from fabweave.job.planned import plan_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_options
 from fabweave.plan.verdict import COAXED, NARROW_MM, NotMakeableError, judge, verdict_words
-from fabweave.ribbon.lay import lay_object
 from fabweave.ribbon.rules.broken_rule import BrokenRule
-from fabweave.weave.weave_mesh import weave_mesh
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -73,13 +70,10 @@ def test_the_worst_comes_first_and_what_is_forced_says_so():
 @pytest.mark.parametrize(("material", "good"), [("card", True), ("museum-board", False)])
 def test_a_small_ball_of_board_is_refused_before_it_is_nested(material, good):
     asked = settings_from_options("shape:sphere?n=3", size="110mm", material=material)
-    settings, supplies = complete_settings(asked)
-    woven = weave_mesh(load_asked(settings), settings.weave, settings.search, supplies)
-    ribbons = lay_object(woven, settings.ribbons, supplies)
     if good:
-        assert not plan_job(ribbons, settings, supplies).verdict.stops
+        assert not Stations(asked).buildable.verdict.stops
     else:
         with pytest.raises(NotMakeableError, match="bend: a radius") as refusal:
-            plan_job(ribbons, settings, supplies)
+            _ = Stations(asked).buildable
         assert refusal.value.verdict.stops
         assert "--force" in str(refusal.value)

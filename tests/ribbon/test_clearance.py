@@ -13,6 +13,7 @@ from strategies import TRIANGLES, require_gap
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.design.inspection.facts import inspect_mesh
+from fabweave.job.stations import Stations
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import settings_from_options
@@ -119,7 +120,7 @@ def test_what_is_all_but_filled_with_material_is_refused_in_bounded_memory():
     settings = settings_from_options("shape:cube", size=2.0, refine="catmull-clark:4")
     tracemalloc.start()
     with pytest.raises(CannotMakeError, match=r"too small for its material: more than \d+ "):
-        inspect_mesh(settings)
+        inspect_mesh(Stations(settings))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 700e6

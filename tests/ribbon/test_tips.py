@@ -71,7 +71,7 @@ def test_where_ribbons_have_room_nothing_is_said() -> None:
 
 def test_a_refusal_offers_the_opening_and_no_number_that_another_mesh_has() -> None:
     made = woven(globe(48, 24), size_mm=20.0)
-    with pytest.raises(CannotMakeError, match=r"would burn away: .*\. tips: .*--leave-out top:"):
+    with pytest.raises(CannotMakeError, match=r"would burn away; .*\. tips: .*--leave-out top:"):
         require_wide(made)
     made = woven(globe(24, 12), size_mm=200.0, leave_out="100")
     assert "opens the mesh" not in opening_notes(made)[0]

@@ -4,10 +4,9 @@ import re
 from dataclasses import replace
 
 import pytest
-from jobs import quick_jobs
+from jobs import make_job, quick_jobs
 from pypdf import PdfReader
 
-from fabweave.job.run import make_job
 from fabweave.job.write import job_map
 from fabweave.options.settings import Settings
 from fabweave.show.manual.book import Book

@@ -32,7 +32,7 @@ def told(work, mesh, kept=None, **options):
 
 def test_what_is_seen_are_the_ribbons_of_the_same_options():
     (seen,) = told(look, TORUS, size="300mm", width="even,9mm")
-    ribbons = Stations(TORUS, {"size": "300mm", "width": "even,9mm"}).ribbons.ribbons
+    ribbons = Stations.read(TORUS, {"size": "300mm", "width": "even,9mm"}).ribbons.ribbons
     # What a page reads is what was sent.
     sent = unpacked(framed({}, {name: seen[name] for name in ("position", "shade", "index")}))
     for name in ("position", "shade", "index"):
@@ -78,7 +78,7 @@ def test_a_plan_tells_what_the_pieces_are_and_where_they_lie():
     figures, cut, sheets, steps = (
         one for one in told(plan, TORUS, size="200mm") if "progress" not in one
     )
-    planned = Stations(TORUS, {"size": "200mm"}).planned
+    planned = Stations.read(TORUS, {"size": "200mm"}).planned
     assert [one["id"] for one in figures["pieces"]] == [one.id for one in planned.piece_set.pieces]
     assert figures["figures"]["pieces"] == len(planned.piece_set.pieces)
     assert sum(figures["widths"]["count"]) == len(planned.check.measured["width"].value)
@@ -98,7 +98,7 @@ def test_sheets_are_nested_finer_when_that_is_asked_for():
     told = [values for values, _ in found if "sheets" in values]
     assert [one["effort"] for one in told] == ["quick", "normal"]
     assert len(told[1]["sheets"]) <= len(told[0]["sheets"])
-    layout = Stations(TORUS, wish["options"]).layout
+    layout = Stations.read(TORUS, wish["options"]).layout
     placed = [(place.sheet, round(place.x_mm, 2)) for place in layout.placements]
     assert [(sheet, x) for _, sheet, x, *_ in told[1]["placed"]] == placed
 
@@ -133,7 +133,7 @@ def walked(steps, seed, mesh, options, most_crossings=math.inf):
     told(look, state.mesh, kept, **state.options)
     for _ in range(steps):
         stations = kept["stations"]
-        one = draw.choice(controls(stations.settings, stations.completed[0], stations.ribbons))
+        one = draw.choice(controls(stations.asked, stations.completed[0], stations.ribbons))
         if one.option == "up" and draw.random() < 0.5:
             value = ",".join(f"{draw.uniform(-1.0, 1.0):.3g}" for _ in range(3))
         elif one.kind == "choice":
@@ -195,7 +195,7 @@ def test_where_a_walk_ends_the_job_is_that_of_its_job_toml(seed, tmp_path):
         pytest.skip("what the walk ends in cannot be made, and is told so")
     (tmp_path / "job.toml").write_text(seen["toml"], "utf-8")
     again = settings_from_job(tmp_path / "job.toml", effort="quick", force=True)
-    make_or_advise(again, tmp_path / "again")
+    make_or_advise(Stations(again), tmp_path / "again")
     made = next(values["made"] for values, _ in found if "made" in values)
     one, two = tmp_path / "jobs" / made, tmp_path / "again"
     assert (one / "contents.json").read_bytes() == (two / "contents.json").read_bytes()

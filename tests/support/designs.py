@@ -1,6 +1,8 @@
 """Designs with figures that a test chooses."""
 
-from fabweave.design.candidate import Candidate, Figures
+from fabweave.design.tried import Tried
+from fabweave.job.figures import Figures
+from fabweave.options.settings import Settings
 from fabweave.plan.verdict import judge
 
 
@@ -12,8 +14,8 @@ def figures(**changes):
     return Figures(**(values | changes))
 
 
-def candidate(name="D", verdict=None, **changes):
-    return Candidate(
-        key=name, name=name, command=f"fabweave make {name}",
-        verdict=verdict or judge([], narrowest_mm=9.0), figures=figures(**changes),
+def outcome(name="D", verdict=None, design=None, **changes):
+    return Tried(
+        design or Settings.of(f"{name}.obj"), name, verdict or judge([], narrowest_mm=9.0),
+        figures(**changes),
     )  # fmt: skip

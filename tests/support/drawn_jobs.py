@@ -4,9 +4,8 @@ from functools import cache
 from types import SimpleNamespace
 from unittest import mock
 
-from jobs import quick_jobs
+from jobs import make_job, quick_jobs
 
-from fabweave.job.run import make_job
 from fabweave.job.write import job_map
 from fabweave.options.settings import Settings
 from fabweave.show.manual.painting import build_scene

@@ -13,13 +13,17 @@ from unittest import mock
 from fabweave.cli import inspect
 from fabweave.cli.main import cli, main
 from fabweave.cli.options import job_settings
-from fabweave.design import making
+from fabweave.design import choice, making
 from fabweave.job import draw as drawn
 from fabweave.job import run as pipeline
-from fabweave.job.ask import complete_settings, lay_asked, load_asked
+from fabweave.job.planned import PlannedJob
+from fabweave.job.stations import Stations
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 from fabweave.picture import object_picture
 from fabweave.piece import joined_strands as split_job
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.rules.remedy import Depth
 
 #: A job of eight pieces on one sheet, for whoever needs just any job.
 OCTAHEDRON = ("shape:octahedron", "--size", "90mm", "--sheet", "230x225mm", "--effort", "quick")
@@ -63,9 +67,23 @@ def typed(text: str) -> Settings:
 def laid(asked, given_mesh=None, **options):
     """Lay ribbons as a job does; return them, and the settings and supplies that were completed."""
     asked = asked if isinstance(asked, Settings) else Settings.of(asked, **options)
-    settings, supplies = complete_settings(asked)
-    loaded = load_asked(settings, given_mesh=given_mesh)
-    return lay_asked(loaded, settings, supplies), settings, supplies
+    job = Stations(asked, given_mesh)
+    return job.ribbons, *job.completed
+
+
+def stations_of(woven: WovenObject, settings: Settings, depth=Depth.SEARCHED) -> Stations:
+    """Return the stations of settings whose ribbons are laid."""
+    return Stations(settings, depth=depth).know(loaded=woven.source, weave=woven, ribbons=woven)
+
+
+def plan_job(woven: WovenObject, settings: Settings, depth=Depth.SEARCHED) -> PlannedJob:
+    """Return the pieces of an object; NotMakeableError if it cannot be built."""
+    return stations_of(woven, settings, depth).buildable
+
+
+def make_job(settings: Settings, mesh: PolyMesh | None = None) -> drawn.Job:
+    """Make everything that a job writes."""
+    return pipeline.draw_stations(Stations(settings, mesh))
 
 
 def _small_portrait(ribbons, colours) -> bytes:
@@ -87,7 +105,7 @@ _QUICK = [
         (drawn, "likeness_png", _small_likeness),
         (split_job, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
-        (making, "_MESHES", 2),
+        (choice, "_MESHES", 2),
         (inspect, "_DESIGNS", 1),
     )
 ]

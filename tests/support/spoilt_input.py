@@ -15,11 +15,12 @@ from mesh_writers import binary_ply, off_bytes, ply_bytes
 from fabweave.core.errors import FabweaveError
 from fabweave.job.coupon import coupon_for
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.io.files import read_mesh, write_mesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.options.settings import settings_from_job, settings_from_options
+from fabweave.options.settings import settings_from_job
 from fabweave.options.table import option_named
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.sheet.presets import preset_named
@@ -89,7 +90,7 @@ class Kinds:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.job = folder / "job"
-        run_job(settings_from_options("shape:tetrahedron", size=120, effort="quick"), self.job)
+        run_job(Stations.read("shape:tetrahedron", {"size": 120, "effort": "quick"}), self.job)
         mesh = parse_shape("shape:cube")
         write_mesh(folder / "cube.obj", mesh)
         (folder / "cube.off").write_bytes(off_bytes(mesh))

@@ -6,10 +6,9 @@ from dataclasses import replace
 from unittest import mock
 
 import numpy as np
-from jobs import quick_jobs
+from jobs import make_job, quick_jobs
 
 from fabweave.job.papers import job_viewer
-from fabweave.job.run import make_job
 from fabweave.job.write import job_map
 from fabweave.nest.layout import Layout, Placement
 from fabweave.options.settings import Settings

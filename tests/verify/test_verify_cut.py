@@ -8,6 +8,7 @@ import pytest
 from sealing import verify_job
 
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline
 from fabweave.sheet.kerf import MicroJoints, kerfed_sheets
@@ -36,7 +37,7 @@ NAME = "sheet_01_kerf0.2mm_micro3x0.4mm"
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made") / "job"
-    job, proof, *_ = run_job(SETTINGS, folder)
+    job, proof, *_ = run_job(Stations(SETTINGS), folder)
     assert "cut" in {check.name for check in proof.checks if check.ok}
     return job, folder
 

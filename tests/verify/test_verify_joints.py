@@ -9,10 +9,10 @@ from unittest import mock
 import numpy as np
 import pytest
 import shapely
+from jobs import make_job
 from sealing import found_by
 from spoiling import edit_json
 
-from fabweave.job.run import make_job
 from fabweave.job.write import write_plan
 from fabweave.options.settings import Settings
 from fabweave.piece import joined_strands as joined_object

@@ -13,6 +13,7 @@ from spoiling import drop, edit_json
 from fabweave.core.job_folder import foreign_files
 from fabweave.job import papers
 from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.verify.proof import check_seal, verify_job
 from fabweave.verify.report import Tally
@@ -108,7 +109,7 @@ def test_a_job_is_not_lost_for_a_paper_that_cannot_be_made(tmp_path, monkeypatch
     monkeypatch.setattr(papers, "write_manual", broken_manual)
     monkeypatch.setattr(papers, "index_page", broken_manual)
     settings = Settings.of("shape:octahedron", size_mm=200.0, effort="quick")
-    made = run_job(settings, tmp_path / "job")
+    made = run_job(Stations(settings), tmp_path / "job")
     assert [text.split()[0] for text in made.missing] == ["assembly.pdf", "index.html"]
     assert not (tmp_path / "job" / "assembly.pdf").exists()
     assert verify_job(tmp_path / "job").ok

@@ -1,7 +1,7 @@
 """Inspect a mesh: what it is, what can be woven on it, and what would help."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -13,41 +13,27 @@ from fabweave.core.arrays import (
     IntArray,
     Progress,
     frozen_value,
-    no_progress,
 )
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.core.records import to_json
-from fabweave.design.candidate import Tried
-from fabweave.design.coarser import check_along, is_free
-from fabweave.design.search import (
-    Search,
-    ToldDesign,
-    Trials,
-    plan_designs,
-    search_designs,
-    tell_nobody,
-)
-from fabweave.design.variety import FEWEST, densities
-from fabweave.estimate.costs import pieces_costs
+from fabweave.design.beside import apart, why_few
+from fabweave.design.choice import choose_mesh, shelf
+from fabweave.design.search import Search, tell_nobody
+from fabweave.design.search import Told as ToldDesign
+from fabweave.design.tried import Tried
+from fabweave.estimate.costs import Costs
 from fabweave.estimate.texts import cost_rows
-from fabweave.form.hold import form_hold
-from fabweave.job.ask import (
-    brief_of,
-    complete_settings,
-    lay_asked,
-    load_asked,
-    settle_grain,
-    try_refinement,
-)
-from fabweave.job.letting_go import foretold
+from fabweave.job.figures import figures_of
+from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import ribbon_notes, ribbon_report
+from fabweave.job.stations import Stations
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
-from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape
@@ -56,27 +42,14 @@ from fabweave.mesh.symmetry import EXACT, Symmetry, find_mirror, orbits
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
 from fabweave.piece.brief import grain_notes
-from fabweave.piece.cut_up import joined_pieces, with_grain
-from fabweave.piece.joined_strands import JoinedObject, check_joined, split_object
-from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
-from fabweave.piece.split.repeats import Repeats
 from fabweave.plan.verdict import NARROW_MM, judge, refused
-from fabweave.ribbon.lay import (
-    WovenObject,
-    keep_clear,
-    require_stiffness,
-    require_wide,
-    stiffness_check,
-    width_notes,
-)
+from fabweave.ribbon.lay import WovenObject, check_object, require_stiffness, width_notes
 from fabweave.ribbon.measures import NEAR_SIZE, thread_lengths
-from fabweave.ribbon.project import require_no_loop
 from fabweave.ribbon.rules.remedy import SIZED, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import format_stock
-from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
@@ -204,18 +177,13 @@ def _paired(mesh: PolyMesh, asked: MeshSettings) -> PolyMesh:
     return paired
 
 
-#: How many densities lie between the coarsest and the finest mesh, of which the coarsest is named.
-_DENSITIES = 3
-
-
 def advice(
-    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str, *, tried: bool = False
+    asked: Settings, woven: WovenObject, check: RibbonCheck, level: str
 ) -> list[dict[str, Any]]:
     """Return what would help, or what makes it, each with its command.
 
     A size is told only where it is at most ``NEAR_SIZE`` times the present one, and strips are wide
-    enough for hands there. Where rules would want more, the mesh is too fine for its size, and a
-    coarser one is named if the mesh is a model that can be remeshed.
+    enough for hands there. Where rules would want more, the mesh is too fine for its size.
 
     Parameters
     ----------
@@ -226,8 +194,6 @@ def advice(
         Of its ribbons.
     level : str
         The verdict's.
-    tried : bool
-        Whether coarser meshes are going to be tried: then none is named before that.
 
     Returns
     -------
@@ -237,9 +203,8 @@ def advice(
     """
     ways: list[dict[str, Any]] = []
 
-    def add(text: str, **changes: Any) -> None:
-        command = long_command(asked.but(**changes))
-        ways.append({"text": text, "command": command})
+    def add(text: str, command: str | None = None, **changes: Any) -> None:
+        ways.append({"text": text, "command": command or long_command(asked.but(**changes))})
 
     if level == "makeable":
         add("this makes it")
@@ -261,34 +226,17 @@ def advice(
     for refinement, rule in finer.items():
         add(f"a finer mesh mends {rule}, as tried", refine=refinement)
     if too_fine or None in sizes:  # or no size helps, or none was looked for
-        coarser = _coarser(woven) if tries_designs(asked.mesh) else None
-        fine = f"this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
-        text, command = "a mesh with fewer, larger faces may do", None
-        if coarser is not None and level == "not makeable" and is_free(asked):
-            text, command = "make takes a coarser mesh by itself", long_command(asked)
-        elif coarser is not None and tried:
-            text = "a coarser mesh may do: see the designs below"
-        elif coarser is not None:
-            text = "a coarser mesh may do"
-            kind = "triangles" if lacking("quads") else "quads"
-            command = long_command(asked.but(remesh=f"{kind}:{coarser}"))
-        told = filter(None, (text, fine, lacking("quads") if coarser is not None else ""))
-        ways.append({"text": "; ".join(told), "command": command})
+        fine = f"; this one is too fine for {woven.size_mm:.0f} mm" if too_fine else ""
+        text = f"a mesh with fewer, larger faces may do{fine}"
+        ways.append({"text": text, "command": None})
     for finding in findings:
         if finding.width_factor is not None:
             narrower = round(100 * (1 - finding.width_factor))
             text = f"ribbons {narrower} % narrower mend {finding.rule}"
-            command = long_command(asked.narrower(finding.width_factor))
-            ways.append({"text": text, "command": command})
+            add(text, long_command(asked.narrower(finding.width_factor)))
     if not ways and level == "with care":
         add("this makes it, with care")
     return ways
-
-
-def _coarser(woven: WovenObject) -> int | None:
-    """Return how many quads a coarse mesh would have; None if this one has no more."""
-    least = densities(woven.mesh, _DENSITIES)[0]
-    return least if FEWEST <= least < woven.mesh.n_faces else None
 
 
 def symmetry_facts(woven: WovenObject, n_pieces: int | None) -> dict[str, Any]:
@@ -424,11 +372,10 @@ def spread(values: FloatArray | IntArray) -> dict[str, float]:
     }
 
 
+#: So many designs are shown where it cannot be built, and nobody says how many.
+_DESIGNS = 3
 #: The answer alone says what pieces come to up to so many crossings: planning them takes a second.
-_MOST_ANSWERED = 500
-#: ... and of more than so many, if single ribbons cannot be built, it does not look how near they
-#: come to one another, nor for the sizes at which they could.
-_MOST_CLOSELY = 1000
+_MOST_ANSWERED = 1000
 #: Unless it is thorough: up to so many crossings every remedy is looked for, and tried on what
 #: would be made, which is most of the work ...
 _MOST_SEARCHED = 100
@@ -437,8 +384,8 @@ _MOST_PRICED = 2000
 #: ... and pieces are planned and ribbons kept clear.
 _MOST_PLANNED = 20_000
 
-#: Told what is found as soon as it is: at first ``mesh``, ``verdict`` and ``notes``, then all but
-#: the designs.
+#: Told what is found as soon as it is: at first ``mesh``, and ``verdict`` where that is seen at
+#: once, then all but the designs.
 Told: TypeAlias = Callable[[dict[str, Any]], None]
 
 
@@ -452,10 +399,11 @@ class Inspection:
         The mesh, woven as asked.
     facts : dict
         Everything found, as JSON takes it: ``mesh``, ``symmetry``, ``threads``, ``bunches``,
-        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``form_mm``, ``checks``,
-        ``verdict``, ``advice`` (what would help, with the command that does it),
+        ``twill``, ``fabrics``, ``ribbons``, ``pieces``, ``costs``, ``form_mm``, ``grade``,
+        ``checks``, ``verdict``, ``advice`` (what would help, with the command that does it),
         ``designs`` (that were tried), ``designs_why`` (why few of them can be built),
-        ``left_out`` (what only a thorough inspection tells) and ``notes``; ``likeness`` where the
+        ``left_out`` (what only a thorough inspection tells) and ``notes``; ``chosen``, which says
+        on which mesh ``make`` would weave the model if that is not its own, ``likeness`` where the
         mesh was remeshed, ``openings`` where faces were left out.
     designs : tuple of Tried
         The designs that were tried, from coarse to fine, with their pictures.
@@ -467,28 +415,25 @@ class Inspection:
 
 
 def inspect_mesh(
-    settings: Settings,
-    progress: Progress = no_progress,
-    given_mesh: PolyMesh | None = None,
+    job: Stations,
     *,
     answer: bool = False,
     thorough: bool = False,
     n_designs: int = 0,
-    always: bool = True,
+    looks: bool = False,
     executors: Executors = here,
     told: Told = tell_nobody,
     told_design: ToldDesign = tell_nobody,
+    better: Callable[[str], None] = tell_nobody,
 ) -> Inspection:
     """Find out what a maker needs to know before deciding how to weave a mesh.
 
+    It is told of the mesh on which ``make`` would weave the model: see :func:`choose_mesh`.
+
     Parameters
     ----------
-    settings : Settings
+    job : Stations
         The mesh, its size, and how it would be woven.
-    progress : callable
-        Told what is being done.
-    given_mesh : PolyMesh, optional
-        A mesh from memory, in place of the file that the settings name.
     answer : bool
         Whether to stop at the answer: what the mesh is, whether it can be built, what would help,
         and what it comes to if there are few crossings. That takes some seconds at most.
@@ -497,117 +442,130 @@ def inspect_mesh(
         which may take an hour. How much is done otherwise depends on the number of crossings
         alone, so the same mesh is always told the same.
     n_designs : int
-        How many designs from coarse to fine to try, where the mesh is given as a model to remesh;
-        as many again where few of them can be built.
-    always : bool
-        Whether to try these even if it can be built as asked.
+        How many designs from coarse to fine to show; where it cannot be built, they are tried even
+        if none are asked for.
+    looks : bool
+        Whether pictures of these are wanted.
     executors : callable
         Opens the executor that tries them; changes no result.
     told : callable
-        Called twice before designs are tried: with what the mesh is and whether it can be built,
-        within seconds; and with everything but the designs.
+        Called twice before designs are tried: with what the mesh is, within seconds, and with
+        everything but the designs.
     told_design : callable
         Called with each design as it is tried.
+    better : callable
+        Called with a line for each mesh that is better than those before, while one is chosen.
 
     Raises
     ------
     InputError, CannotMakeError
         If the mesh cannot be woven at all.
     """
-    asked = settings
-    settings, supplies = complete_settings(settings)
-    woven = lay_asked(load_asked(settings, progress, given_mesh), settings, supplies, progress)
-    settings, supplies = settle_grain(woven, settings, supplies)
-    mesh, threads = woven.mesh, woven.weave.threads
-    depth = _depth(threads.n_crossings, answer=answer, thorough=thorough)
-    most = _MOST_ANSWERED if answer else threads.n_crossings if thorough else _MOST_PLANNED
-    hopeless = _hopeless(woven, settings, supplies) if answer else None
-    if hopeless is not None:
-        # An answer plans no pieces of what cannot be built, and looks closely where it is small.
-        most = 0
-        depth = Depth.ALONG if threads.n_crossings > _MOST_CLOSELY else depth
-    woven, pieces, stiff, joined = _planned(woven, settings, supplies, most, progress)
-    costs, piece_set, form = None, None, None
-    if joined is not None and (depth == Depth.SEARCHED or threads.n_crossings <= _MOST_PRICED):
-        progress("costs", 0, 1)
-        brief = brief_of(settings, supplies)
-        piece_set = joined_pieces(
-            joined, brief, form_hold(joined, brief, closely=depth == Depth.SEARCHED)
-        )
-        pieces |= {"kinds": piece_set.kinds.count}
-        costs = _costs(piece_set, woven, settings, supplies)
-        form = foretold(joined.woven, brief, piece_set)
-    left_out = [] if joined is None or costs is not None else ["times and costs"]
-    if "left_out" in pieces:
-        left_out.append("the pieces")
-        if depth == Depth.ALONG:
-            left_out.append("how near ribbons come to one another")
-        else:
-            woven = keep_clear(woven, settings.ribbons, supplies, np.zeros(0, dtype=np.int64))
-
-    def with_all(check: RibbonCheck) -> RibbonCheck:
-        if joined is None or piece_set is None:
-            return check
-        return with_grain(check, joined, piece_set.pieces, supplies.rotations)
-
-    repeats = joined.repeats if joined is not None else None
-    check = (
-        stiff
-        or (hopeless if depth == Depth.ALONG else None)
-        or check_joined(woven, brief_of(settings, supplies), repeats, min(depth, Depth.NEAR))
+    asked, own = job.asked, job
+    search = Search(
+        asked, job.given, progress=job.progress, executors=executors, better=better, looks=looks
     )
+    count = job.n_crossings
+    most = _MOST_ANSWERED if answer else count if thorough else _MOST_PLANNED
     facts: dict[str, Any] = {
-        "mesh": mesh_facts(mesh, woven.halfedges, brief=answer),
-        "verdict": _verdict(woven, with_all(check), pieces),
-        "notes": [*woven.source.notes, *woven.result.notes],
+        "mesh": mesh_facts(job.loaded.mesh, job.loaded.halfedges, brief=answer),
+        "notes": list(job.loaded.notes),
     }
     told(facts)
-    notes: list[str] = []
+    own.depth = _depth(count, answer=answer, thorough=thorough)
+    fails, chosen = False, ""
+    try:
+        job, chosen = choose_mesh(own, search, most_planned=most, advise=False)
+    except CannotMakeError:
+        fails = True
+    found = _inspected(job, most, chosen, answer=answer, thorough=thorough)
+    told(found.facts)
+    if not (n_designs or fails) or is_shape(asked.mesh.source):
+        return found
+    search.told = told_design
+    search = shelf(search, n_designs or _DESIGNS)
+    designs = _shown(search, n_designs or _DESIGNS)
+    rows = {"designs": [one.record() for one in designs], "designs_why": why_few(search)}
+    return replace(found, facts=found.facts | rows, designs=designs)
+
+
+def _inspected(
+    job: Stations, most: int, chosen: str, *, answer: bool, thorough: bool
+) -> Inspection:
+    """Return all that is told of a job but the designs."""
+    count, depth = job.n_crossings, job.depth
+    left_out: list[str] = []
+    pieces, planned = _pieces(job, most)
+    if planned is None:
+        settings, supplies = job.settled
+        # What would be narrowed where it is too near is looked at as it would be.
+        woven = job.ribbons if depth == Depth.ALONG else job.clear_ribbons
+        check = check_object(woven, settings.ribbons, supplies, depth=min(depth, Depth.NEAR))
+        verdict = judge(
+            check.findings,
+            narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
+            bodies=count_bodies(woven.weave.threads),
+            left_out=woven.source.left_out,
+        )
+        if "because" in pieces:
+            verdict = refused(pieces["because"], verdict)
+        if "left_out" in pieces:
+            left_out.append("the pieces")
+            if depth == Depth.ALONG:
+                left_out.append("how near ribbons come to one another")
+    else:
+        woven, verdict = planned.woven, replace(planned.verdict, forced=False)
+        check = job.check_at(depth) if depth == Depth.SEARCHED else planned.check
+    figures = None
+    if planned is not None and (depth == Depth.SEARCHED or count <= _MOST_PRICED):
+        job.progress("costs", 0, 1)
+        figures = figures_of(job)
+        pieces |= {"kinds": figures.kinds}
+    elif planned is not None:
+        left_out.append("times and costs")
+    notes: list[Note] = []
     if depth == Depth.SEARCHED:
-        check, notes = _mended(woven, settings, supplies, repeats, progress)
+        job.progress("widths", 0, 1)
+        notes = width_notes(woven, job.settled[0].ribbons, job.settled[1])
     else:
         if check.findings:
             left_out.append("the size at which all rules hold, and other remedies")
         left_out.append("how wide ribbons of constant width could be")
-    check = with_all(check)
-    level = facts["verdict"]["level"]
-    wanted = n_designs if tries_designs(asked.mesh) and (always or level == "not makeable") else 0
-    count = pieces["count"]
-    facts |= {
+    materials, settings = job.settled[1].materials, job.settled[0]
+    turns = parse_rotations(settings.stock.rotations)
+    facts = {
+        "mesh": mesh_facts(woven.mesh, woven.halfedges, brief=answer),
+        "chosen": chosen,
+        "verdict": to_json(verdict),
+        "notes": [*woven.source.notes, *woven.result.notes],
         **(
             _weave_answer(woven)
             if answer
-            else _weave_facts(woven, settings, count, left_out, progress, thorough=thorough)
+            else _weave_facts(
+                woven, settings, pieces["count"], left_out, job.progress, thorough=thorough
+            )
         ),
         "ribbons": spread(check.measured["width"].value),
         "pieces": pieces,
-        "costs": costs,
-        "form_mm": None if form is None else form.far_mm,
-        "collapses": form is not None and form.collapses,
+        "costs": None if figures is None else _costs(job.costs),
+        "form_mm": None if figures is None else figures.form_mm,
+        "collapses": figures is not None and bool(figures.collapses),
+        "grade": None if figures is None else figures.grade,
         "checks": {
             **to_json(ribbon_report(check, woven.ribbons, woven.labels)),
             "notes": [
                 *notes,
-                *ribbon_notes(check, supplies.materials),
-                *grain_notes(
-                    woven.ribbons,
-                    check.limits,
-                    supplies.materials,
-                    parse_rotations(settings.stock.rotations),
-                ),
+                *ribbon_notes(check, materials),
+                *grain_notes(woven.ribbons, check.limits, materials, turns),
             ],
         },
-        "advice": advice(asked, woven, check, level, tried=wanted > 0),
+        "advice": advice(job.asked, woven, check, verdict.level),
         "designs": [],
         "designs_why": "",
         "left_out": left_out,
         **_changes(woven),
     }
-    told(facts)
-    found = _searched(Trials(asked, progress, executors, given_mesh, told=told_design), wanted)
-    designs = _shown(found, wanted, asked.search.effort)
-    rows = [to_json(one.candidate) for one in designs]
-    return Inspection(woven, {**facts, "designs": rows, "designs_why": found.why}, designs)
+    return Inspection(woven, facts)
 
 
 def _weave_facts(
@@ -645,31 +603,9 @@ def _weave_answer(woven: WovenObject) -> dict[str, Any]:
     }
 
 
-def _costs(
-    piece_set: PieceSet, woven: WovenObject, settings: Settings, supplies: Supplies
-) -> dict[str, Any]:
+def _costs(costs: Costs) -> dict[str, Any]:
     """Return what pieces would cost, in words too."""
-    costs = pieces_costs(
-        piece_set, woven, settings.pieces, supplies, settings.machine.calibrate,
-        common=settings.common_cuts,
-    )  # fmt: skip
     return {"told": dict(cost_rows(costs)), **to_json(costs)}
-
-
-def _mended(
-    woven: WovenObject,
-    settings: Settings,
-    supplies: Supplies,
-    repeats: Repeats | None,
-    progress: Progress,
-) -> tuple[RibbonCheck, list[str]]:
-    """Look for all that would mend broken rules, and tell how wide ribbons could be."""
-    progress("remedies", 0, 1)
-    check = check_joined(woven, brief_of(settings, supplies), repeats, Depth.SEARCHED)
-    progress("refinements as remedy", 0, 1)
-    check = try_refinement(check, woven, settings, supplies)
-    progress("widths", 0, 1)
-    return check, width_notes(woven, settings.ribbons, supplies)
 
 
 def _changes(woven: WovenObject) -> dict[str, Any]:
@@ -682,58 +618,19 @@ def _changes(woven: WovenObject) -> dict[str, Any]:
     return facts
 
 
-def _verdict(woven: WovenObject, check: RibbonCheck, pieces: Mapping[str, Any]) -> dict[str, Any]:
-    """Return whether it can be built, as far as that is known before anything is cut."""
-    verdict = judge(
-        check.findings,
-        narrowest_mm=float(check.measured["width"].value.min(initial=np.inf)),
-        bodies=count_bodies(woven.weave.threads),
-        left_out=woven.source.left_out,
-    )
-    if "because" in pieces:
-        verdict = refused(pieces["because"], verdict)
-    return to_json(verdict)
-
-
-def tries_designs(mesh: MeshSettings) -> bool:
-    """Tell whether designs can be tried: the mesh is a model that may be remeshed."""
-    return mesh.remesh is None and mesh.refine is None and not is_shape(mesh.source)
-
-
-def _searched(trials: Trials, count: int) -> Search:
-    """Try some designs from coarse to fine, and others where few of them can be built."""
-    if not count or not tries_designs(trials.asked.mesh):
-        return Search(designs=(), tried=())
-    quick = replace(trials, asked=trials.asked.but(effort="quick"))
-    return search_designs(quick, plan_designs(quick, 3 * count)[:count], 2 * count)
-
-
-def _shown(found: Search, count: int, effort: str) -> tuple[Tried, ...]:
-    """Return the designs to show, from coarse to fine: those that can be built go first.
-
-    They were tried quickly; what makes them takes the effort that is asked for.
-    """
-    tried = []
-    for design, one in zip(found.designs, found.tried, strict=True):
-        command = long_command(design.but(effort=effort))
-        tried.append(replace(one, candidate=replace(one.candidate, command=command)))
-    built = sorted((one for one in tried if one.candidate.makeable), key=_crossings_of)
+def _shown(search: Search, count: int) -> tuple[Tried, ...]:
+    """Return the designs to show, from coarse to fine: those that can be built go first."""
+    tried = apart(search.tried)
+    built = sorted((one for one in tried if one.makeable), key=_crossings_of)
     if len(built) > count:
         built = [built[round(at)] for at in np.linspace(0, len(built) - 1, count).tolist()]
-    others = [one for one in tried if not one.candidate.makeable]
+    others = [one for one in tried if not one.makeable]
     return tuple(sorted([*built, *others][:count], key=_crossings_of))
 
 
 def _crossings_of(tried: Tried) -> float:
     """Return how many crossings a design has; infinite if that is not known."""
-    figures = tried.candidate.figures
-    return np.inf if figures is None else figures.crossings
-
-
-def _hopeless(woven: WovenObject, settings: Settings, supplies: Supplies) -> RibbonCheck | None:
-    """Return the check of single ribbons if it tells already that they cannot be built."""
-    check = check_along(woven, settings.ribbons, supplies)
-    return check if _verdict(woven, check, {})["level"] == "not makeable" else None
+    return np.inf if tried.figures is None else tried.figures.crossings
 
 
 def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
@@ -743,31 +640,19 @@ def _depth(n_crossings: int, *, answer: bool, thorough: bool) -> Depth:
     return Depth.NEAR if n_crossings <= _MOST_PLANNED else Depth.ALONG
 
 
-def _planned(
-    woven: WovenObject, settings: Settings, supplies: Supplies, most: int, progress: Progress
-) -> tuple[WovenObject, dict[str, Any], RibbonCheck | None, JoinedObject | None]:
-    """Plan the pieces as the job would, if they can be cut at all, and lay the ribbons for them.
-
-    Where there are more than so many crossings, pieces are left out. Also return the check of an
-    object whose material is too stiff, and what is planned.
-    """
-    sheets = [format_stock(sheet) for sheet in settings.stock.sheets]
-    stiff: RibbonCheck | None = None
+def _pieces(job: Stations, most: int) -> tuple[dict[str, Any], PlannedJob | None]:
+    """Return what pieces come to, and these, if they can be cut at all and are not too many."""
+    sheets = [format_stock(sheet) for sheet in job.settled[0].stock.sheets]
     try:
-        require_wide(woven)
-        require_no_loop(woven.weave.threads, woven.halfedges)
-        progress("stiffness", 0, 1)
-        stiff = stiffness_check(woven, settings.ribbons, supplies)
-        if stiff is not None:
-            require_stiffness(woven, settings.ribbons, supplies, stiff)
-        if woven.weave.threads.n_crossings > most:
-            why = f"there are more than {most} crossings" if most else "it cannot be built"
-            return woven, {"count": None, "left_out": why, "sheets": sheets}, None, None
-        progress("pieces", 0, 1)
-        joined = split_object(woven, brief_of(settings, supplies))
-        woven, plan = joined.woven, joined.plan
+        if job.n_crossings > most:
+            settings, supplies = job.settled
+            require_stiffness(job.ribbons, settings.ribbons, supplies)
+            why = f"there are more than {most} crossings"
+            return {"count": None, "left_out": why, "sheets": sheets}, None
+        planned = job.planned
     except FabweaveError as error:
-        return woven, {"count": None, "because": str(error), "sheets": sheets}, stiff, None
+        return {"count": None, "because": str(error), "sheets": sheets}, None
+    plan = planned.split_plan
     pieces = {
         "count": len(plan.runs.thread),
         "sheets": sheets,
@@ -777,4 +662,4 @@ def _planned(
         "reason": splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices)),
         "choices": [to_json(choice.record()) for choice in plan.choices],
     }
-    return woven, pieces, None, joined
+    return pieces, planned

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from PIL import Image
 
 from fabweave.core.messages import agree
-from fabweave.design.candidate import PICTURE_PX, Tried, words
 from fabweave.design.inspection.facts import Inspection
+from fabweave.design.tried import PICTURE_PX, Tried
 from fabweave.job.ask import complete_settings
+from fabweave.job.figures import words
 from fabweave.options.settings import Settings
 from fabweave.picture.contact_sheet import contact_sheet, stacked
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
@@ -43,12 +44,10 @@ def _designs_picture(designs: Sequence[Tried]) -> Image.Image:
     blank = Image.new("RGB", size_px, (255, 255, 255))
     tiles, captions = [], []
     for name, one in zip(names, designs, strict=True):
-        candidate = one.candidate
-        picture = one.picture
-        tiles.append(blank if picture is None else _as_wide(picture, _DESIGN_PX))
-        told = "" if candidate.figures is None else f"{words(candidate.figures)}\n"
-        head = ": ".join(part for part in (name, candidate.name) if part)
-        captions.append(f"{head}\n{told}can it be built? {VERDICTS[candidate.verdict.level]}")
+        tiles.append(blank if one.picture is None else _as_wide(one.picture, _DESIGN_PX))
+        told = "" if one.figures is None else f"{words(one.figures)}\n"
+        head = ": ".join(part for part in (name, one.name) if part)
+        captions.append(f"{head}\n{told}can it be built? {VERDICTS[one.verdict.level]}")
     return contact_sheet(tiles, captions, columns=len(designs))
 
 

@@ -5,19 +5,19 @@ from typing import Any
 
 from msgspec import convert
 
-from fabweave.core.finding import Finding
+from fabweave.core.finding import Finding, Note
 from fabweave.core.messages import agree
-from fabweave.design.candidate import Figures, words
+from fabweave.job.figures import Figures, words
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 from fabweave.weave.pattern import exact_text
 
-#: Topics of the job's own notes that the facts say better.
-_SAID_OTHERWISE = ("twill: ", "no exact twill exists: ")
 #: Notes on ribbons that mean nothing where these cannot be built: the advice says what to do.
-_OF_NO_USE = ("checks: ", "bend: ", "twist: ")
+_OF_NO_USE = {"checks", "bend", "twist"}
 
+#: How many reasons against building an answer tells.
+_REASONS = 2
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
 _LEAST_CAGE = 20
 #: A mirror stands straight if its normal is this much along an axis.
@@ -40,11 +40,8 @@ def inspection_text(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*first_rows(facts), *further_rows(facts), *design_rows(facts)]
 
 
-def first_rows(facts: Mapping[str, Any], *, reasons: int | None = None) -> list[tuple[str, str]]:
-    """Return what the mesh is in a line, and whether it can be built as asked, and why not.
-
-    ``reasons`` is how many of them are told; all where it is None.
-    """
+def first_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what the mesh is, in a line."""
     mesh, sides = facts["mesh"], (f"{side:.0f}" for side in facts["mesh"]["size_mm"])
     genus = "" if mesh["genus"] is None else f", genus {mesh['genus']}"
     bounds = agree(mesh["boundary_loops"], "{n} boundary loop[|s]")
@@ -52,15 +49,20 @@ def first_rows(facts: Mapping[str, Any], *, reasons: int | None = None) -> list[
         f"{agree(mesh['faces'], '{n} [face|faces]')}, {mesh['vertices']} vertices, "
         f"{bounds if mesh['boundary_loops'] else 'closed'}{genus}; {' × '.join(sides)} mm"
     )
-    return [("mesh", text), *_verdict_rows(facts["verdict"], reasons)]
+    return [("mesh", text)]
 
 
 def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what would help, with the command, and what it comes to: the rest of an answer."""
+    """Return whether it can be built, what would help, and what it comes to: the rest of an answer.
+
+    Few of the reasons are told.
+    """
     threads, pieces = facts["threads"], facts["pieces"]
     told = f"{threads['count']}, {agree(threads['crossings'], '{n} crossing[|s]')}"
     built = facts["verdict"]["level"] != "not makeable"
     return [
+        *_chosen_rows(facts["chosen"]),
+        *_verdict_rows(facts["verdict"], _REASONS),
         *_advice_rows(facts["advice"]),
         ("threads", told),
         (
@@ -76,17 +78,19 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
             (name, text.partition(";")[0] if name == "time" else text)
             for name, text in (_cost_rows(facts["costs"])[:-1] if built else [])
         ),
-        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
+        *_form_rows(facts["form_mm"], facts["grade"], collapses=facts["collapses"]),
         ("more", "-v prints all that is known; --designs tries designs from coarse to fine"),
     ]
 
 
 def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what would help, what can be woven, and figures: all but the designs."""
+    """Return whether it can be built, what would help, and figures: all but the designs."""
     told = {finding["text"] for finding in facts["checks"]["findings"]}  # the verdict's reasons
     built = facts["verdict"]["level"] != "not makeable"
     checks = [note for note in facts["checks"]["notes"] if note not in told]
     return [
+        *_chosen_rows(facts["chosen"]),
+        *_verdict_rows(facts["verdict"]),
         *_advice_rows(facts["advice"]),
         *_mesh_notes(facts),
         *_mesh_rows(facts["mesh"], facts["symmetry"]),
@@ -94,24 +98,29 @@ def further_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_twill_rows(facts["twill"], facts["mesh"]),
         *_fabric_rows(facts["fabrics"]),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
-        *(_topic(note) for note in checks if built or not note.startswith(_OF_NO_USE)),
+        *(_topic(note) for note in checks if built or note.rule not in _OF_NO_USE),
         ("pieces", _pieces(facts["pieces"])),
         # What cannot be built need not be priced; the facts hold it.
         *(_choices(facts["pieces"]) if built else []),
         *(_cost_rows(facts["costs"]) if built else []),
-        *_form_rows(facts["form_mm"], collapses=facts["collapses"]),
+        *_form_rows(facts["form_mm"], facts["grade"], collapses=facts["collapses"]),
         *_left_out_rows(facts["left_out"]),
     ]
 
 
-def _form_rows(form_mm: float | None, *, collapses: bool) -> list[tuple[str, str]]:
-    """Say about how far the object goes from its form; nothing where that is not known."""
-    if form_mm is None:
-        return []
-    if collapses:
-        text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
-        return [("form", f"{text}; make says exactly")]
-    return [("form", f"let go, it goes about {form_mm:.1f} mm from its form; make says exactly")]
+def _form_rows(
+    form_mm: float | None, grade: float | None, *, collapses: bool
+) -> list[tuple[str, str]]:
+    """Say what is foretold of form and grade; nothing where that is not known."""
+    rows = []
+    if form_mm is not None:
+        text = f"let go, it goes about {form_mm:.1f} mm from its form"
+        if collapses:
+            text = f"let go, it collapses: by more than {form_mm:.0f} mm, a tenth of its size"
+        rows.append(("form", f"{text}, as foretold; make works it out"))
+    if grade is not None:
+        rows.append(("grade", f"about {grade:.1f} of 10, as foretold"))
+    return rows
 
 
 def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
@@ -126,19 +135,15 @@ def _advice_rows(advice: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
 
 def _mesh_notes(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the notes on mesh and weave that nothing else says."""
-    counted = f"{facts['mesh']['faces']} faces, "
-    return [
-        _topic(note)
-        for note in facts["notes"]
-        if not note.startswith(_SAID_OTHERWISE)
-        and not (note.startswith("mesh: ") and counted in note)
-    ]
+    changed = any(note.rule == "changed" for note in facts["notes"])
+    said = {"twill"} if changed else {"twill", "mesh"}
+    return [_topic(note) for note in facts["notes"] if note.rule not in said]
 
 
-def _topic(note: str) -> tuple[str, str]:
-    """Split a note at its topic, if it names one."""
-    topic, colon, text = note.partition(": ")
-    return (topic, text) if colon and topic.isalpha() else ("note", note)
+def _topic(note: Note) -> tuple[str, str]:
+    """Return the topic of a note, if it begins with its rule, and the rest."""
+    rest = note.removeprefix(f"{note.rule}: ")
+    return ("note", note) if rest == note else (note.rule, rest)
 
 
 def _mesh_rows(mesh: Mapping[str, Any], symmetry: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -276,7 +281,7 @@ def _cost_rows(costs: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     if costs is None:
         return []
     rows = [(name.lower(), text) for name, text in costs["told"].items()]
-    return [*rows, ("", "your own hours are not in this cost")]
+    return [*rows, ("", "foretold, as nothing is nested yet; your own hours are not in this cost")]
 
 
 def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
@@ -286,7 +291,12 @@ def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
     return [("left out", f"{'; '.join(left_out)}. --thorough tells that too, and takes longer")]
 
 
-def _verdict_rows(verdict: Mapping[str, Any], most: int | None) -> list[tuple[str, str]]:
+def _chosen_rows(chosen: str) -> list[tuple[str, str]]:
+    """Say on which mesh it is woven, where that is not its own."""
+    return [("choice", chosen)] if chosen else []
+
+
+def _verdict_rows(verdict: Mapping[str, Any], most: int | None = None) -> list[tuple[str, str]]:
     """Say whether it can be built as it is asked for, and what wants care."""
     rows = [("buildable", VERDICTS[verdict["level"]])]
     for reason in verdict["reasons"][:most]:

@@ -16,6 +16,7 @@ from fabweave.core.arrays import (
     no_progress,
 )
 from fabweave.core.errors import InputError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.fair.energy import Energy, State, Wish
 from fabweave.mesh.intersections import self_intersections
@@ -95,14 +96,16 @@ class Faired:
     n_held: int
 
     @property
-    def note(self) -> str:
+    def note(self) -> Note:
         """What a person should know."""
         before, after = self.before, self.after
-        return (
+        return Note(
+            "fairing",
             f"fairing: in {agree(len(self.energies) - 1, '{n} step[|s]')} vertices moved by up to "
-            f"{self.moved:.1f} mm. On average, strands turn by {after.turn_deg:.1f}° at a crossing "
+            f"{self.moved:.1f} mm",
+            f"On average, strands turn by {after.turn_deg:.1f}° at a crossing "
             f"({before.turn_deg:.1f}° before), and 95 % of them by less than "
-            f"{after.turn_most_deg:.0f}° ({before.turn_most_deg:.0f}° before)"
+            f"{after.turn_most_deg:.0f}° ({before.turn_most_deg:.0f}° before)",
         )
 
 

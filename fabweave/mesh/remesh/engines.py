@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
 from fabweave.core.parallel.interrupt import held_back
@@ -338,7 +339,7 @@ class Candidate:
     clashes: int
 
     @property
-    def note(self) -> str:
+    def note(self) -> Note:
         """What was made."""
         seed = f", seed {self.run.seed}" if self.engine.seeded else ""
         text = (
@@ -348,7 +349,7 @@ class Candidate:
         if self.clashes:
             text += agree(self.clashes, "; {n} [pair|pairs] of them run[s|] through one another")
             text += ": more quads, or --remesh triangles:N, would keep limbs apart"
-        return text
+        return Note("quads", text, detail=True)
 
 
 def best_run(

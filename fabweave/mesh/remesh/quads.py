@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.bodies import bodies_of
 from fabweave.mesh.check import check_mesh
@@ -340,10 +341,11 @@ def _mirrored(
         return best.mesh, [best.note]
     symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
     if symmetric is not None and not_worse(source, symmetric, best.mesh):
-        return symmetric, [
+        told = (
             f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
             "mirror-symmetric, and so are they: half was remeshed"
-        ]
+        )
+        return symmetric, [Note("quads", told, detail=True)]
     if symmetric is not None:
         why = "they would keep its shape worse, or be less regular"
     missed = [f"the model is mirror-symmetric, and the quads are not: {why}"] if why else []

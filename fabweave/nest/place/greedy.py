@@ -60,7 +60,7 @@ def next_sheet(job: NestingJob, queue: Sequence[int], sheets: Sequence[int]) -> 
 _SHORTER = 0.9
 
 
-def too_large_message(job: NestingJob, stranded: Sequence[int]) -> str:
+def _too_large(job: NestingJob, stranded: Sequence[int]) -> CannotMakeError:
     """Say which pieces fit on no sheet, what size would take them, and how long others may be."""
     shapes = [job.shape(piece) for piece in stranded]
     pieces = [
@@ -81,16 +81,16 @@ def too_large_message(job: NestingJob, stranded: Sequence[int]) -> str:
     free = any(fits_rectangle(shape, Container(size)) for shape in shapes for size in clear)
     if free and job.containers[0].rotations.step_deg is not None:
         remedies.append("--rotations free")
-    return (
+    return CannotMakeError(
         f"{len(stranded)} of {agree(len(job.poses), '{n} piece[|s]')} "
         f"{agree(len(stranded), '[fits|fit]')} on no sheet at any allowed rotation: "
         f"{few_of(pieces)}; the largest free rectangle of the stock is {wide:.1f} × "
-        f"{high:.1f} mm, inside the margins and clear of defects. Use {', '.join(remedies[:-1])}, "
-        f"or {remedies[-1]}"
+        f"{high:.1f} mm, inside the margins and clear of defects",
+        f"use {', '.join(remedies[:-1])}, or {remedies[-1]}",
     )
 
 
-def out_of_sheets_message(job: NestingJob, queue: Sequence[int], sheets: Sequence[int]) -> str:
+def _out_of_sheets(job: NestingJob, queue: Sequence[int], sheets: Sequence[int]) -> CannotMakeError:
     """Say which pieces are left when the stock is used up, and what would take them.
 
     What is missing is not guessed: the pieces are placed on as many more sheets as they take.
@@ -122,11 +122,11 @@ def out_of_sheets_message(job: NestingJob, queue: Sequence[int], sheets: Sequenc
         if count > 0
     )
     pieces = few_of([job.names[piece] for piece in queue])
-    return (
+    return CannotMakeError(
         f"the sheets run out: {len(queue)} of {agree(len(job.poses), '{n} piece[|s]')} "
         f"{agree(len(queue), '[is|are]')} left ({pieces}) "
-        f"after {agree(len(sheets), '{n} sheet[|s]')}; {more} would hold them. Add sheets, use "
-        "larger ones, or try --effort best"
+        f"after {agree(len(sheets), '{n} sheet[|s]')}; {more} would hold them",
+        "add sheets, use larger ones, or try --effort best",
     )
 
 
@@ -202,11 +202,11 @@ def require_fitting(job: NestingJob) -> None:
     fitting = job.fits.sum(axis=1)
     stranded = [piece for piece, pose in enumerate(job.poses) if fitting[pose.shape] == 0]
     if stranded:
-        raise CannotMakeError(too_large_message(job, stranded))
+        raise _too_large(job, stranded)
 
 
 def require_all(job: NestingJob, plan: Plan) -> None:
     """Raise CannotMakeError if the sheets ran out before every piece had a place."""
     queue = [piece for piece in _ordered(job, 0) if piece not in plan.placements]
     if queue:
-        raise CannotMakeError(out_of_sheets_message(job, queue, plan.sheets))
+        raise _out_of_sheets(job, queue, plan.sheets)

@@ -231,16 +231,14 @@ def require_pliable(
         if thinner is not None:
             ways.append(thinner)
         ways.append("another material")
+        cure = f"use {', or '.join(ways)}"
+        if formed is not None:
+            cure += f". It may do as it is: {formed}; --library takes an entry of your own with "
+            cure += "that radius"
         raise TooFineError(
             f"{material} is too stiff: it bends to a radius of {finding.limit:.0f} mm, but in "
             f"{hard} of {len(bend)} places between crossings a ribbon must bend to less than half "
             f"of that (the tightest is {finding.value:.1f} mm, on thread {finding.thread} after "
-            f"crossing {finding.crossing}): use "
-            + ", or ".join(ways)
-            + (
-                f". It may do as it is: {formed}; --library takes an entry of your own with that "
-                "radius"
-                if formed is not None
-                else ""
-            )
+            f"crossing {finding.crossing})",
+            cure,
         )

@@ -1,0 +1,269 @@
+"""Try one design: all of a job up to its pieces, and what it comes to."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fabweave.core.arrays import frozen_value
+from fabweave.core.errors import FabweaveError, InputError
+from fabweave.core.finding import Finding
+from fabweave.core.records import to_json
+from fabweave.estimate.texts import hours_text
+from fabweave.form.settle import STANDS
+from fabweave.job.figures import Figures, figures_of, words
+from fabweave.job.stations import Stations
+from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.options.command import long_command
+from fabweave.options.settings import Settings
+from fabweave.picture.camera import View
+from fabweave.picture.contact_sheet import stacked
+from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
+from fabweave.plan.verdict import Verdict, excess, judge, refused
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.rules.broken_rule import FAR
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.weave.bunches import count_bodies
+
+#: Pixels of a design's picture, and from where all are seen alike.
+PICTURE_PX = (440, 360)
+VIEW = View(-60.0, 22.0)
+#: Below, what a remeshed model lost, from two sides.
+LOSS_PX = (220, 180)
+#: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
+_REFUSED = 1000.0
+#: Faces are left out so often, and no more than this share of them, or so many.
+_OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
+#: What is farther off in the mean, as a share of its size, is hardly the model, however well it is
+#: built; a feature that is farther away than the second share is a limb that is lost.
+_POOR, _LIMB = 0.01, 0.05
+
+
+@frozen_value
+class Tried:
+    """A design that was tried: whether it can be built, and what it comes to.
+
+    Parameters
+    ----------
+    design : Settings
+    name : str
+        What sets it apart, for people.
+    verdict : Verdict
+        Where it was refused before there were pieces, that is the reason, and there are no figures.
+    figures : Figures or None
+    excess : float or None
+        By how much the worst rule passes what care makes up for (see
+        :func:`fabweave.plan.verdict.excess`); None where no ribbons could be laid.
+    loaded : LoadedMesh or None
+        The mesh; None where it could not be made.
+    picture : bytes or None
+        A PNG file; None where none was asked for, or nothing could be laid.
+    """
+
+    design: Settings
+    name: str
+    verdict: Verdict
+    figures: Figures | None
+    excess: float | None = None
+    loaded: LoadedMesh | None = None
+    picture: bytes | None = None
+
+    @property
+    def makeable(self) -> bool:
+        """Whether it can be built, maybe with care."""
+        return not self.verdict.stops
+
+    @property
+    def laid(self) -> bool:
+        """Whether ribbons could be laid at all: none are where there is no mesh to lay them on."""
+        return self.figures is not None or self.excess is not None
+
+    @property
+    def limbs(self) -> int:
+        """How many features of the model are far away: limbs, horns, ears."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return 0 if like is None else sum(x.lost_mm > _LIMB * like.size_mm for x in like.lost)
+
+    @property
+    def like(self) -> bool:
+        """Whether it is like the model."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return like is None or (like.loss <= _POOR and not self.limbs)
+
+    @property
+    def opened(self) -> float:
+        """The share of its faces that are left out."""
+        gone = len(parse_leave_out(self.design.mesh.leave_out).faces)
+        return gone / max(gone + (0 if self.loaded is None else self.loaded.mesh.n_faces), 1)
+
+    @property
+    def brief(self) -> str:
+        """What it came to, in few words, for whoever waits."""
+        figures = self.figures
+        if figures is None:
+            return f"{self.name}: {self.verdict.headline}"
+        hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
+        return (
+            f"{self.name}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
+            f"{hours}, grade about {figures.grade or 0.0:.1f}; {self.verdict.level}"
+        )
+
+    @property
+    def text(self) -> str:
+        """What it came to, in a line."""
+        figures = "" if self.figures is None else f": {words(self.figures)}"
+        return f"{self.name}{figures}; {self.verdict.level}"
+
+    def record(self) -> dict[str, Any]:
+        """Return it as JSON takes it, with the command that makes it."""
+        told = ("name", "verdict", "figures", "excess")
+        command = long_command(self.design)
+        return {"command": command} | {name: to_json(getattr(self, name)) for name in told}
+
+
+def try_design(
+    design: Settings,
+    name: str,
+    given: PolyMesh | None = None,
+    remeshed: Remeshed | None = None,
+    *,
+    looks: bool = False,
+    opens: bool = False,
+) -> Tried:
+    """Try a design, quickly.
+
+    Its pieces are those that would be cut, but for the search of its pattern and of the layout. How
+    many sheets they take is foretold; where the stock is limited they are nested, as it may not
+    suffice. No pieces are planned of what cannot be built whatever they are.
+
+    Parameters
+    ----------
+    design : Settings
+    name : str
+        See :class:`Tried`.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+    remeshed : Remeshed, optional
+        What the model is remeshed to, if that is known.
+    looks : bool
+        Whether its picture is wanted.
+    opens : bool
+        Whether faces may be left out where ribbons have no room, if it cannot be built for a few
+        places alone: twice at most.
+
+    Returns
+    -------
+    Tried
+        The same for the same settings. What cannot be made is no error, but a verdict.
+    """
+    found = _try_once(design, name, given, remeshed, looks=looks)
+    for _ in range(_OPENINGS if opens else 0):
+        tried = found.tried
+        loaded, left = tried.loaded, parse_leave_out(tried.design.mesh.leave_out)
+        if not found.hopeless or loaded is None or left.diameters_mm or design.weave.triaxial:
+            break
+        # Faces are numbered as those of the whole mesh.
+        whole = np.setdiff1d(np.arange(loaded.mesh.n_faces + len(left.faces)), left.faces)
+        gone = sorted({*left.faces, *whole[list(found.hopeless)].tolist()})
+        if len(gone) > max(_FEW_FACES * len(whole), _LEAST_OPENING):
+            break
+        opened = design.but(leave_out=",".join(map(str, gone)))
+        further = _try_once(opened, name, given, loaded.remeshed, looks=looks)
+        if further.tried.loaded is None or further.bodies > found.bodies:
+            # It cannot be opened there, or a limb would fall off.
+            break
+        found = further
+    return found.tried
+
+
+class _Once(NamedTuple):
+    """What a design comes to, the faces without which it may be built, and how many bodies."""
+
+    tried: Tried
+    hopeless: tuple[int, ...] = ()
+    bodies: int = 1
+
+
+def _try_once(
+    design: Settings,
+    name: str,
+    given: PolyMesh | None,
+    remeshed: Remeshed | None,
+    *,
+    looks: bool,
+) -> _Once:
+    """Try a design as it is."""
+    job = Stations(design.but(effort="quick"), given, depth=Depth.NEAR, remeshed=remeshed)
+    loaded, far, figures, picture = None, None, None, None
+    try:
+        loaded, woven = job.loaded, job.ribbons
+        far = _REFUSED
+        if job.foreseen:
+            check = job.along
+            verdict = judge(check.findings, narrowest_mm=np.inf)
+        else:
+            check, woven = job.check, job.joined.woven
+            figures, verdict = figures_of(job), replace(job.planned.verdict, forced=False)
+            if figures.collapses:
+                verdict = _fallen(verdict)
+            sheets = job.completed[1].sheets
+            if not verdict.stops and any(one.quantity is not None for one in sheets):
+                _ = job.layout
+        far = round(excess(check.findings), 4)
+        if looks and figures is not None:
+            picture = _picture(job)
+    except FabweaveError as error:
+        return _Once(Tried(design, name, refused(error.reason, cure=error.cure), None, far, loaded))
+    hopeless = _hopeless_faces(woven, check, verdict) if verdict.stops else ()
+    bodies = count_bodies(woven.weave.threads)
+    return _Once(Tried(design, name, verdict, figures, far, loaded, picture), hopeless, bodies)
+
+
+def _picture(job: Stations) -> bytes:
+    """Return the picture of a design, with what its model lost where it was remeshed."""
+    planned, loss = job.planned, job.loaded.loss
+    picture = weave_picture(
+        planned.woven.ribbons, planned.colours, size_px=PICTURE_PX, view=VIEW, floor=False
+    )
+    if loss is not None:
+        tiles = loss_tiles(loss, VIEW, LOSS_PX)
+        picture = stacked(picture, tiles, loss_legend(loss, tiles.width))
+    return png_bytes(picture)
+
+
+def _fallen(verdict: Verdict) -> Verdict:
+    """Return the verdict on a design that collapses when it is let go."""
+    reason = Finding(
+        rule="form",
+        level="not makeable",
+        text=f"let go, it goes farther from its form than {STANDS:.0%} of its size",
+    )
+    return replace(verdict, level="not makeable", reasons=(reason, *verdict.reasons))
+
+
+def _hopeless_faces(woven: WovenObject, check: RibbonCheck, verdict: Verdict) -> tuple[int, ...]:
+    """Return the faces around the places that are far from what the rules want that stop it."""
+    threads, half = woven.weave.threads, woven.halfedges
+    passes = [np.zeros(0, dtype=np.int64)]
+    for rule in {stop.rule for stop in verdict.stops} & check.measured.keys():
+        measured = check.measured[rule]
+        far = measured.margins < FAR
+        passes += [measured.passes[far], measured.others[far]]
+    there = np.concatenate(passes)
+    edges = threads.crossing_halfedge[np.unique(threads.crossing[there[there >= 0]])]
+    ends = np.concatenate([half.tail[edges], half.head[edges]])
+    twins = half.twin[edges]
+    beside = half.face[np.concatenate([edges, twins[twins >= 0]])]
+    # Without the faces beside these edges, or without all at their ends, if that is a surface.
+    for faces in (beside, half.face[np.isin(half.tail, ends)]):
+        gone = tuple(np.unique(faces).tolist())
+        try:
+            leave_out(woven.mesh, LeaveOut((), gone))
+        except InputError:
+            continue
+        return gone
+    return ()

@@ -1,0 +1,296 @@
+"""A model that is too fine to be built is made on a coarser mesh, unless its mesh is to be kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from designs import outcome
+from jobs import contents_of
+
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Finding
+from fabweave.design import choice, search, tried
+from fabweave.design.beside import SOFT
+from fabweave.design.choice import mesh_rounds, what_can_be_built
+from fabweave.design.making import make_or_advise
+from fabweave.design.search import Search
+from fabweave.design.tried import try_design
+from fabweave.design.variety import is_free
+from fabweave.design.wishes import NO_WISHES, rank
+from fabweave.job.ask import load_asked
+from fabweave.job.run import run_job
+from fabweave.job.stations import Stations
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.leave_out import parse_leave_out
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide import mid_edge
+from fabweave.options.settings import Settings, read_job_options
+from fabweave.plan.verdict import Verdict
+from fabweave.ribbon.width import WidthRule
+
+BAD = Verdict(
+    level="not makeable",
+    reasons=(Finding(rule="twist", level="not makeable", text="strips twist"),),
+)
+
+
+@pytest.fixture(scope="module")
+def fine(tmp_path_factory):
+    """A ball of 5,120 triangles: an icosahedron, divided four times."""
+    mesh = parse_shape("shape:icosahedron")
+    for _ in range(4):
+        mesh = mid_edge(mesh)
+    radius = np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
+    path = tmp_path_factory.mktemp("fine") / "ball.obj"
+    write_mesh(path, mesh.with_vertices(mesh.vertices / radius))
+    return Settings.of(str(path), size_mm=70.0, effort="quick")
+
+
+@pytest.mark.slow
+def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
+    made = make_or_advise(Stations(fine), tmp_path / "plain")
+    chosen = made.job.asked
+    assert not made.finished.job.verdict.stops
+    assert made.finished.proof.ok
+    assert made.finished.job.woven.mesh.n_faces < 512
+    # What is not said of the mesh is as it was asked for, and job.toml has what was made.
+    assert chosen.but(remesh=None, bodies="all") == fine
+    assert read_job_options(tmp_path / "plain" / "job.toml")["remesh"] == chosen.mesh.remesh
+    assert f"(--remesh {chosen.mesh.remesh})" in made.chosen
+    assert "5,120 triangles" in made.chosen
+    # Asked for by hand, it comes to the very same files.
+    run_job(Stations(chosen), tmp_path / "stated")
+    assert contents_of(tmp_path / "plain") == contents_of(tmp_path / "stated")
+
+
+@pytest.mark.slow
+def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(choice, "mesh_rounds", lambda *_: pytest.fail("meshes were tried"))
+    monkeypatch.setattr(choice, "what_can_be_built", lambda found: asked.append(found.asked) or "")
+    with pytest.raises(CannotMakeError):
+        make_or_advise(Stations(fine.but(remesh="none")), tmp_path / "job")
+    assert asked == [fine.but(remesh="none")]
+    assert not (tmp_path / "job").exists()
+
+
+@pytest.mark.slow
+def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(choice, "mesh_rounds", lambda *_: pytest.fail("meshes were tried"))
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
+    made = make_or_advise(Stations(asked), tmp_path / "job")
+    assert (made.job.asked, made.chosen) == (asked, "")
+    assert "remesh" not in read_job_options(tmp_path / "job" / "job.toml")
+
+
+@pytest.mark.slow
+def test_what_is_foreseen_comes_true(fine, tmp_path):
+    kept = fine.but(remesh="none")
+    worst = Stations(kept).foreseen[0]
+    assert (worst.rule, worst.limit) == ("width", 1.0)
+    assert worst.value < 1.0
+    with pytest.raises(CannotMakeError):
+        run_job(Stations(kept), tmp_path / "job")
+    # At six times the size its ribbons are six times as wide.
+    larger = kept.but(size_mm=6.0 * fine.mesh.size_mm)
+    assert Stations(larger).foreseen == []
+
+
+@pytest.mark.parametrize(
+    ("options", "free"),
+    [
+        ({}, True),
+        ({"pattern": "twill", "width": WidthRule(0.9, 8.0, 8.0), "bodies": "largest"}, True),
+        ({"leave_out": "top:20mm"}, True),
+        ({"leave_out": "12,13"}, False),
+        ({"remesh": "none"}, False),
+        ({"remesh": "quads:90"}, False),
+        ({"refine": "loop:1"}, False),
+        ({"symmetrise": True}, False),
+        ({"twists": "own.csv"}, False),
+        ({"force": True}, False),
+    ],
+)
+def test_a_mesh_is_free_where_nothing_counts_its_faces(options, free):
+    assert is_free(Settings.of("model.obj", **options)) is free
+    assert not is_free(Settings.of("shape:cube", **options))
+
+
+def test_good_grades_come_first_and_limbs_and_evenings_count():
+    ball = parse_shape("shape:sphere?n=8")
+    loaded = load_asked(Settings.of("shape:sphere?n=8"))
+
+    def graded(grade, away=0.001, **figures):
+        """A mesh that is so far from its model everywhere, as a share of its size."""
+        mesh = ball.with_vertices(ball.vertices * (1.0 + 2.0 * away))
+        made = replace(loaded, likeness=likeness(ball, mesh))
+        return replace(outcome(grade=grade, **figures), loaded=made)
+
+    order = [
+        graded(9.0, hours=(3.0, 6.0)),
+        graded(9.5, hours=(9.0, 18.0)),
+        graded(7.0, hours=(1.0, 2.0)),
+        # What is hardly the model goes behind, however well it is built.
+        graded(9.5, away=0.03, hours=(1.0, 2.0)),
+        outcome("bad", BAD),
+    ]
+    ranks = [rank(one, NO_WISHES) for one in order]
+    assert ranks == sorted(set(ranks))
+
+
+def standing_in(tries, loaded, verdicts=()):
+    """Return what stands in for trying: each design comes to the next verdict, or can be built."""
+    left = list(verdicts)
+
+    def trying(design, name, *_, **__):
+        tries.append(design)
+        verdict = left.pop(0) if left else None
+        found = outcome(name, verdict, design=design, grade=3.0)
+        return replace(found, loaded=loaded(design) if callable(loaded) else loaded)
+
+    return trying
+
+
+@pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "wrap"), (None, "all")])
+def test_what_runs_through_itself_or_has_several_bodies_is_wrapped_first(
+    fine, monkeypatch, move, bodies
+):
+    ball = load_asked(fine).mesh
+    if move is not None:
+        beside = ball.with_vertices(ball.vertices + np.array([70.0 * move, 0.0, 0.0]))
+        ball = PolyMesh(
+            np.concatenate([ball.vertices, beside.vertices]),
+            np.concatenate([ball.offsets, ball.offsets[-1] + ball.offsets[1:]]),
+            np.concatenate([ball.indices, ball.n_vertices + ball.indices]),
+        )
+    tries = []
+    loaded = load_asked(fine, given_mesh=ball)
+    monkeypatch.setattr(search, "try_design", standing_in(tries, loaded))
+    found = Search(fine)
+    found.run(mesh_rounds(found, loaded))
+    assert len(found.tried) == len(tries) > 0
+    assert {one.mesh.bodies for one in tries} == {bodies}
+
+
+@pytest.mark.slow
+def test_where_no_mesh_can_be_built_it_is_refused(fine, tmp_path):
+    with pytest.raises(CannotMakeError, match="--material card"):
+        make_or_advise(Stations(fine.but(material="birch-ply-3")), tmp_path / "job")
+    assert not (tmp_path / "job").exists()
+
+
+def test_ways_out_of_what_cannot_be_built_can_be(monkeypatch):
+    tries = []
+
+    def trying(design, name, *_, **__):
+        tries.append(design)
+        verdict = None if design.stock.material == SOFT else BAD
+        return replace(outcome(str(len(tries)), verdict, design=design), name=name, excess=2.0)
+
+    monkeypatch.setattr(search, "try_design", trying)
+    asked = Settings.of("shape:torus?m=8&n=4", size_mm=120.0, material="birch-ply-3")
+    told = what_can_be_built(Search(asked))
+    assert any((one.mesh.size_mm or 0.0) > 120.0 for one in tries)
+    assert tries[-1].stock.material == SOFT
+    assert [line.count("--material card") for line in told.splitlines()] == [0, 1]
+
+
+@pytest.mark.parametrize(("pinched", "opened"), [([40], True), (list(range(0, 216, 9)), False)])
+def test_a_mesh_is_opened_where_a_few_places_stop_it(pinched, opened):
+    """Faces pinched to a twentieth leave ribbons no room: few are left out, many are not."""
+    ball = parse_shape("shape:sphere?n=6&radius=100")
+    points, quads = ball.vertices.copy(), ball.indices.reshape(-1, 4)
+    for face in pinched:
+        corners = points[quads[face]]
+        points[quads[face]] = corners.mean(axis=0) + 0.05 * (corners - corners.mean(axis=0))
+    asked = Settings.of("ball.obj", size_mm=200.0, remesh="quads:216")
+    remeshed = replace(load_asked(asked, given_mesh=ball).remeshed, mesh=ball.with_vertices(points))
+    attempt = try_design(asked, "ball", ball.with_vertices(points), remeshed, opens=True)
+    gone = parse_leave_out(attempt.design.mesh.leave_out).faces
+    assert attempt.makeable == opened
+    assert attempt.design.but(leave_out=None) == asked
+    assert set(gone) >= set(pinched) if opened else not gone
+    assert len(gone) <= 0.06 * 216
+    # What was opened is what its settings make.
+    assert attempt.loaded.mesh.n_faces == 216 - len(gone)
+
+
+def test_only_what_is_better_than_all_before_it_is_told(monkeypatch):
+    told, grades = [], {40: 3.0, 50: 2.0, 60: 5.0, 70: 5.0, 80: 8.0}
+
+    def trying(design, name, *_, **__):
+        return outcome(name, design=design, grade=grades[int(design.mesh.remesh.split(":")[1])])
+
+    monkeypatch.setattr(search, "try_design", trying)
+    asked = Settings.of("a.obj")
+    Search(asked, better=told.append).add(asked.but(remesh=f"quads:{n}") for n in grades)
+    assert [line.split(":")[2] for line in told] == ["40", "60", "80"]
+    assert all(line.startswith("best so far: --remesh quads:") for line in told)
+
+
+@pytest.mark.parametrize(("built", "most"), [(False, 0), (True, 1), (True, 3)])
+def test_ctrl_c_keeps_what_can_be_built(fine, monkeypatch, built, most):
+    loaded, tries = load_asked(fine), []
+    makes = standing_in(tries, loaded, [] if built else [BAD] * 9)
+
+    def trying(*task, **options):
+        if len(tries) == most:
+            raise KeyboardInterrupt
+        return makes(*task, **options)
+
+    monkeypatch.setattr(search, "try_design", trying)
+    found = Search(fine, partly=True)
+    if not built:
+        with pytest.raises(KeyboardInterrupt):
+            found.run(mesh_rounds(found, loaded))
+    else:
+        found.run(mesh_rounds(found, loaded))
+        assert [one.design for one in found.tried] == tries
+        assert len(tries) == most
+
+
+def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
+    loaded, tries = load_asked(fine), []
+
+    def made(design):
+        return None if design.mesh.remesh.startswith("quads") else loaded
+
+    monkeypatch.setattr(search, "try_design", standing_in(tries, made, [BAD] * 20))
+    found = Search(fine)
+    found.run(mesh_rounds(found, loaded))
+    kinds = [one.mesh.remesh.partition(":")[0] for one in tries]
+    assert kinds.count("quads") == 1 < kinds.count("tubes")
+
+
+def test_a_model_of_few_faces_is_told_what_can_be_built(tmp_path, monkeypatch):
+    """No coarser mesh is tried of it, so none is said to have been."""
+    mesh = tmp_path / "cube.obj"
+    write_mesh(mesh, parse_shape("shape:cube"))
+    asked = []
+    monkeypatch.setattr(choice, "mesh_rounds", lambda *_: pytest.fail("meshes were tried"))
+    monkeypatch.setattr(choice, "what_can_be_built", lambda found: asked.append(found.asked) or "")
+    settings = Settings.of(str(mesh), size_mm=60.0, material="birch-ply-3", effort="quick")
+    with pytest.raises(CannotMakeError):
+        make_or_advise(Stations(settings), tmp_path / "job")
+    assert asked == [settings]
+
+
+@pytest.mark.parametrize(("bodies", "opened"), [(1, True), (2, False)])
+def test_no_limb_is_cut_off_by_an_opening(fine, monkeypatch, bodies, opened):
+    loaded, design = load_asked(fine), fine.but(remesh="quads:90")
+
+    def once(design, *_, **__):
+        if design.mesh.leave_out is None:
+            stopped = replace(outcome(verdict=BAD, design=design), loaded=loaded)
+            return tried._Once(stopped, (3,))
+        made = replace(outcome(design=design), loaded=loaded)
+        return tried._Once(made, bodies=bodies)
+
+    monkeypatch.setattr(tried, "_try_once", once)
+    attempt = try_design(design, "D", opens=True)
+    assert attempt.makeable == opened
+    assert attempt.design.mesh.leave_out == ("3" if opened else None)
