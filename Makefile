@@ -4,10 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 NODE := tests/pages/node_modules/.bin
 INSTALLED := $(VENV)/.installed
-# One process a processor; a file's tests stay together, as they share what they set up.
-PYTEST := $(BIN)/pytest -n logical --maxprocesses 8 --dist loadfile
+# One process a processor; a file's tests stay together, as they share what they set up. What pytest
+# makes of the files is kept, whatever the environment says: it takes each process some seconds.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n logical --maxprocesses 8 --dist loadfile
+TIMES := --durations=25 --durations-min=5
 
-.PHONY: help demo test test-all lint scripts quick all digests rooms bench gallery figures outputs clean
+.PHONY: help demo test test-all room lint scripts quick all digests rooms bench gallery figures \
+	outputs clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -31,6 +34,9 @@ test: lint quick  ## install, lint, type-check, and run the tests that are quick
 
 test-all: lint all  ## the same with all tests: what a change has to pass in the end
 
+room: $(INSTALLED)  ## run all tests of one room: make room ROOM=piece
+	$(PYTEST) $(TIMES) tests/$(or $(ROOM),$(error say which room: make room ROOM=piece))
+
 lint: $(INSTALLED)  ## check style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -48,7 +54,7 @@ quick: $(INSTALLED)
 	$(PYTEST) -m "not slow" --hypothesis-profile=glance
 
 all: $(INSTALLED)
-	$(PYTEST) --durations=25 --durations-min=5
+	$(PYTEST) $(TIMES)
 
 digests: $(INSTALLED)  ## make small jobs of every kind and print a digest of each file, to compare
 	$(BIN)/python tests/tools/job_digests.py

@@ -3,7 +3,6 @@
 import os
 import runpy
 import sys
-from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -14,33 +13,22 @@ sys.path.insert(0, str(Path(__file__).parent / "support"))
 os.environ["FABWEAVE_CONFIG_DIR"] = str(Path(__file__).parent / "support" / "no-configuration")
 
 # A time limit for single examples fails on a busy machine, and says nothing about the code.
-# Where every change is judged by one run, that run is the same for the same code, and ends soon;
-# elsewhere each run looks at new examples, and at more of them.
+# Where every change is judged by one run, that run is the same for the same code; elsewhere each
+# run looks at new examples.
 judged = "CI" in os.environ
-settings.register_profile(
-    "fabweave", deadline=None, derandomize=judged, max_examples=50 if judged else 100
-)
+settings.register_profile("fabweave", deadline=None, derandomize=judged, max_examples=50)
 # For `make test`: a glance at each property.
 settings.register_profile("glance", deadline=None, derandomize=judged, max_examples=15)
 settings.load_profile("fabweave")
 
 
-#: `make test` runs so many cases of a test: its first, and others at equal distances.
-MOST_CASES = 2
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Make slow tests of most cases where a test has many: they show the same in many places."""
-    cases = defaultdict(list)
-    for item in items:
-        if hasattr(item, "function") and item.get_closest_marker("slow") is None:
-            cases[item.function].append(item)
-    for family in cases.values():
-        kept = {n * len(family) // MOST_CASES for n in range(MOST_CASES)}
-        for number, item in enumerate(family):
-            if number not in kept and len(family) > MOST_CASES:
-                item.add_marker(pytest.mark.slow)
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path):
+    """Look for no examples in the docstrings of tests: they have none, and it takes a second."""
+    found = yield
+    if file_path.name.startswith("test_"):
+        found = [one for one in found if type(one) is pytest.Module]
+    return found
 
 
 @pytest.fixture(scope="session")
@@ -51,20 +39,22 @@ def piece_sets():
 
 @pytest.fixture(scope="module")
 def browser():
-    reason = "the package playwright is absent"
     """Give the system's browser, in which pages are tried."""
     from viewer_tab import CHROMIUM, chromium  # noqa: PLC0415 - found beside the tests
 
-    playwright = pytest.importorskip("playwright.sync_api", reason=reason)
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is absent")
     if CHROMIUM is None:
         pytest.skip("there is no chromium here")
     with playwright.sync_playwright() as tool, chromium(tool) as started:
         yield started
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _quick_jobs():
-    """Make jobs quickly, everywhere: see ``quick_jobs``."""
+@pytest.fixture(scope="module")
+def quick_jobs():
+    """Make jobs quickly in a module that asks for it: where pictures and sheets are not looked at.
+
+    Nothing is patched elsewhere: see ``quick_jobs`` of jobs.py for what is.
+    """
     from jobs import quick_jobs  # noqa: PLC0415 - found beside the tests
 
     with quick_jobs():
@@ -73,7 +63,7 @@ def _quick_jobs():
 
 @pytest.fixture
 def shipped():
-    """Make jobs just as users do, in processes and with a large picture, in a test that asks."""
+    """Make jobs just as users do, in a test of such a module."""
     from jobs import shipped_jobs  # noqa: PLC0415 - found beside the tests
 
     with shipped_jobs():

@@ -8,7 +8,6 @@ from house import (
     ALONE,
     against_the_flow,
     circles,
-    import_table,
     imports_of,
     loose_modules,
     read_modules,
@@ -38,18 +37,6 @@ def test_tests_mirror_the_rooms():
     folders = {path.parent.relative_to(TESTS).parts[0] for path in TESTS.glob("*/**/*.py")}
     assert unlike_rooms(folders, {"benchmarks", "support", "tools"}) == []
     assert {path.stem for path in TESTS.glob("test_*.py")} == {"test_house", "test_papers"}
-
-
-def test_the_table_counts_modules_by_the_rooms_that_they_import():
-    rows = [line.split() for line in import_table(SOUND).splitlines()]
-    columns = ["core", "mesh", "job", "cli", "verify", "__main__", "__init__"]
-    assert rows[0] == ["modules", *columns]
-    assert rows[1:4] == [
-        ["core", "2", *"......."],
-        ["mesh", "2", *"11....."],
-        ["job", "1", *"11..1.1"],
-    ]
-    assert len(rows) == 8
 
 
 #: A house in good order.
@@ -141,13 +128,6 @@ def test_circles_of_modules_are_found(module, source, members):
     (found,) = circles(SOUND | {f"fabweave.{module}": source})
     # A circle may be told from any of its members on.
     assert set(found.removeprefix("circle: ").split(" → ")) == {f"fabweave.{m}" for m in members}
-
-
-def test_circles_of_rooms_are_found():
-    # No module imports itself by way of others, but a room does.
-    late = {"fabweave.job.late": "", "fabweave.core.units": "from fabweave.job import late"}
-    (found,) = circles(SOUND | late)
-    assert {"core", "job"} <= set(found.removeprefix("circle: ").split(" → "))
 
 
 @pytest.mark.parametrize(

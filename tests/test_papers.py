@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from papers import ROOT, PaperError, blocks_of, check_page, commands_of, run_page, smaller
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",

@@ -1,7 +1,5 @@
 """The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
 
-import copy
-import csv
 import json
 import re
 import tomllib
@@ -13,17 +11,14 @@ from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
 from fabweave.cli.main import cli
-from fabweave.cli.make import tell_job
-from fabweave.cli.options import _set
-from fabweave.core.errors import InputError
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.options.option import SECTIONS
 from fabweave.options.settings import Settings
-from fabweave.options.table import OPTIONS
 from fabweave.stock.sheet_size import SheetSize
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 slow = pytest.mark.slow
 
@@ -46,50 +41,6 @@ def test_a_finished_job_has_every_file_and_is_proved(tmp_path, capsys):
     assert (told["proved"], told["threads"], told["crossings"]) == (True, 4, 12)
     assert set(MADE) <= set(contents_of(folder))
     assert list(tmp_path.iterdir()) == [folder]
-
-
-def test_the_terminal_shows_what_matters_and_v_shows_every_note(tmp_path, capsys):
-    asked = Settings.of("shape:octahedron", size_mm=90.0, fair=1, effort="quick")
-    made = run_job(asked, tmp_path / "job")
-    notes = made.job.notes
-    assert {note.detail for note in notes} == {False, True}
-    assert any(note.more for note in notes if not note.detail)
-    for verbose in (False, True):
-        tell_job(made, tmp_path, verbose=verbose)
-        due = [note if verbose else note.text for note in notes if verbose or not note.detail]
-        shown = capsys.readouterr().out.splitlines()
-        assert [line.strip() for line in shown[: len(due)]] == due
-        assert not any(note.text in "".join(shown[len(due) :]) for note in notes)
-    for note in notes:
-        assert re.fullmatch("[a-z-]+", note.rule)
-        again = copy.copy(note)  # as processes do
-        assert (again.rule, again.text, again.more) == (note.rule, note.text, note.more)
-        assert (again, again.detail) == (note, note.detail)
-
-
-def test_the_octahedron_has_four_rings_of_six_crossings(finished):
-    folder = finished(*OCTAHEDRON)
-    plan = json.loads((folder / "crossing_map.json").read_text())
-    assert [len(thread["crossings"]) for thread in plan["threads"]] == [6] * 4
-    assert len(plan["crossings"]) == 12
-    assert all(len(thread["pieces"]) >= 2 for thread in plan["threads"])
-    rows = list(csv.DictReader((folder / "pieces.csv").read_text().splitlines()))
-    assert [row["id"] for row in rows] == [piece["id"] for piece in plan["pieces"]]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "shape",
-    [
-        "hypar?m=5&n=5",
-        pytest.param("tetrahedron", marks=slow),
-        pytest.param("tube?m=8&n=4", marks=slow),
-        pytest.param("sphere?n=2", marks=slow),
-    ],
-)
-def test_shapes_are_made_and_proved(shape, finished):
-    folder = finished(f"shape:{shape}", "--size", "200mm", *SHEET, "--effort", "quick")
-    assert run("verify", folder, "-q") == 0
 
 
 @pytest.mark.slow
@@ -194,14 +145,6 @@ def test_verify_tells_what_it_proved_and_ends_with_a_code_of_its_own(finished, t
     assert {"over-under", "seal"} <= set(failed)
     assert told.splitlines()[-1].endswith(", ".join(failed))
     assert run("verify", tmp_path / "nothing") == 2
-
-
-def test_an_option_of_another_section_is_found():
-    for option in OPTIONS[1:]:
-        for section in {one.lower() for one in SECTIONS} - {option.group}:
-            with pytest.raises(InputError) as raised:
-                _set([f"{section}.{option.name}=1"])
-            assert option.path in str(raised.value)
 
 
 @pytest.mark.parametrize(

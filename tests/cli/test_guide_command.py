@@ -8,12 +8,6 @@ from fabweave.cli.guide import TOPICS, for_terminal, options_page, page
 from fabweave.cli.main import main
 
 
-def test_without_a_topic_all_are_listed_with_a_line_each(capsys):
-    main(["guide"])
-    _, *lines, _ = capsys.readouterr().out.splitlines()
-    assert [line.split(maxsplit=1)[0] for line in lines] == [*TOPICS, "options"]
-
-
 @pytest.mark.parametrize("topic", [*TOPICS, "options"])
 def test_a_page_is_plain_text_where_there_is_no_terminal(topic, capsys):
     main(["guide", topic.upper()])

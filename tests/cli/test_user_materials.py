@@ -13,7 +13,7 @@ from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.options.user_files import FOLDER_VARIABLE, user_file
 from fabweave.verify.proof import verify_job
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 #: One material is new; the other stands in for one of ours, and bends by a table.
 MATERIALS = """
@@ -119,7 +119,6 @@ def test_what_is_used_is_embedded_whole_and_nothing_else(made) -> None:
     assert job["rules"]["school"]["web_t"] == 1.0
 
 
-@pytest.mark.slow
 def test_what_is_proved_needs_no_file_of_the_users(made, tmp_path) -> None:
     assert remake_job(made).ok
     spoiled = Path(shutil.copytree(made, tmp_path / "spoiled"))
@@ -140,13 +139,6 @@ def test_the_configuration_folder_is_honoured(configured) -> None:
     assert settings_from_options("shape:cube", material="birch-veneer").stock.library == ()
 
 
-def test_a_named_file_wins_over_the_folder(configured, tmp_path) -> None:
-    later = tmp_path / "later.toml"
-    later.write_text(MATERIALS.replace("Card from the attic", "Card from the cellar"), "utf-8")
-    settings = settings_from_options("shape:cube", library=[configured / "materials.toml", later])
-    assert settings.stock.library[0].title == "Card from the cellar"
-
-
 @pytest.mark.usefixtures("configured")
 def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) -> None:
     job = tmp_path / "job.toml"
@@ -155,19 +147,6 @@ def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) ->
     # What is asked for anew is looked for there.
     assert settings_from_job(job, material="felt").stock.library[0].name == "felt"
     assert settings_from_job(job, target="school").machine.rules[0].name == "school"
-
-
-def test_no_folder_is_as_good_as_an_empty_one(monkeypatch, tmp_path) -> None:
-    for folder in (tmp_path, tmp_path / "none", Path("/dev/null")):
-        monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
-        assert settings_from_options("shape:cube").stock.library == ()
-    monkeypatch.delenv(FOLDER_VARIABLE)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    monkeypatch.setenv("HOME", str(tmp_path))
-    assert user_file("rules").name == "targets.toml"
-    assert tmp_path in user_file("rules").parents
-    assert user_file("rules").parent.name == "fabweave"
-    assert settings_from_options("shape:cube").stock.library == ()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ import pytest
 from fabweave.core.entries import parse_toml, read_toml
 from fabweave.core.errors import InputError
 from fabweave.core.files import read_input, read_text
-from fabweave.core.messages import shown
 
 
 def test_an_ordinary_file_is_read_and_what_a_link_leads_to(tmp_path):
@@ -64,12 +63,3 @@ def test_deep_and_giant_toml_is_refused_in_linear_time(text):
         parse_toml(text, "cannot")
     # Minutes, where it grows with the square.
     assert time.process_time() - started < 30.0
-
-
-def test_values_that_cannot_be_written_are_told_by_their_type():
-    deep: list[object] = []
-    for _ in range(100_000):
-        deep = [deep]
-    assert shown(deep) == "a value of type list"
-    assert shown(16**9999) == "a value of type int"
-    assert shown("x" * 99) == "'" + "x" * 56 + "..."

@@ -77,31 +77,11 @@ def test_a_folder_with_anything_else_is_refused_and_stays(spoil, name, tmp_path)
     assert tree(tmp_path) == before
 
 
-def test_a_link_is_as_foreign_as_a_file(tmp_path):
-    job, elsewhere = small_job(tmp_path / "job"), tmp_path / "elsewhere"
-    put(elsewhere, "mine")
-    (job / "link").symlink_to(elsewhere)
-    assert foreign_files(job) == ["link"]
-    (job / "link").unlink()
-    # Even to a file of the same content.
-    (job / "job.toml").rename(elsewhere / "job.toml")
-    (job / "job.toml").symlink_to(elsewhere / "job.toml")
-    assert foreign_files(job) == ["job.toml (no longer a file)"]
-
-
 def test_what_file_managers_leave_is_nobodys(tmp_path):
     job = small_job(tmp_path / "job")
     put(job, ".DS_Store")
     put(job, "sheets/Thumbs.db")
     assert foreign_files(job) == []
-
-
-def test_the_settings_of_this_run_may_have_been_edited(tmp_path):
-    job = small_job(tmp_path / "job")
-    put(job, "job.toml", "edited")
-    with pytest.raises(InputError, match=r"job\.toml"):
-        check_destination(job)
-    check_destination(job, [job / "job.toml"])
 
 
 def test_what_is_put_there_during_the_run_survives(tmp_path):

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from jobs import run
 
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.core.files import check_file, write_files
 from fabweave.mesh.io.files import write_mesh
@@ -126,12 +125,3 @@ def test_a_coupon_has_a_folder_of_its_own(tmp_path, capsys) -> None:
         assert "needs a folder of its own" in error
         assert name in error
     assert (mine / "coupon.txt").read_text() == "10 % off"
-
-
-def test_a_job_under_a_file_gets_one_message(tmp_path, capsys) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(SystemExit) as stop:
-        main(["make", "shape:cube", "--effort", "quick", "-q", "-o", str(tmp_path / "file" / "x")])
-    assert stop.value.code == 2
-    assert "is a file" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -9,19 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.core.records import from_json, inline, optional, read_json, record, to_json
+from fabweave.core.records import from_json, optional, read_json, record, to_json
 
 
 @record
 class Hole:
     kind: Literal["hole"] = "hole"
     width_mm: float
-
-
-@record
-class Sums:
-    count: int
-    area: float | None
 
 
 @record
@@ -34,13 +28,6 @@ class Whole:
     path: tuple[tuple[float, float], ...]
     note: str | None = optional(default=None)
     late: int | None = None
-
-
-@record
-class Account:
-    name: str
-    sums: Sums = inline()
-    mass_g: float
 
 
 WHOLE_NUMBERS = st.integers(1 - 2**63, 2**63 - 1)
@@ -74,19 +61,6 @@ DOCUMENT = {
     "note": "new",
     "late": None,
 }
-
-
-def test_a_document_has_the_keys_of_its_records_in_their_order():
-    whole = from_json(Whole, json.dumps(DOCUMENT))
-    assert whole.cuts == (Hole(width_mm=2.0),)
-    assert json.dumps(to_json(whole)) == json.dumps(DOCUMENT)
-
-
-def test_keys_of_a_record_stand_among_those_of_the_one_that_holds_it():
-    account = Account(name="A", sums=Sums(count=4, area=None), mass_g=1.5)
-    assert list(to_json(account).items()) == [
-        ("name", "A"), ("count", 4), ("area", None), ("mass_g", 1.5),
-    ]  # fmt: skip
 
 
 def test_what_may_be_absent():

@@ -7,13 +7,6 @@ from hypothesis import strategies as st
 from fabweave.core.errors import InputError
 from fabweave.core.units import format_length, parse_length
 
-UNITS = {"": 1, "mm": 1, "cm": 10, "m": 1000, "in": 25.4, '"': 25.4, "ft": 304.8, "'": 304.8}
-
-
-@given(st.floats(1e-3, 1e6), st.sampled_from(sorted(UNITS)), st.sampled_from(["", " "]))
-def test_number_times_unit(value, unit, space):
-    assert parse_length(f"{value!r}{space}{unit}") == pytest.approx(value * UNITS[unit])
-
 
 @given(st.integers(1, 10**7))
 def test_format_is_read_back_exactly(micrometres):
@@ -44,8 +37,3 @@ def test_zero_only_where_it_is_allowed():
     assert parse_length("0mm", zero_ok=True) == 0
     with pytest.raises(InputError, match="kerf '0' must be positive"):
         parse_length("0", what="kerf")
-
-
-def test_decimal_comma_gets_a_hint():
-    with pytest.raises(InputError, match="decimals after a point"):
-        parse_length("2,5mm")

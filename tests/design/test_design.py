@@ -26,6 +26,8 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.plan.verdict import NotMakeableError, refused
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 BALL = Settings.of("shape:icosahedron", size_mm=200.0, effort="quick")
 DESIGNS = [BALL, BALL.but(refine="catmull-clark:1"), BALL.but(pattern="twill")]
 

@@ -25,6 +25,8 @@ from fabweave.ribbon.measures import thread_lengths
 from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import WidthRule
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 slow = pytest.mark.slow
 
 
@@ -228,15 +230,6 @@ def test_the_picture_shows_the_mesh_and_the_weave(mesh, tmp_path) -> None:
     assert drawn[0] < 0.01
     assert drawn[1] > 0.1
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
-
-
-@pytest.mark.parametrize(
-    ("option", "name"),
-    [("--png", "nowhere/a.png"), ("--png", "a.jpg"), ("--edges", "nowhere/a.csv")],
-)
-def test_files_that_cannot_be_written_are_told_at_once(option, name, tmp_path) -> None:
-    assert run("inspect", "shape:torus?m=2000&n=2000", option, tmp_path / name) == 2
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture

@@ -19,6 +19,8 @@ from fabweave.options.settings import Settings
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 ASKED = Settings.of("cow.obj", size_mm=300.0, material="birch-veneer")
 GOOD = outcome()
 

@@ -18,6 +18,8 @@ from fabweave.verify.measure.walks import trace_walks
 from fabweave.verify.proof import verify_job
 from fabweave.verify.read.mesh import read_obj
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 slow = pytest.mark.slow
 TURN = ("--boundary", "turn")
 
@@ -191,8 +193,8 @@ def test_a_face_by_itself_is_left_out(tmp_path):
         ("shape:cube", "satin:5/2", ()),
         ("shape:hypar?m=1&n=1", "plain", TURN),
         # More edges than can be woven are refused at once.
-        ("shape:torus?m=2000&n=2000", "triaxial", ()),
-        ("shape:sphere?n=700", "triaxial", ()),
+        pytest.param("shape:torus?m=2000&n=2000", "triaxial", (), marks=pytest.mark.slow),
+        pytest.param("shape:sphere?n=700", "triaxial", (), marks=pytest.mark.slow),
     ],
 )
 def test_what_cannot_be_woven_is_refused(mesh, pattern, options, tmp_path, capsys):

@@ -9,7 +9,6 @@ import pytest
 from jobs import make_job
 
 from fabweave.core.errors import InputError
-from fabweave.core.records import to_json
 from fabweave.estimate.assembly_time import (
     assembly_time,
     difficulty,
@@ -34,6 +33,8 @@ from fabweave.plan.bill_of_materials import (
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, machines
 from fabweave.stock.material import machine_of, material_library, material_named
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 CARD = material_named("card")
 
@@ -95,13 +96,6 @@ def test_letters_take_longer_than_their_length_at_full_speed():
     )
     fastest = length / machines()["co2"].engrave_mm_s[1]
     assert job.costs.machine.engrave_s[0] > 4 * fastest
-
-
-@pytest.mark.slow
-def test_no_letters_take_no_time():
-    bare = job_of(labels="none").costs
-    assert bare.machine.engrave_s == (0.0, 0.0)
-    assert bare.machine.cut_s == job_of().costs.machine.cut_s
 
 
 @pytest.mark.slow
@@ -273,15 +267,6 @@ def test_the_machine_costs_what_its_hours_do():
     assert costs.price.high == pytest.approx(sum(part.high for part in parts), abs=1e-3)
 
 
-def test_other_currencies_than_that_of_hardware_make_no_sum():
-    job = job_of()
-    dollars = replace(CARD, price_per_m2=8.0, currency="USD")
-    costs = costs_of(job, [dollars] * len(job.drawings))
-    assert costs.sheet_price.currency == "USD"
-    assert costs.hardware_price == hardware_price(bill_of_materials(job.piece_set))
-    assert costs.price is None
-
-
 @pytest.mark.slow
 def test_sums_count_the_sheets_of_rings_and_of_a_former():
     job = job_of("shape:sphere?n=3", leave_out="top:120mm", rim="ring", former="auto")
@@ -296,12 +281,6 @@ def test_sums_count_the_sheets_of_rings_and_of_a_former():
     assert costs.price == sum_prices([costs.sheet_price, costs.hardware_price])
     # Before they are drawn, they are not known, and nothing says otherwise.
     assert set(foretold(job).without) == {"rings", "former"}
-
-
-def test_costs_are_json_with_plain_keys():
-    document = json.loads(json.dumps(to_json(job_of().costs)))
-    assert {"cut_s", "engrave_s", "travel_s", "machine_s", "assembly", "price"} <= set(document)
-    assert set(document["sheets"][0]) == {"sheet", "cut_s", "engrave_s", "travel_s", "price"}
 
 
 # ---- calibration --------------------------------------------------------------------------------
@@ -351,12 +330,3 @@ def test_a_job_without_a_time_cannot_calibrate(tmp_path, estimate):
     write_waste(tmp_path, {"machine_s": [0.0, 0.0], "calibration": 1.0})
     with pytest.raises(InputError, match="nothing can be calibrated"):
         parse_calibration(f"{folder}:42min")
-
-
-def test_no_folder_and_no_sense_are_told(tmp_path):
-    with pytest.raises(InputError, match="the estimate of a finished job"):
-        parse_calibration(f"{tmp_path}/none:42min")
-    folder = write_waste(tmp_path, {"machine_s": [100.0, 100.0], "calibration": 1.0})
-    with pytest.raises(InputError, match=r"is a factor of 72, not a number from 0\.02 to 50"):
-        settings_from_options("shape:cube", calibrate=f"{folder}:2h")
-    assert settings_from_options("shape:cube", calibrate="1.3").machine.calibrate == 1.3

@@ -9,6 +9,8 @@ from fabweave.design.inspection.text import inspection_text
 from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 JOB = ("shape:torus?m=8&n=4", "--size", "240mm", "--effort", "quick")
 
 

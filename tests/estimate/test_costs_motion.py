@@ -56,27 +56,11 @@ def test_small_holes_are_cut_no_faster_than_their_arc_allows(rate, wanted):
     assert seconds(halves, 500.0, rate) == pytest.approx(seconds(hole, 500.0, rate))
 
 
-def test_a_corner_on_a_straight_line_is_none():
-    whole, halves = stroke([0, 0], [30, 0]), stroke([0, 0], [10, 0], [10, 0], [30, 0])
-    assert seconds(halves) == pytest.approx(seconds(whole))
-    # Turning back is a rest.
-    back = stroke([0, 0], [30, 0], [0, 0])
-    assert seconds(back) == pytest.approx(2 * seconds(whole))
-
-
 def test_hops_are_trapezoids():
     speed, rate = 200.0, 1000.0
     ways = np.array([400.0, 40.0, 39.9, 0.0])
     expected = [400 / speed + speed / rate, 0.4, 2 * math.sqrt(39.9 / rate), 0.0]
     assert hop_times(ways, speed, rate) == pytest.approx(expected)
-
-
-def test_nothing_takes_no_time():
-    assert run_times(runs_of([]), 100.0, 1000.0, DEVIATION_MM).tolist() == []
-    assert hop_times(np.zeros(0), 100.0, 1000.0).tolist() == []
-    assert seconds(stroke([1, 1], [1, 1])) == 0.0
-    begins, ends = ends_of([])
-    assert begins.shape == ends.shape == (0, 2)
 
 
 def test_what_is_closed_ends_where_it_begins():

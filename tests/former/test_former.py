@@ -27,6 +27,8 @@ from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_options
 from fabweave.piece.development import piece_stretches
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 LAYER, THICK = 0.4, 1.2
 
 
@@ -60,13 +62,6 @@ def test_the_former_of_a_torus_is_a_ring_with_discs_around_it(torus):
     assert all(len(plate.joins) == len(slices) for plate in spines)
     pieces = {mark.piece for plate in plates for mark in plate.marks}
     assert pieces == set(range(len(job.piece_set.pieces)))
-
-
-def test_ticks_point_inwards_from_the_edge(torus):
-    for plate in torus[1]:
-        for mark in plate.marks:
-            assert plate.outline.boundary.distance(shapely.Point(mark.point)) < 1e-6
-            assert np.linalg.norm(mark.inward) == pytest.approx(1.0)
 
 
 def rails_of(job, piece):

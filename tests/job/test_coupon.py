@@ -10,7 +10,6 @@ import pytest
 import shapely
 from jobs import OCTAHEDRON
 
-from fabweave.cli.main import main
 from fabweave.core.errors import InputError
 from fabweave.job.coupon import BLOCKS, coupon_for, draw_coupon, plan_coupon, write_coupon
 from fabweave.sheet.drawing import Circle, Layer, Polyline
@@ -123,18 +122,6 @@ def test_lap_and_bend_are_those_of_the_job():
 def test_a_hole_that_no_laser_cuts_is_refused():
     with pytest.raises(InputError, match="too small for a laser"):
         plan_coupon(material_named("birch-ply-3"), hole_mm=1.0)
-
-
-def test_command(tmp_path, capsys):
-    out = tmp_path / "deep" / "coupon"
-    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
-    assert sorted(path.name for path in out.iterdir()) == [
-        "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt"
-    ]  # fmt: skip
-    assert "hole 2 mm" in capsys.readouterr().out
-    first = {path.name: path.read_bytes() for path in out.iterdir()}
-    main(["coupon", "--material", "card", "--fastener", "2mm", "-o", str(out)])
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 
 
 def test_a_job_gives_its_figures(finished, tmp_path):

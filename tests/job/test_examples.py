@@ -15,6 +15,8 @@ from PIL import Image
 import fabweave as fw
 from fabweave.verify.report import MEANINGS
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -30,6 +32,7 @@ def test_count_threads(capsys):
     ]
 
 
+@pytest.mark.slow
 def test_make_a_job(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make_a_job.py", str(tmp_path / "out")])
     runpy.run_path(str(EXAMPLES / "make_a_job.py"))

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,8 @@ from jobs import contents_of
 from PIL import Image
 
 import fabweave as fw
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 
 @pytest.fixture(scope="module")
@@ -154,33 +155,6 @@ def test_whatever_holds_the_numbers_of_a_mesh_they_are_the_same_mesh(held):
     assert mesh.faces == other.faces
 
 
-@pytest.mark.parametrize(
-    "name", ["", "a/b", "../x", "woven_mesh", " x", "x\n", "x" * 81, 5, None, ["x"], b"x"]
-)
-def test_a_mesh_from_memory_gets_a_plain_name(name):
-    with pytest.raises(fw.InputError):
-        fw.mesh(trimesh.creation.box(), name=name)
-
-
-@pytest.mark.parametrize("place", ["x" * 5000, "x" * 250, "a\0b", None, 5, b"job"])
-def test_what_is_no_path_of_a_folder_is_refused_and_nothing_is_left(place, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    layout = fw.weave("shape:tetrahedron", size=100).ribbons().pieces().nest(effort="quick")
-    for use in (layout.write, fw.verify, partial(fw.make, "shape:tetrahedron", size=100)):
-        with pytest.raises(fw.InputError):
-            use(place)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("place", ["x" * 5000, "x" * 300, "a\0b"])
-def test_what_is_no_path_of_a_file_is_refused(place):
-    for use in (fw.read, fw.weave, fw.inspect):
-        with pytest.raises(fw.InputError):
-            use(place)
-    with pytest.raises(fw.InputError):
-        fw.weave("shape:cube", leave_out=place)
-
-
 def test_no_array_that_is_handed_out_can_be_written_to(steps):
     mesh, weave, *_ = steps
     values = (*steps, weave.yarns(), *weave.threads, *steps[3])
@@ -193,19 +167,6 @@ def test_no_array_that_is_handed_out_can_be_written_to(steps):
     assert {name for _, name, _ in arrays} >= {"vertices", "edges", "crossings", "widths_mm"}
     assert not [array for array in arrays if array[2]]
     assert weave.crossings.tolist() == mesh.edges.tolist()  # every edge, in its order
-
-
-@pytest.mark.slow
-def test_every_value_shows_itself(steps):
-    for step in steps:
-        assert repr(step).startswith(type(step).__name__ + "(")
-        assert len(repr(step)) < 160
-        page = step._repr_html_()
-        assert page.count("<div") == page.count("</div>")
-        assert "<table>" in page
-        assert "<img" in page or "<svg" in page
-    mesh, weave, ribbons, *_ = steps
-    assert all(isinstance(step.picture(), Image.Image) for step in (mesh, weave, ribbons))
 
 
 @pytest.mark.slow
@@ -252,22 +213,3 @@ def test_pictures_have_the_size_the_view_and_the_scale_that_are_asked_for():
         mesh.picture(view=(-90, 0), across=-1)
     with pytest.raises(fw.InputError, match="elevation"):
         mesh.picture(view=(-90, 95))
-
-
-def test_pieces_tell_what_they_cost_and_layouts_their_colours(steps):
-    *_, pieces, layout = steps
-    assert pieces.costs.planned
-    low, high = pieces.costs.assembly.hours
-    assert 0.0 < low <= high
-    assert layout.colours.shape == (len(pieces), 3)
-
-
-def test_however_long_a_lap_is_asked_for_it_ends_at_the_crossings_beside():
-    ribbons = fw.weave(fw.shape("tetrahedron", size="200mm")).ribbons()
-    metre, most = (ribbons.pieces(joint=f"rivet,lap={lap}") for lap in ("1m", "20m"))
-    laps = metre.planned.piece_set.plan.lap_mm
-    # A lap reaches half its length to either side, and the next crossings are whole lanes away.
-    lanes = ribbons.lengths_mm / [len(thread.crossings) for thread in ribbons.weave.threads]
-    assert 0.0 < laps.min() <= laps.max() < 2.0 * lanes.max()
-    for one, other in zip(metre.polygons, most.polygons, strict=True):
-        assert one.equals(other)

@@ -15,6 +15,8 @@ from fabweave.core.errors import InputError
 from fabweave.job.ask import load_asked
 from fabweave.options.settings import Settings, settings_from_job, settings_from_options
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 NAMES = (
     "binary.ply", "box.3mf", "box.glb", "box.gltf", "box.stl", "crossing_map.json",
     "cube.obj", "cube.off", "cube.ply", "job.toml", "layout", "materials.toml", "offcut.dxf",

@@ -11,6 +11,8 @@ from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
 from fabweave.show import paper_limits
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture
 def small_limits(monkeypatch):

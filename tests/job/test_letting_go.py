@@ -8,6 +8,8 @@ from fabweave.job import letting_go as module
 from fabweave.job.letting_go import let_job_go
 from fabweave.ribbon.rules.remedy import Depth
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 @pytest.fixture(scope="module")
 def planned():

@@ -16,21 +16,15 @@ from fabweave.core.errors import InputError
 from fabweave.job.ask import complete_settings
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
-from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
-from fabweave.piece.congruence import compare_pieces
-from fabweave.ribbon.project import crossing_heights
 from fabweave.ribbon.rules.rules import measure_along, measure_layers
 from fabweave.stock.per_bunch import split_by_bunch
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.stock.supplies import plan_supplies
 from fabweave.verify.proof import verify_job
-from fabweave.weave.pattern import plain_weave
-from fabweave.weave.threads import trace_threads
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 WARP, WEFT = 0.4, 0.7
 SETTINGS = Settings.of(
@@ -60,7 +54,6 @@ def read(folder: Path, name: str) -> dict:
     return json.loads((folder / name).read_text(encoding="utf-8"))
 
 
-@pytest.mark.slow
 def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
     job, _ = made
     threads, ribbons = job.weave.threads, job.woven.ribbons
@@ -76,15 +69,6 @@ def test_strands_are_as_far_apart_as_their_own_layers_take(made) -> None:
         lower_face = height[over] - thickness[over] / 2
         upper_face = height[under] + thickness[under] * (1.0 if crossing in lapped else 0.5)
         assert lower_face - upper_face == pytest.approx(0.1, abs=1e-9)
-
-
-def test_one_thickness_gives_the_heights_that_it_always_gave() -> None:
-    weave = plain_weave(trace_threads(build_halfedges(parse_shape("shape:octahedron"))))
-    laps = np.array([1, 4])
-    height = crossing_heights(weave, np.full(4, 0.5), 0.1, laps)
-    expected = np.full(12, 0.3)
-    expected[laps] = 0.425
-    assert np.array_equal(height, expected)
 
 
 def test_sheets_pieces_and_fasteners_are_of_their_threads_materials(made) -> None:
@@ -235,14 +219,6 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
             assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
 
 
-def test_pieces_of_two_materials_are_of_two_kinds(made) -> None:
-    job, _ = made
-    piece = job.piece_set.pieces[0]
-    assert compare_pieces([piece, piece]).number.tolist() == [1, 1]
-    assert compare_pieces([piece, piece, piece], [0, 1, 0]).number.tolist() == [1, 2, 1]
-
-
-@pytest.mark.slow
 def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
     settings = SETTINGS.but(
         material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"

@@ -15,6 +15,8 @@ import fabweave as fw
 from fabweave.options.settings import settings_from_options
 from fabweave.options.table import OPTIONS
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 class Unwritten:
     """Something that cannot be written."""
@@ -158,17 +160,6 @@ def test_every_argument_of_everything_public_is_tried():
                         wanted.add(f"{call} {one.name}")
     assert len(wanted) > 25
     assert wanted <= set(CALLS)
-
-
-def test_numbers_of_numpy_and_plain_ones_are_the_same(steps):
-    plain = steps.Ribbons.picture(view=(-60, 30), across=300, **SMALL)
-    numpy = {"view": np.array([-60.0, 30.0]), "across": np.float32(300), "samples": np.uint8(1)}
-    assert steps.Ribbons.picture(size_px=np.array([30, 20]), **numpy) == plain
-    assert steps.Layout.picture(np.int64(1)) == steps.Layout.picture()
-    assert steps.Weave.yarns(sides=np.int32(6)).spun.sides == 6
-    one, each = (steps.Ribbons.relax(pins=pins) for pins in (2, np.full(32, np.float32(2))))
-    assert np.array_equal(one.rested, each.rested)
-    assert np.array_equal(one.pins, np.full(32, 2.0))
 
 
 @pytest.mark.parametrize("wide", [1, 2, 5, 9, 13])

@@ -9,22 +9,20 @@ import os
 
 import numpy as np
 import pytest
-from jobs import quick_jobs
 from random_jobs import earlier_stock, hull, outcome, outcome_of, outcome_of_newest
 
 from fabweave.core.errors import TooFineError
 from fabweave.piece import joined_object
 
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 ENDS = ("proved", "cannot be made", "bad input")
-MANY = int(os.environ.get("FABWEAVE_FUZZ", "30"))
+MANY = int(os.environ.get("FABWEAVE_FUZZ", "10"))
 
 
 #: Small ones are made quickly, of seeds that others do not have.
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "small"),
-    [(70001, True), (70003, True)]
-    + [pytest.param(n, False, marks=pytest.mark.slow) for n in range(MANY)],
+    [(70001, True), (70003, True)] + [(n, False) for n in range(MANY)],
 )
 def test_a_random_job_is_proved_or_refused(seed, small):
     found, said = outcome_of(seed, small=small)
@@ -33,11 +31,9 @@ def test_a_random_job_is_proved_or_refused(seed, small):
 
 @pytest.fixture(scope="module")
 def stocks(tmp_path_factory):
-    with quick_jobs():
-        return earlier_stock(tmp_path_factory.mktemp("earlier"))
+    return earlier_stock(tmp_path_factory.mktemp("earlier"))
 
 
-@pytest.mark.slow
 #: In the last, letters so near one another that their surroundings could not be united.
 @pytest.mark.parametrize("seed", [*range(91000, 91000 + 2 * MANY // 5), 99281])
 def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused(seed, stocks):
@@ -45,7 +41,6 @@ def test_a_random_job_on_offcuts_of_earlier_ones_is_proved_or_refused(seed, stoc
     assert found in ENDS, said
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(MANY))
 def test_a_random_job_of_what_is_newest_is_proved_or_refused(seed, tmp_path):
     found, said = outcome_of_newest(seed, tmp_path)
@@ -73,13 +68,11 @@ FAULTS = {
 LARGE = (79, 50175, 30146)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", FAULTS)
 def test_jobs_that_found_faults_are_proved(seed):
     assert outcome_of(seed, small=seed not in LARGE) == ("proved", "")
 
 
-@pytest.mark.slow
 def test_a_long_lap_that_ends_askew_is_proved():
     # Its last cross-line slants across the ribbon, with an end farther from the crossing than
     # half the lap and half the width there.
@@ -87,7 +80,6 @@ def test_a_long_lap_that_ends_askew_is_proved():
     assert outcome(hull(np.random.default_rng(6)), options) == ("proved", "")
 
 
-@pytest.mark.slow
 def test_what_joints_make_too_stiff_is_refused(monkeypatch):
     # Which job bends just enough with laps at every crossing, but not with laps where its joints
     # are, changes with every change of widths: here the material is too stiff for any joints.

@@ -15,6 +15,8 @@ from fabweave.job.remake import remake_job
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 OWN = ("--library", Path(__file__).parents[2] / "examples" / "materials.toml")
 #: One job of each kind of setting that could be lost between job.toml and the files.
 JOBS = {

@@ -7,11 +7,9 @@ from hypothesis import strategies as st
 
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import model_of
-from fabweave.mesh.remesh.quads import remesh_quads
-from fabweave.mesh.remesh.remeshed import edge_lengths, evenness
-from fabweave.mesh.remesh.triangles import collapse_short, even_edges, split_long
+from fabweave.mesh.remesh.remeshed import edge_lengths
+from fabweave.mesh.remesh.triangles import collapse_short, split_long
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import surface_area as area
 from fabweave.mesh.triangulate import triangulate
@@ -92,41 +90,3 @@ def test_nothing_vanishes_where_that_would_spoil_the_surface():
     ring = triangulate(grids.torus(12, 3, 35.0, 2.0))
     thin = collapse_short(model_of(ring, ring.n_vertices), ring, 1e9)
     assert kind(thin) == kind(ring)
-
-
-def test_both_together_make_a_mesh_even():
-    uneven = with_slivers(SURFACES["ball"], 60, 5)
-    model = model_of(SURFACES["ball"], uneven.n_vertices)
-    even = even_edges(model, uneven, 552)
-    assert even.n_faces in (552, 553)
-    assert evenness(even) > 0.4 > evenness(uneven)
-
-
-def squeezed(mesh):
-    """Push the quads of one side together: as many of them, but some are small."""
-    vertices = mesh.vertices.copy()
-    above = vertices[:, 2] > 0
-    vertices[above, 2] **= 3
-    vertices[above, 2] /= np.abs(mesh.vertices[:, 2]).max() ** 2
-    return mesh.with_vertices(vertices)
-
-
-@pytest.mark.slow
-def test_even_quads_are_kept_and_uneven_ones_made_anew():
-    pytest.importorskip("pyQuadriFlow", reason="pyQuadriFlow is not installed")
-    ball = grids.sphere(6, 50.0)
-    assert remesh_quads(ball, 200).method == "unchanged"
-    uneven = squeezed(ball)
-    assert evenness(uneven) < 0.45
-    anew = remesh_quads(uneven, 200)
-    assert anew.method not in ("unchanged", "pairing")
-    assert evenness(anew.mesh) >= 0.45
-    # Who does not say how many gets those that are there.
-    assert remesh_quads(uneven, None).method == "unchanged"
-
-
-def test_evenness_of_a_strip_is_its_shortest_edges_over_the_median():
-    corners = [[x, y, 0] for x in (0, 1, 2, 3, 3.25) for y in (0, 1)]
-    faces = [[2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1] for k in range(4)]
-    strip = PolyMesh.from_faces(corners, faces)
-    assert evenness(strip) == pytest.approx(0.25, abs=0.01)

@@ -1,24 +1,20 @@
 """Fairing: strands straighten and even out near the model, and the energy falls."""
 
-import tomllib
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from jobs import run
 from scipy.spatial import cKDTree
+from slow import slow_but
 from strategies import merged
 from weaving_meshes import meshes
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy, Wish
 from fabweave.mesh.fair.fairing import Guard, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.mirror import find_partners
 from fabweave.mesh.nearest import Surface
@@ -28,7 +24,6 @@ from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.subdivide import split_to_quads
 from fabweave.mesh.triangulate import fans, triangulate
-from fabweave.options.settings import Settings
 from fabweave.ribbon.measures import ribbon_widths
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import plain_weave
@@ -58,7 +53,7 @@ ROUGH = {
     "hemisphere": lambda: (shaken(hemisphere(4, 50.0), 4), hemisphere(16, 50.0)),
     "triangles": lambda: (shaken(triangulate(torus(18, 12, 35.0, 15.0)), 5), FINE_RING),
 }
-rough = pytest.mark.parametrize("name", ROUGH)
+rough = pytest.mark.parametrize("name", slow_but(ROUGH))
 
 
 # Known answers.
@@ -74,14 +69,6 @@ def test_strands_straighten_near_the_model_while_the_energy_falls(name) -> None:
     before, after = likeness(model, mesh), likeness(model, result.mesh)
     assert after.in_mean_mm < before.in_mean_mm
     assert after.out_mean_mm < before.out_mean_mm
-
-
-def test_a_noisy_cylinder_becomes_a_grid() -> None:
-    result = faired(*ROUGH["tube"]())
-    assert result.before.turn_deg > 10
-    # What is left is due to samples of the model, which are no grid.
-    assert result.after.turn_deg < 0.3
-    assert result.after.room_ratio < 1.1
 
 
 def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
@@ -106,48 +93,6 @@ def test_ribbons_keep_their_width_over_a_sharp_edge() -> None:
         return ribbon_widths(ribbons)[np.add.outer([0, 1], ribbons.entry)].min()
 
     assert least(faired(*lens).mesh) > 1.5 * least(lens[0])
-
-
-@pytest.mark.slow
-def test_a_torus_gets_straighter_and_not_less_even() -> None:
-    # Straightness alone could be bought with evenness.
-    clean = faired(RING, FINE_RING)
-    assert clean.after.turn_deg < clean.before.turn_deg
-    result = faired(*ROUGH["torus"]())
-    assert result.after.turn_deg < 0.8 * result.before.turn_deg
-    assert result.after.room_ratio < 0.75 * result.before.room_ratio
-    assert result.after.turn_deg == pytest.approx(clean.after.turn_deg, rel=0.05)
-
-
-@pytest.mark.slow
-@rough
-def test_fairing_again_gains_little(name) -> None:
-    mesh, model = ROUGH[name]()
-    fitted = model_of(model, mesh.n_vertices)
-    once = fair_mesh(mesh, fitted, 20)
-    energy = Energy(mesh, fitted)
-    again = fair_mesh(once.mesh, fitted, 20)
-    first, second = (energy.at(one.mesh.vertices).value for one in (once, again))
-    assert first - second < 0.01 * first + 1e-4 * once.energies[0]
-
-
-def test_scale_makes_no_difference_if_the_wish_goes_along() -> None:
-    mesh, model = ROUGH["hypar"]()
-    wish = Wish(least_mm=9.0, most_mm=11.0, radius_mm=4.0, twist_deg=5.0)
-    # By a power of two: samples in a row of equal areas fall the same way.
-    large = Wish(36.0, 44.0, 16.0, 5.0)
-    once = faired(mesh, model, 6, wish=wish)
-    grown = [one.with_vertices(4.0 * one.vertices) for one in (mesh, model)]
-    other = faired(*grown, 6, wish=large)
-    assert other.energies == pytest.approx(once.energies, abs=1e-6 * once.energies[0])
-    # What bends this way or that by rounding alone leads astray, but not far.
-    assert np.abs(other.mesh.vertices / 4.0 - once.mesh.vertices).max() < 1e-3 * 100.0
-
-
-def test_the_same_bytes_each_time() -> None:
-    mesh, model = ROUGH["torus"]()
-    one, two = (faired(mesh, model, 4).mesh.vertices for _ in range(2))
-    assert one.tobytes() == two.tobytes()
 
 
 # The energy and its measures.
@@ -311,59 +256,4 @@ def test_what_cannot_be_faired_is_refused() -> None:
         faired(flat, cube())
 
 
-def test_foreign_code_never_sees_a_broken_surface() -> None:
-    points, triangles = fans(cube())
-    with pytest.raises(ValueError, match="finite points"):
-        Surface(np.where(points > 0.9, np.nan, points), triangles)
-    with pytest.raises(ValueError, match="do not exist"):
-        Surface(points, triangles + 20)
-    with pytest.raises(ValueError, match="must be finite"):
-        Surface(points, triangles).feet(np.full((1, 3), np.inf))
-
-
-@pytest.mark.parametrize("factor", [1e-150, 1e150])
-def test_closest_points_at_any_scale(factor) -> None:
-    points, triangles = fans(cube())
-    places = np.array([[0.2, 0.3, 5.0], [-7.0, 0.1, 0.2]])
-    feet = Surface(points * factor, triangles).feet(places * factor)
-    side = points.max()
-    assert np.allclose(feet.points / factor, [[0.2, 0.3, side], [-side, 0.1, 0.2]])
-    assert np.allclose(feet.distances / factor, [5 - side, 7 - side])
-    assert np.all(np.einsum("nd,nd->n", feet.normals, places) > 0)
-
-
 # Whole jobs.
-
-
-@pytest.mark.slow
-def test_a_faired_job_is_made_and_proved_and_says_so(tmp_path) -> None:
-    write_mesh(tmp_path / "ball.obj", shaken(sphere(2, 50.0), 3, 0.08))
-    options = ("--size", "200mm", "--sheet", "600x400mm", "--effort", "quick", "--fair", "6")
-    assert run("make", tmp_path / "ball.obj", *options, "-q", "-o", tmp_path / "out") == 0
-    job = tomllib.loads((tmp_path / "out" / "job.toml").read_text(encoding="utf-8"))
-    assert job["job"]["fair"] == 6
-    assert any(note.startswith("fairing: in ") for note in job["outcome"]["notes"])
-    assert run("verify", tmp_path / "out", "-q") == 0
-
-
-@pytest.mark.slow
-def test_what_is_remeshed_is_faired_unless_it_is_not_to_be(tmp_path) -> None:
-    write_mesh(tmp_path / "ball.obj", triangulate(sphere(8, 50.0)))
-    asked = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, remesh="triangles:100")
-    woven = load_asked(asked)
-    plain = load_asked(asked.but(fair=0), remeshed=woven.remeshed)
-    told = [any(note.startswith("fairing: ") for note in one.notes) for one in (woven, plain)]
-    assert told == [True, False]
-    assert not np.array_equal(woven.mesh.vertices, plain.mesh.vertices)
-    assert not any("fair" in note for note in load_asked(asked.but(remesh=None)).notes)
-
-
-def test_fairing_comes_before_the_triaxial_subdivision_and_the_final_size(tmp_path) -> None:
-    write_mesh(tmp_path / "ball.obj", shaken(sphere(3, 50.0), 3, 0.08))
-    plain = Settings.of(str(tmp_path / "ball.obj"), size_mm=300.0, fair=4)
-    woven = load_asked(plain)
-    triaxial = load_asked(plain.but(pattern="triaxial"))
-    assert np.ptp(woven.mesh.vertices, axis=0).max() == pytest.approx(300.0, rel=1e-12)
-    old = triaxial.mesh.vertices[: triaxial.n_old_vertices]
-    assert np.array_equal(old, woven.mesh.vertices)
-    assert any(note.startswith("the mesh was faired:") for note in woven.notes)

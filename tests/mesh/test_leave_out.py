@@ -54,16 +54,6 @@ def first(mesh: PolyMesh) -> np.ndarray:
     return mesh.indices[mesh.offsets[:-1]]
 
 
-def test_a_rim_lies_on_its_circle_and_on_the_surface():
-    holed, (hole,) = opened(grids.sphere(4, 125.0), "top:80mm")
-    assert (hole.faces, hole.rim, hole.off) == (4, 8, 0)
-    rim = holed.vertices[boundary(holed)]
-    np.testing.assert_allclose(np.linalg.norm(rim[:, :2], axis=1), 40.0)
-    # Between the sphere and the chords of its faces, of 49 mm.
-    height = np.sqrt(125.0**2 - 40.0**2)
-    assert np.all((rim[:, 2] > height - 5.0) & (rim[:, 2] < height))
-
-
 def test_a_grid_is_opened_where_it_is_highest():
     # A tent: one face of a plane, 10 mm squares, has its middle at the top.
     flat = grids.hypar(7, 7, 70.0, 0.0)
@@ -125,14 +115,6 @@ def test_what_falls_apart_or_touches_at_a_corner_is_refused():
         opened(ball, f"0,{other}")
     with pytest.raises(InputError, match="fall apart into 2 bodies"):
         opened(ball, ",".join(map(str, equator)))
-
-
-@pytest.mark.parametrize(
-    "text", ["top", "top:80mm,top:2", "top:-3mm", "top:0mm", "", "1,,2", "1.5", "9999999999"]
-)
-def test_what_says_nothing_is_refused(text):
-    with pytest.raises(InputError):
-        parse_leave_out(text)
 
 
 def test_a_file_lists_faces(tmp_path):

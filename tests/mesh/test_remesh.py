@@ -34,7 +34,6 @@ from fabweave.mesh.remesh.engines import (
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import check_remeshed
-from fabweave.mesh.remesh.request import Remesh, parse_remesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.triangulate import triangulate
 
@@ -83,17 +82,6 @@ def giving(folder, mesh, before=""):
 # --- what is asked for -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "tris", "quad", "quads:", "quads:-5", "quads:1e3", "quads:5", "quads:100001", "quads:٣٠",
-     "quads:" + "9" * 400, "quads:1:2", "Quads:10"],
-)  # fmt: skip
-def test_wrong_option_is_refused(text):
-    assert parse_remesh(" quads:6 ") == Remesh("quads", 6)
-    with pytest.raises(InputError, match="quads"):
-        parse_remesh(text)
-
-
 # --- without a remesher ------------------------------------------------------------------------
 
 
@@ -116,14 +104,6 @@ def test_pairs_are_taken_if_they_are_about_as_many_as_asked_for(number, taken):
     else:
         with pytest.raises(CannotMakeError, match="it gives 288 quads"):
             remesh_quads(mesh, number, engines=())
-
-
-def test_mesh_of_quads_is_left_as_it_is():
-    ball = grids.sphere(4, 50.0)
-    remeshed = remesh_quads(ball, None, engines=())
-    assert remeshed.method == "unchanged"
-    assert remeshed.mesh.faces() == ball.faces()
-    assert remeshed.irregular.valence.tolist() == [3] * 8
 
 
 def test_soup_is_joined_and_inside_out_faces_are_turned_first():
@@ -228,13 +208,6 @@ def test_check_tells_bodies_of_swapped_genus_apart():
     tori = merged(GIVEN, GIVEN.with_vertices(GIVEN.vertices + 300))
     faults = check_remeshed(tori, merged(grids.sphere(20, 50.0), away))
     assert "genus: (0, 2) instead of (1, 1)" in faults
-
-
-def test_open_rim_must_stay_open():
-    bowl = triangulate(grids.hemisphere(6, 50.0))
-    assert check_remeshed(bowl, grids.hemisphere(4, 50.0)) == ()
-    faults = check_remeshed(bowl, grids.sphere(6, 50.0))
-    assert "boundary loops: 0 instead of 1" in faults
 
 
 @pytest.mark.parametrize("what", ["a hole", "inside out", "another genus", "vertex away"])
@@ -361,12 +334,6 @@ def test_no_child_outlives_an_interrupted_parent(tmp_path, how):
     assert_gone([int(line) for line in mark.read_text().split()])
 
 
-def test_command_that_is_not_there_is_reported(tmp_path):
-    engine = Engine("x", "X", "", command=(str(tmp_path / "nothing"),))
-    with pytest.raises(AttemptFailedError, match="could not be started"):
-        run_engine(engine, BALL, Run(100, 0, rim=False))
-
-
 # --- choosing ----------------------------------------------------------------------------------
 
 
@@ -383,28 +350,6 @@ def inset(mesh, chosen):
         faces.append(inner)
         faces += [[face[k - 1], face[k], inner[k], inner[k - 1]] for k in range(4)]
     return PolyMesh.from_faces(points, faces)
-
-
-@pytest.mark.slow
-def test_of_equally_near_results_the_one_with_fewest_irregular_vertices_wins(tmp_path):
-    results = {
-        20: inset(grids.torus(24, 12, 35.0, 15.0), {5, 100}),
-        21: inset(grids.torus(36, 12, 35.0, 15.0), {5}),
-        22: inset(grids.torus(26, 12, 35.0, 15.0), {5}),
-    }
-    for seed, mesh in results.items():
-        faces = mesh.indices.reshape(-1, 4)
-        np.savez(tmp_path / f"{seed}.npz", v=mesh.vertices / 100, f=faces)
-    body = (
-        "seed = int(task['seed'])\n"
-        "if seed not in (20, 21, 22): sys.exit(1)\n"
-        f"kept = np.load(os.path.join({str(tmp_path)!r}, str(seed) + '.npz'))\n"
-        "give(kept['v'], kept['f'])\n"
-    )
-    engine = replace(stub(tmp_path, body), most_runs=4)
-    remeshed = remesh_quads(icotorus(), 300, seed=20, engines=[engine])
-    assert len(remeshed.irregular) == 8
-    assert remeshed.mesh.n_faces == 26 * 12 + 4
 
 
 def test_shape_comes_before_irregular_vertices():
@@ -458,12 +403,6 @@ def test_result_without_irregular_vertices_ends_the_search(tmp_path):
     assert len(remeshed.irregular) == 0
     # The runs that sleep were not waited for, or one would have been stopped at its limit.
     assert not any("stopped" in note for note in remeshed.notes)
-
-
-def test_far_too_many_quads_are_no_result(tmp_path):
-    engine = giving(tmp_path, grids.torus(60, 30, 35.0, 15.0))
-    with pytest.raises(CannotMakeError, match="1800 quads, far from the 200 wanted"):
-        remesh_quads(icotorus(), 200, engines=[engine])
 
 
 def test_open_mesh_is_asked_to_keep_its_rim_first(tmp_path):

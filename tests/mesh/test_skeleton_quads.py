@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
@@ -19,7 +19,6 @@ from fabweave.mesh.remesh import engines, tubes
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
-from fabweave.mesh.remesh.request import Remesh, parse_remesh
 from fabweave.mesh.remesh.skeleton_quads import (
     Skeleton,
     find_chords,
@@ -27,7 +26,6 @@ from fabweave.mesh.remesh.skeleton_quads import (
     pillowed,
     pruned,
     remesh_tubes,
-    resampled,
     split_chords,
     thinned,
     wide_part,
@@ -93,14 +91,6 @@ def test_limbs_are_counted_and_kept(star) -> None:
 
 @pytest.mark.slow
 @needs_pygel
-def test_the_same_bytes_each_time(star) -> None:
-    one, two = (remesh_tubes(star, 150).mesh for _ in range(2))
-    assert one.vertices.tobytes() == two.vertices.tobytes()
-    assert one.indices.tobytes() == two.indices.tobytes()
-
-
-@pytest.mark.slow
-@needs_pygel
 @pytest.mark.parametrize(
     "model", [triangulate(torus(40, 20, 100.0, 30.0)), starfish(open_at=2)], ids=["ring", "open"]
 )
@@ -138,17 +128,6 @@ def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
     monkeypatch.setattr(tubes, "check_remeshed", lambda *_: ("it is a pity",))
     with pytest.raises(CannotMakeError, match=r"it is a pity\. What may help: "):
         remesh_tubes(star, 100)
-
-
-def test_what_is_asked_for_is_read() -> None:
-    assert parse_remesh("tubes:300") == Remesh("tubes", 300)
-    for text, said in (
-        ("tubes", "tubes:300"),
-        ("auto:300", "quads:3000 .* tubes:300"),
-        ("tubes:5", "24 to 100000 quads"),
-    ):
-        with pytest.raises(InputError, match=said):
-            parse_remesh(text)
 
 
 # Chords.
@@ -246,11 +225,3 @@ def test_bumps_and_small_branches_are_pruned() -> None:
     assert kept(1.5, reach=12) == (2, 0)
     assert kept(6.0, side=30.0) == (3, 0)
     assert kept(6.0, side=60.0) == (2, 1)
-
-
-def test_rings_stand_two_radii_apart() -> None:
-    places = np.array([[0.0, 0.0, z] for z in range(0, 101, 5)])
-    edges = np.column_stack([np.arange(20), np.arange(1, 21)])
-    found = resampled(Skeleton(places, edges, np.full(21, 10.0)))
-    assert sorted(found.places[:, 2]) == pytest.approx([0, 20, 40, 60, 80, 100])
-    assert found.n_tips == 2

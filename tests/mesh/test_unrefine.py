@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes_shared import SPOT, real_mesh
-from strategies import SOLIDS, merged, shuffled
+from strategies import SOLIDS, shuffled
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
@@ -52,25 +52,12 @@ def test_files_that_are_refined_have_the_cages_that_are_known():
         assert [cage.n_faces for cage in cages(real_mesh(name))] == faces
 
 
-def test_grids_go_down_to_what_is_odd():
-    assert [cage.n_faces for cage in cages(grids.torus(24, 12, 35.0, 15.0))] == [72, 18]
-    assert unrefined(grids.torus(9, 6, 35.0, 15.0)) is None
-
-
 @pytest.mark.parametrize(
     "mesh",
     [solids.icosahedron(), solids.cube(), solids.dodecahedron(), grids.torus(5, 4, 3.0, 1.0)],
 )
 def test_what_is_no_refinement_has_no_cage(mesh):
     assert cages(mesh) == []
-
-
-def test_all_bodies_must_be_refined():
-    one, two = catmull_clark(solids.cube()), solids.cube()
-    away = two.with_vertices(two.vertices + 9.0)
-    assert unrefined(merged(one, away)) is None
-    far = catmull_clark(away)
-    assert unrefined(merged(one, far)).n_faces == 12
 
 
 # --- as --remesh does it -------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from fabweave.core.errors import InputError
 from fabweave.job.ask import load_asked
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes.catalogue import SHAPES, parse_shape
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import AXES, guess_up, parse_up, turn_of, turn_upright
 from fabweave.options.settings import Settings
 
@@ -83,18 +83,6 @@ def test_directions_near_by_are_turned_nearly_alike(way, by):
     )
 
 
-def test_axes_are_exact_permutations():
-    # Of three places whose coordinates no rotation by matrices would keep.
-    x, y, z = places = np.array([0.1, 1 / 3, -1e300])
-    mesh = PolyMesh.from_faces(np.stack([places, 0.7 * places, -places]), [[0, 1, 2]])
-    turned = {up: tuple(turn_upright(mesh, up).vertices[0]) for up in AXES}
-    assert turned == {
-        "z": (x, y, z), "y": (x, -z, y), "x": (y, z, x),
-        "-z": (x, -y, -z), "-y": (x, z, -y), "-x": (-y, z, -x),
-    }  # fmt: skip
-    assert {written(axis): name for name, axis in AXES.items()} == {name: name for name in AXES}
-
-
 @pytest.mark.parametrize(
     "text", ["", "up", "Z", "1", "1,2", "0,0,0", "nan,0,1", "inf,0,1", "1,2,3,"]
 )
@@ -118,18 +106,6 @@ def test_where_nothing_stands_a_sole_mirror_along_z_makes_y_point_up():
     left_and_right_along_y = bird()
     assert guess_up(left_and_right_along_y) is None
     assert guess_up(lying(left_and_right_along_y)) == ("y", "symmetry")
-
-
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
-def test_no_shape_of_ours_is_turned(shape):
-    guess = guess_up(shape.make())
-    assert guess is None or guess[0] == "z"
-
-
-def test_what_has_no_surface_is_not_guessed():
-    flat = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    broken = flat.with_vertices(flat.vertices * np.nan)
-    assert guess_up(flat) is guess_up(broken) is None
 
 
 def test_a_guess_is_used_and_said_and_kept(tmp_path):

@@ -137,12 +137,6 @@ def test_walls_inside_cavities_and_debris_go():
         assert volume(wrapped) == pytest.approx(side**3, rel=2e-2)
 
 
-def test_two_bodies_apart_stay_two():
-    box = cube()
-    far = moved(box, [3.0 * float(np.ptp(box.vertices[:, 0])), 0, 0])
-    assert_clean(wrap_bodies(merged(box, far)).mesh, (0, 0))
-
-
 @pytest.mark.slow
 def test_no_size_is_too_small_or_too_large():
     torus = parse_shape("shape:torus?m=8&n=6")
@@ -153,12 +147,6 @@ def test_no_size_is_too_small_or_too_large():
         # Places in the lattice are rounded, so that other ones of equal edges may be collapsed.
         size = np.ptp(usual.vertices, axis=0).max()
         assert apart(usual, moved(other, (0, 0, 0), 1.0 / scale)) < OFF * STEP * size
-
-
-def test_a_sheet_encloses_nothing():
-    sheet = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    with pytest.raises(InputError, match="the mesh encloses nothing, as an open sheet does"):
-        wrap_bodies(sheet)
 
 
 @pytest.mark.slow

@@ -64,12 +64,6 @@ def test_sheets_are_counted_through_and_those_that_are_not_there_are_refused():
             nest_around([pin], outlines, SHEETS, ids=IDS, before=before, **HOW)
 
 
-def test_stock_that_runs_out_is_told():
-    pins = [Pin("A1", 0, 20.0, 20.0, 0.0), Pin("A2", 1, 20.0, 20.0, 0.0)]
-    with pytest.raises(InputError, match="1"):
-        nest_around(pins, [BAR] * 8, (SheetSize(200.0, 150.0, 1),), ids=IDS[:8], **HOW)
-
-
 @pytest.mark.parametrize(
     "text",
     ["", "A1", "A1@0:1,2,3", "A1@1:1,2", "A1@1:1,2,x", "A1@1:1,2,3/A1@1:4,5,6", "/", "A1@1:1,2,3/"],

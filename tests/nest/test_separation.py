@@ -98,25 +98,6 @@ def test_what_does_not_move_stays_and_the_others_make_room():
     assert everyone == pytest.approx(separate(arrays, poses, usable, GAP, steps=60), abs=0.0)
 
 
-def test_two_bars_that_overlap_part_by_the_least_motion():
-    poses = np.array([[50.0, 50.0, 0.0], [50.0, 55.0, 0.0]])
-    separated = separate(item_arrays([BAR, BAR]), poses, Container((100.0, 100.0)), GAP, steps=60)
-    assert separated is not None
-    # They are 8 mm high and 5 mm apart: each moves half of the 5 mm that are missing.
-    np.testing.assert_allclose(separated[:, 1], [47.5, 57.5], atol=0.1)
-    np.testing.assert_allclose(separated[:, 0], 50.0, atol=0.1)
-    np.testing.assert_allclose(separated[:, 2], 0.0, atol=0.01)
-
-
-def test_pull_takes_a_free_item_to_the_border():
-    start, room = np.array([[50.0, 50.0, 0.0]]), Container((100.0, 100.0))
-    separated = separate(
-        item_arrays([BAR]), start, room, GAP, steps=40, pull_mm=(0.0, -3.0), pulls=25
-    )
-    assert separated is not None
-    assert separated[0, 1] == pytest.approx(4.0, abs=0.1)
-
-
 def test_too_many_items_are_given_up():
     items = random_items(1, 9)
     poses = np.tile([30.0, 30.0, 0.0], (9, 1)) + np.arange(9)[:, None]

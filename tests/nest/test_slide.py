@@ -41,23 +41,6 @@ def apart(one, other):
     return shapely.distance(shapely.polygons(one), shapely.polygons(other))
 
 
-def test_a_slanted_bar_comes_to_lie_along_another_at_the_gap():
-    below = at(BAR, 20.0, 20.0)
-    spot = slide(Spot(2.0, 21.0, 31.0), BAR, placed_with(below))
-    placed = spot.apply(BAR)
-    assert abs(spot.angle_deg) < 0.02
-    assert apart(placed, below) == pytest.approx(GAP, abs=0.01)
-    assert apart(placed, below) >= GAP
-
-
-def test_a_bar_in_a_corner_ends_at_the_border():
-    spot = slide(Spot(0.5, 1.5, 1.2), BAR, placed_with())
-    placed = spot.apply(BAR)
-    assert (placed.min(axis=0) >= 0.0).all()
-    assert (placed.min(axis=0) < 0.01).all()
-    assert abs(spot.angle_deg) < 0.01
-
-
 def test_a_piece_that_stands_too_near_makes_room():
     below = at(BAR, 20.0, 20.0)
     start = Spot(0.0, 20.0, 28.5)
@@ -86,14 +69,6 @@ def test_a_rule_for_rotations_holds(rotations, most):
     )
     assert float(rotations.off_deg(np.array([spot.angle_deg]))[0]) < 1e-9
     assert spot.angle_deg == pytest.approx(most, abs=0.05)
-
-
-def test_what_is_barred_is_kept_the_gap_from():
-    knot = shapely.Point(60.0, 60.0).buffer(20.0).difference(shapely.Point(60.0, 60.0).buffer(5.0))
-    placed = placed_with(container=Container((200.0, 120.0), knot))
-    spot = slide(Spot(0.0, 30.0, 83.5), BAR, placed)
-    assert GAP <= shapely.distance(shapely.polygons(spot.apply(BAR)), knot) < GAP + 0.01
-    assert not placed.has_room(at(BAR, 30.0, 81.5))
 
 
 @pytest.mark.parametrize(

@@ -110,12 +110,3 @@ def test_strips_keep_margin_and_gap_at_allowed_angles(lengths, gap, turn):
         )  # fmt: skip
         assert layout is not None
         assert check_layout(layout, outlines) == []
-
-
-def test_offcuts_go_first_and_what_runs_out_is_told():
-    how = {"margin_mm": 0.0, "gap_mm": 0.0}
-    offcut, sheet = SheetSize(100.0, 8.0, 1, offcut=True), SheetSize(200.0, 16.0, 1)
-    layout = nest_strips([strip(90.0)] * 5, [sheet, offcut], ids=list("ABCDE"), **how)
-    assert [one.width_mm for one in layout.sheets] == [100.0, 200.0]
-    with pytest.raises(CannotMakeError):
-        nest_strips([strip(90.0)] * 6, [sheet, offcut], ids=list("ABCDEF"), **how)

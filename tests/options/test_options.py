@@ -4,7 +4,7 @@ import math
 import re
 import shutil
 import tomllib
-from dataclasses import fields, replace
+from dataclasses import fields
 from fractions import Fraction
 from pathlib import Path
 
@@ -27,15 +27,13 @@ from fabweave.options.settings import (
     settings_from_options,
     settings_table,
 )
-from fabweave.options.table import GONE, LEAVE_OUT, OPTIONS, option_named, option_of_field
+from fabweave.options.table import GONE, LEAVE_OUT, OPTIONS, option_named
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.kerf import MicroJoints
 from fabweave.sheet.presets import preset_named
-from fabweave.sheet.targets import target_named
 from fabweave.sheet.write.dxf import DXF_VERSIONS
 from fabweave.sheet.write.template import PAPERS_MM
 from fabweave.show.sticks import PAPERS as STICK_PAPERS
-from fabweave.stock.material import material_named
 from fabweave.stock.sheet_size import SheetSize
 
 NAMES = [option.name for option in OPTIONS]
@@ -182,13 +180,6 @@ def test_settings_refuse_what_no_job_can_be_made_with(name: str) -> None:
         Settings.of("shape:cube").but(**{name: SPOILT[name][0]})
 
 
-def test_every_field_that_is_wrong_is_named() -> None:
-    with pytest.raises(InputError) as caught:
-        Settings.of("shape:cube", pattern="nonsense", size_mm=-5, colours="grey")
-    named = [line.partition(": ")[0] for line in str(caught.value).splitlines()]
-    assert named == ["size_mm", "pattern", "colours"]
-
-
 @pytest.mark.parametrize("leave_out", [None, "0,1"])
 def test_a_ring_without_a_round_opening_is_refused_before_the_work(leave_out) -> None:
     with pytest.raises(InputError, match=r"^rim: "):
@@ -263,6 +254,7 @@ TYPED = {
     "title": st.sampled_from(["Fruit bowl", " Schale  für Äpfel "]),
     "up": st.sampled_from(["y", "-z", "0, 0,-2"])
     | st.lists(st.floats(0.1, 9.0).map(str), min_size=3, max_size=3).map(",".join),
+    "weld": st.sampled_from(["all", "none", "0.01mm"]),
     "bodies": st.sampled_from(["all", "largest", "join", "wrap", "12"]),
     "size": LENGTHS,
     "remesh": st.sampled_from(["quads", "quads:300"]),
@@ -490,14 +482,3 @@ def test_an_option_that_went_is_refused_with_what_to_do(name, tmp_path, capsys) 
     if GONE[name] != LEAVE_OUT:
         with pytest.raises(InputError, match=re.escape(GONE[name])):
             settings_from_job(job)
-
-
-def test_own_values_may_be_given_to_settings_themselves() -> None:
-    felt = replace(material_named("card"), name="felt")
-    school = replace(target_named("fictiv"), name="school")
-    settings = Settings.of("shape:cube", material="felt", library=(felt,), target="school",
-                        rules=(school,))  # fmt: skip
-    assert settings_table(settings)["library"]["felt"]["thickness_mm"] == 0.4
-    with pytest.raises(InputError, match=r"library: .*'my felt!' cannot be the name of an entry"):
-        settings.but(library=(replace(felt, name="my felt!"),))
-    assert option_of_field("library").kind.parse([felt, felt]) == (felt,)

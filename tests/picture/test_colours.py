@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from colour_vision import COLOUR_BLINDNESS, as_seen_with, least_differences
+from colour_vision import least_differences
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.colour_space import bytes_of, light_of, light_of_hue, oklab_of
-from fabweave.core.errors import InputError
 from fabweave.weave.strand_colours import PALETTES, SAFE_PALETTE, thread_colours
 
 
@@ -49,12 +48,6 @@ def test_colours_out_of_range_keep_lightness_and_hue(lightness, chroma, hue):
     assert np.cos(away) * lab[1] + np.sin(away) * lab[2] > -2e-3
 
 
-@pytest.mark.parametrize("blindness", COLOUR_BLINDNESS)
-def test_greys_look_the_same_to_everybody(blindness):
-    grey = light_of(np.repeat(np.arange(256)[:, None], 3, axis=1))
-    assert np.allclose(as_seen_with(grey, blindness), grey, atol=1e-5)
-
-
 def test_the_colour_blind_confuse_what_they_are_known_to_confuse():
     red_and_green = np.array([[200, 60, 40], [110, 120, 30]])
     one, other = oklab_of(light_of(red_and_green))
@@ -75,11 +68,6 @@ def test_safe_colours_tell_bunches_apart_for_everybody(count, least):
     assert least_between(merged, bunches) < 1e-9
 
 
-def test_six_hues_of_equal_lightness_are_not_safe():
-    bunches = np.arange(6)
-    assert least_between(thread_colours(bunches, "hue-circle"), bunches) < 2.0
-
-
 @pytest.mark.parametrize(
     ("count", "least"), [(2, 21.8), (4, 18.9), (6, 18.3), (10, 11.4), (24, 6.5)]
 )
@@ -89,12 +77,6 @@ def test_the_palette_keeps_the_distance_it_promises(count, least):
     # Members of a bunch stay within an eighth of the way to another bunch.
     lightness = oklab_of(light_of(thread_colours(np.repeat(np.arange(count), 9))))[:, 0]
     assert 50.0 * np.ptp(lightness.reshape(count, 9), axis=1).max() < away / 8.0 + 0.3
-
-
-def test_more_bunches_than_the_palette_has_colours_begin_it_again():
-    colours = thread_colours(np.arange(30))
-    assert np.array_equal(colours[24:], SAFE_PALETTE[:6])
-    assert len(np.unique(colours, axis=0)) == len(SAFE_PALETTE) == 24
 
 
 @given(st.integers(1, 14), st.integers(1, 12), st.sampled_from(PALETTES), st.randoms())
@@ -120,15 +102,6 @@ def hues(colours):
     return np.degrees(np.arctan2(lab[:, 2], lab[:, 1])) % 360
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 8])
-def test_the_hue_circle_is_divided_evenly(count):
-    bunches = np.repeat(np.arange(count), 6)
-    spacing = 360 / count
-    aside = (hues(thread_colours(bunches, "hue-circle")) - 45 - spacing * bunches + 180) % 360 - 180
-    assert np.abs(aside).max() < min(14.0, spacing / 5) + 1.5
-    assert np.ptp(aside) > 3.0
-
-
 @pytest.mark.parametrize("count", [1, 2, 4, 7])
 def test_the_hue_range_is_kept_and_bunches_differ_in_lightness(count):
     bunches = np.repeat(np.arange(count), 6)
@@ -138,17 +111,3 @@ def test_the_hue_range_is_kept_and_bunches_differ_in_lightness(count):
     assert np.ptp(aside) > 25.0
     lightness = oklab_of(light_of(colours))[:, 0].reshape(count, 6)
     assert np.all(lightness[1:].min(axis=1) - lightness[:-1].max(axis=1) > 0.03)
-
-
-def test_warp_and_weft_are_vermilion_and_blue():
-    assert thread_colours(np.array([1, 0])).tolist() == [[0, 114, 178], [213, 94, 0]]
-
-
-@pytest.mark.parametrize("strategy", PALETTES)
-def test_no_thread_has_no_colour(strategy):
-    assert thread_colours(np.zeros(0, dtype=np.int64), strategy).shape == (0, 3)
-
-
-def test_wrong_strategies_are_refused():
-    with pytest.raises(InputError, match="choose safe, hue-circle, hue-range"):
-        thread_colours(np.array([0]), "rainbow")

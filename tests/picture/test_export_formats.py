@@ -11,13 +11,11 @@ import pytest
 import trimesh
 from jobs import laid
 
-from fabweave.core.errors import InputError
 from fabweave.job.ask import complete_settings
 from fabweave.options.settings import Settings
 from fabweave.picture.bodies import clashing_facets, ribbon_bodies, yarn_bodies
 from fabweave.picture.model_files import model_bytes
 from fabweave.picture.yarns import spin_yarns
-from fabweave.ribbon.measures import ribbon_widths
 from fabweave.weave.strand_colours import thread_colours
 
 FORMATS = (".glb", ".obj", ".ply", ".stl", ".3mf")
@@ -66,14 +64,6 @@ def test_others_find_the_same_triangles_in_the_same_place(model, suffix):
     millimetres = 1000.0 if suffix == ".glb" else 1.0
     assert np.allclose(scene.bounds * millimetres, model.bounds, atol=1e-4)
     assert sum(len(mesh.faces) for mesh in scene.geometry.values()) == model.n_triangles
-
-
-@pytest.mark.parametrize("suffix", [".glb", ".3mf"])
-def test_every_thread_is_an_object_of_its_name(model, suffix):
-    scene = loaded(model, suffix)
-    assert {body.label for body in model.bodies} == set(scene.geometry)
-    for body in model.bodies:
-        assert len(scene.geometry[body.label].faces) == len(body.all_triangles)
 
 
 def test_glb_has_the_colours_in_linear_light_and_normals_where_round(model):
@@ -153,24 +143,6 @@ def test_obj_keeps_quads_and_names_its_groups(model):
     assert np.array_equal(first, model.bodies[0].colours[0])
 
 
-def test_ply_has_a_colour_at_every_vertex(model):
-    found = trimesh.load(
-        io.BytesIO(model_bytes(".ply", model.bodies)), file_type="ply", process=False
-    )
-    wanted = np.concatenate([body.colours for body in model.bodies])
-    assert np.array_equal(found.visual.vertex_colors[:, :3], wanted)
-
-
-@pytest.mark.parametrize("suffix", FORMATS)
-def test_same_bodies_give_the_same_bytes(model, suffix):
-    assert model_bytes(suffix, model.bodies) == model_bytes(suffix, model.bodies)
-
-
-def test_an_unknown_suffix_lists_the_known_ones(model):
-    with pytest.raises(InputError, match=r"\.glb, \.obj, \.ply, \.stl, \.3mf"):
-        model_bytes(".dwg", model.bodies)
-
-
 # --- thick ribbons ----------------------------------------------------------------------------
 
 SOLID = ["torus?m=8&n=6", "octahedron", "sphere?n=3", "hypar?m=4&n=3"]
@@ -219,10 +191,3 @@ def test_a_solid_panel_is_exactly_as_thick_as_asked():
         for corner in (0, 1, 2, 3):
             across = body.vertices[2 * entry + corner] - body.vertices[half + 2 * entry + corner]
             assert np.allclose(np.einsum("ij,ij->i", across, normal), THICKNESS)
-
-
-def test_sheets_are_the_ribbons():
-    woven_object, _, sheets = solid_and_sheet("torus?m=8&n=6")
-    points = np.concatenate([body.vertices for body in sheets])
-    width = np.linalg.norm(points[::2] - points[1::2], axis=1)
-    assert np.allclose(width, ribbon_widths(woven_object.ribbons))

@@ -1,20 +1,13 @@
 """The picture of losses is coloured where something was lost, and says what the colours mean."""
 
-import io
-
 import numpy as np
-import pytest
-from PIL import Image
 
 from fabweave.core.colour_space import light_of, oklab_of
-from fabweave.mesh.likeness import LossMap, likeness, loss_map
+from fabweave.mesh.likeness import LossMap, loss_map
 from fabweave.mesh.shapes import grids
 from fabweave.picture.camera import View
 from fabweave.picture.object_picture import (
-    likeness_png,
     loss_colours,
-    loss_legend,
-    loss_picture,
     loss_tiles,
 )
 
@@ -55,25 +48,3 @@ def test_what_is_kept_is_grey_and_a_lost_spike_is_coloured():
     # The spike points to the right, where the picture of the ball ends.
     assert np.nonzero(tile)[1].min() > 60
     assert np.nonzero(behind)[1].max() < 60
-
-
-def test_the_legend_is_as_wide_as_asked_and_higher_with_text():
-    loss = loss_map(spiked(), BALL)
-    bare, told = loss_legend(loss, 440), loss_legend(loss, 440, "right: 40 mm lost, " * 9)
-    assert bare.width == told.width == 440
-    assert told.height > bare.height
-    assert coloured(bare).any()
-    for text in ("", "left: 3 mm lost"):
-        assert loss_legend(loss, 120, text).width == 120
-
-
-@pytest.mark.slow
-def test_the_picture_is_the_same_each_time_and_none_without_remeshing():
-    model = spiked()
-    loss, like = loss_map(model, BALL), likeness(model, BALL)
-    data = likeness_png(loss, like)
-    assert data == likeness_png(loss, like)
-    with Image.open(io.BytesIO(data)) as picture:
-        assert picture.size[0] == loss_picture(loss).width == 1440
-    assert likeness_png(None, None) is None
-    assert likeness_png(loss, None) is None

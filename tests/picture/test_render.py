@@ -8,12 +8,10 @@ from hypothesis import strategies as st
 from weaving_meshes import walked
 
 from fabweave.core.colour_space import light_of
-from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.picture.camera import View, choose_view, frame_object
-from fabweave.picture.model_files import ribbon_faces
+from fabweave.picture.camera import View, frame_object
 from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
 from fabweave.picture.render import (
     Dots,
@@ -22,7 +20,6 @@ from fabweave.picture.render import (
     floor_points,
     key_direction,
     key_shadow,
-    narrow_places,
     object_frame,
     render_scene,
     smooth_normals,
@@ -92,17 +89,6 @@ def test_triangles_that_share_sides_leave_no_crack_and_no_double_pixel(seed):
     assert np.array_equal(covered, np.ones((12, 12)))
 
 
-def test_many_batches_show_the_same_as_one(monkeypatch):
-    mesh = parse_shape("shape:sphere?n=6")
-    vertices, triangles, _, _ = polygon_triangles(mesh)
-    points = frame_object(vertices, View(), SIZE).pixels(vertices)
-    whole = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
-    monkeypatch.setattr("fabweave.picture.zbuffer._BATCH", 50)
-    parts = nearest_triangles(points, triangles, width=SIZE[0], height=SIZE[1])
-    assert np.array_equal(whole[0], parts[0])
-    assert np.array_equal(whole[1], parts[1])
-
-
 @given(st.integers(0, 2**32 - 1))
 def test_planes_take_their_values_at_the_corners(seed):
     rng = np.random.default_rng(seed)
@@ -160,29 +146,6 @@ def test_edges_are_as_smooth_as_samples_allow(samples, slope):
     # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is off by half
     # of that, all the way.
     assert not edge.any() or away[edge].mean() <= 0.61 / samples
-
-
-@pytest.mark.parametrize(
-    ("side", "nearest_deg"), [((0, -1, 0), -90.0), ((1, -1, 0), -45.0), ((-1, -1, 0), -135.0)]
-)
-def test_the_view_turns_to_a_flat_object(side, nearest_deg):
-    normal = np.array(side) / np.linalg.norm(side)
-    along = np.cross((0, 0, 1), normal)
-    square = np.array([along, -along, [0, 0, 2.0]])
-    view = choose_view(square, np.array([[0, 1, 2]]))
-    assert abs(view.azimuth_deg - nearest_deg) <= 30.0
-
-
-@pytest.mark.parametrize("samples", [1, 2, 3])
-def test_a_sphere_covers_the_area_of_its_circle(samples):
-    vertices, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=24&radius=50"))
-    picture = render_scene(
-        vertices, triangles, (0, 0, 0), size_px=SIZE, view=FRONT, lit=False, samples=samples
-    )
-    covered = 1.0 - light_of(np.asarray(picture))[:, :, 0]
-    radius = 50.0 * object_frame(vertices, triangles, FRONT, SIZE).pixels_per_mm
-    assert np.isclose(radius, 90.0, rtol=1e-3)
-    assert np.isclose(covered.sum(), np.pi * radius**2, rtol=5e-3)
 
 
 def test_the_order_of_triangles_does_not_matter_and_bytes_repeat():
@@ -255,15 +218,6 @@ def test_at_every_crossing_the_thread_over_is_seen(name, twisted):
     assert not shows_over(weave, ribbons, ~weave.over, view, *shown).any()
 
 
-def test_all_ribbons_at_once_are_each_ribbon():
-    for name in ("torus?m=6&n=4", "hypar?m=3&n=4", "tube?m=5&n=3"):
-        _, ribbons = woven(name)
-        _, triangles, thread = ribbon_triangles(ribbons)
-        for number in range(len(ribbons.closed)):
-            own = ribbon_faces(ribbons, number) + 2 * ribbons.offsets[number]
-            assert np.array_equal(triangles[thread == number], own)
-
-
 def test_edges_are_seen_in_front_and_hidden_behind():
     mesh = parse_shape("shape:cube")
     vertices, triangles, sides, _ = polygon_triangles(mesh)
@@ -311,17 +265,6 @@ def test_marks_are_hidden_with_the_surface():
     assert not marked[np.argmin(places[:, 2])]
 
 
-def test_surfaces_are_seen_and_lit_from_both_sides():
-    square = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1.0]])
-    two = np.array([[0, 1, 2], [0, 2, 3]])
-    for triangles in (two, two[:, ::-1]):
-        picture = render_scene(square, triangles, (200, 80, 20), size_px=(40, 40), view=FRONT)
-        red, green, blue = light_of(picture.getpixel((20, 20)))
-        full = light_of([200, 80, 20])
-        assert 0.4 * full[0] < red < 1.25 * full[0]
-        assert np.allclose([green / red, blue / red], full[1:] / full[0], rtol=0.1)
-
-
 def test_a_plate_casts_the_shadow_that_geometry_says():
     # A small square floats over a large one; light falls along the key direction.
     def plate(half, near):
@@ -342,18 +285,6 @@ def test_a_plate_casts_the_shadow_that_geometry_says():
     above = np.column_stack((x.ravel() * 0.1 + 90.0, y.ravel() * 0.1 + 90.0, np.full(x.size, 40.0)))
     light = key_shadow(points, triangles, small, above, width=400, height=400)
     assert light.min() == pytest.approx(1.0)
-
-
-def test_a_convex_object_casts_no_shadow_on_its_lit_side():
-    vertices, triangles, _, _ = polygon_triangles(parse_shape("shape:sphere?n=16&radius=80"))
-    points = vertices + np.array([100.0, 100.0, 0.0])
-    middle = points[triangles].mean(axis=1)
-    outward = (middle - (100.0, 100.0, 0.0)) / 80.0
-    cosine = outward @ (key_direction() * (1, -1, 1))
-    number = np.arange(len(triangles))
-    light = key_shadow(points, triangles, number, middle, width=300, height=300)
-    assert light[cosine > 0.15].min() == pytest.approx(1.0)
-    assert light[cosine < -0.15].max() < 0.4
 
 
 def test_the_floor_is_dark_where_the_light_does_not_reach_it():
@@ -390,32 +321,6 @@ def test_the_floor_is_dark_where_the_light_does_not_reach_it():
     assert light_at(-7.5, 7.5) > 0.99
 
 
-def test_from_below_there_is_no_floor():
-    _, ribbons = woven("cube")
-    colours = np.full((4, 3), 120, dtype=np.uint8)
-    with_floor, without = (
-        [
-            weave_picture(ribbons, colours, size_px=(80, 60), view=View(10.0, rise), floor=floor)
-            for rise in (-30.0, 30.0)
-        ]
-        for floor in (True, False)
-    )
-    assert with_floor[0].tobytes() == without[0].tobytes()
-    assert with_floor[1].tobytes() != without[1].tobytes()
-
-
-def test_narrow_places_are_dark_and_slanting_planes_are_not():
-    x, y = np.meshgrid(np.arange(60.0), np.arange(50.0))
-    assert narrow_places(1.7 * x - 0.9 * y, 6.0)[8:-8, 8:-8] == pytest.approx(1.0, abs=1e-5)
-    step = np.where(x < 30, 10.0, 0.0)
-    light = narrow_places(step, 6.0)[25]
-    assert light[30] < 0.75
-    assert light[30] < light[34] <= light[45] == pytest.approx(1.0)
-    assert light[8:30] == pytest.approx(1.0)  # the upper plane is open up to its edge
-    nothing = np.full((20, 20), -np.inf)
-    assert np.all(narrow_places(nothing, 5.0) == 1.0)
-
-
 def test_normals_are_those_of_a_sphere():
     mesh = parse_shape("shape:sphere?n=12&radius=50")
     vertices, triangles, _, _ = polygon_triangles(mesh)
@@ -445,14 +350,6 @@ def test_polygons_are_cut_to_triangles_of_the_same_surface(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "count"),
-    [("icosahedron", 12), ("sphere?n=5", 8), ("torus", 0), ("hypar", 0), ("tube", 0)],
-)
-def test_irregular_vertices_are_marked(name, count):
-    assert len(irregular_marks(parse_shape(f"shape:{name}")).points) == count
-
-
-@pytest.mark.parametrize(
     ("count", "colour"),
     [(3, (0, 114, 178)), (5, (213, 94, 0)), (7, (213, 94, 0)), (8, (0, 158, 115)), (4, None)],
 )
@@ -467,27 +364,3 @@ def test_marks_tell_fewer_more_and_fourfold(count, colour):
     )
     assert marks.colours.tolist() == ([list(colour)] if colour else [])
     assert not marks.points.any()
-
-
-@pytest.mark.parametrize("size", [(0, 10), (10, -1), (100_000, 100_000)])
-def test_impossible_sizes_are_refused(size):
-    with pytest.raises(InputError, match="cannot be made"):
-        mesh_picture(parse_shape("shape:cube"), size_px=size)
-
-
-def test_nothing_to_show_and_wrong_arguments_are_refused():
-    empty = PolyMesh(np.zeros((3, 3)), np.zeros(1), np.zeros(0))
-    with pytest.raises(InputError, match="no triangle to render"):
-        mesh_picture(empty)
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, np.nan]])
-    with pytest.raises(InputError, match="not finite"):
-        render_scene(points, np.array([[0, 1, 2]]), (0, 0, 0), view=FRONT)
-    with pytest.raises(InputError, match="50 million samples"):
-        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), size_px=(5000, 5000), samples=3)
-    with pytest.raises(InputError, match="at least one"):
-        render_scene(np.eye(3), np.array([[0, 1, 2]]), (0, 0, 0), samples=0)
-    with pytest.raises(InputError, match="elevation"):
-        View(0.0, 91.0).axes()
-    _, ribbons = woven("cube")
-    with pytest.raises(InputError, match="4 threads"):
-        weave_picture(ribbons, np.zeros((3, 3), dtype=np.uint8))

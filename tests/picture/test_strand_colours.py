@@ -15,15 +15,12 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import loop
 from fabweave.picture.surfaces import rung_colours
 from fabweave.ribbon.project import following_rung, project_ribbons
-from fabweave.stock.material import material_library
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
 from fabweave.weave.strand_colours import (
-    STRATEGIES,
     crossing_colours,
     shade_strands,
     strand_colours,
-    tones_of,
 )
 
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
@@ -31,7 +28,6 @@ LEAST_DIFFERENCE = 0.06
 #: Each of these has one to four threads, and they cross themselves.
 FEW = ("torus?m=9&n=7", "torus?m=5&n=4", "sphere?n=4", "slit?genus=3", "hypar", "tube")
 SHAPES = ("tetrahedron", "cube", "octahedron", "icosahedron", "dodecahedron", *FEW)
-MATERIALS = np.array([material.rgb for material in material_library()], dtype=np.uint8)
 
 
 def woven(name, *, steps=0, turn=False, seed=None):
@@ -142,15 +138,6 @@ def test_a_grid_on_a_torus_has_warp_and_weft_as_far_as_they_close_up(m, n):
     assert shades.max() + 1 <= 4
 
 
-def test_triangles_have_three_directions_away_from_irregular_vertices():
-    weave = woven("icosahedron", steps=2)
-    shades = shade_strands(weave)
-    counts = np.sort(np.bincount(shades[:, 0]))[::-1]
-    assert counts[:3].sum() >= 0.9 * counts.sum()
-    changes = np.count_nonzero(shades[:, 0] != shades[:, 1])
-    assert changes <= 0.2 * len(shades)
-
-
 def test_pieces_have_one_colour_each_and_neighbours_others():
     weave = woven("torus?m=9&n=7")
     threads = weave.threads
@@ -170,24 +157,6 @@ def test_pieces_have_one_colour_each_and_neighbours_others():
         strand_colours(weave, bunches, "piece")
 
 
-def test_a_piece_that_crosses_itself_is_parted_where_it_lies_below():
-    weave = woven("torus?m=9&n=7")
-    strands = strand_colours(
-        weave, part_bunches(weave.threads), "safe", breaks=np.zeros(len(weave.over), dtype=bool)
-    )
-    assert least_difference(weave, strands) >= LEAST_DIFFERENCE
-    assert not np.any(np.any(strands[:, 0] != strands[:, 1], axis=1) & weave.over)
-
-
-@pytest.mark.parametrize("size", [(8, 6), (10, 4)])
-@pytest.mark.parametrize("seed", [None, 3])
-def test_two_shades_tell_warp_from_weft(size, seed):
-    weave = woven("torus?m={}&n={}".format(*size), seed=seed)
-    shades = shade_strands(weave)
-    assert not alike(weave, shades).any()
-    assert np.all(np.bincount(shades.ravel()) == [shades.size // 2] * 2)
-
-
 @pytest.mark.parametrize(("name", "steps"), [("icosahedron", 2), ("sphere", 0)])
 def test_a_material_has_three_tones_and_few_crossings_are_alike(name, steps):
     weave = woven(name, steps=steps)
@@ -199,17 +168,6 @@ def test_a_material_has_three_tones_and_few_crossings_are_alike(name, steps):
     changes = tones[:, 0] != tones[:, 1]
     assert changes.mean() <= 0.25
     assert not np.any(changes & weave.over)
-
-
-@pytest.mark.parametrize("colour", [[255, 255, 255], [0, 0, 0], [255, 0, 0], *MATERIALS.tolist()])
-@pytest.mark.parametrize("count", [2, 3])
-def test_tones_of_a_material_are_told_apart_and_look_like_it(colour, count):
-    tones = tones_of(np.array(colour, dtype=np.uint8), count)
-    lab = oklab_of(light_of(tones))
-    assert np.all(np.diff(lab[:, 0]) < -LEAST_DIFFERENCE)
-    own = oklab_of(light_of(np.array(colour)))
-    assert np.abs(lab[:, 0] - own[0]).max() < (0.4 if own[0] < 0.2 else 0.17)
-    assert np.linalg.norm(lab[:, 1:] - own[1:], axis=1).max() < 0.08
 
 
 def test_a_material_that_crosses_others_only_has_its_very_colour():
@@ -246,36 +204,3 @@ def test_rungs_change_their_colour_along_panels_only():
     by_thread = np.arange(3 * weave.threads.n_threads, dtype=np.uint8).reshape(-1, 3)
     each = np.repeat(by_thread, np.diff(ribbons.offsets), axis=0)
     assert np.array_equal(rung_colours(ribbons, by_thread), each)
-
-
-def test_threads_that_do_not_cross_themselves_keep_their_bunches_colours():
-    weave = woven("cube")
-    strands = strand_colours(weave, part_bunches(weave.threads), "safe")
-    assert [len(np.unique(strands[weave.threads.thread_of_pass == t].reshape(-1, 3), axis=0))
-            for t in range(4)] == [1, 1, 1, 1]  # fmt: skip
-    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 4
-
-
-@pytest.mark.parametrize("strategy", ["hue-circle", "hue-range"])
-def test_the_papers_colours_are_one_a_thread(strategy):
-    weave = woven("torus?m=9&n=7")
-    strands = strand_colours(weave, np.array([0, 1]), strategy)
-    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 2
-
-
-def test_wrong_strategies_are_refused_and_nothing_has_no_colour():
-    weave = woven("cube")
-    with pytest.raises(InputError, match="choose material, safe, direction, piece, bunch"):
-        strand_colours(weave, np.arange(4), "rainbow")
-    with pytest.raises(InputError, match="no material is known"):
-        strand_colours(weave, np.arange(4), "material")
-    bare = woven("hypar?m=1&n=1")
-    for strategy in set(STRATEGIES) - {"piece"}:
-        strands = strand_colours(
-            bare,
-            np.zeros(bare.threads.n_threads, dtype=int),
-            strategy,
-            materials=np.zeros((bare.threads.n_threads, 3), dtype=np.uint8),
-        )
-        assert strands.shape == (0, 2, 3)
-        assert least_difference(bare, strands) == np.inf

@@ -137,12 +137,3 @@ def test_a_face_shows_the_twists_of_its_edges():
         around = pixels[row - 1 : row + 2, column - 1 : column + 2]
         red, _, blue = around.mean(axis=(0, 1))
         assert (blue > red + 60) if sense[edge] else (red > blue + 60)
-
-
-@pytest.mark.parametrize("what", ["twists", "faults", "seams"])
-@pytest.mark.parametrize("name", ["icosahedron", "dodecahedron", "hypar", "cube"])
-def test_all_meshes_can_be_shown(name, what):
-    mesh, halfedges, threads = traced(name)
-    picture = weave_on_mesh(what, mesh, halfedges, plain_weave(threads), size_px=(160, 120))
-    assert picture.width >= 160
-    assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 20

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from jobs import laid
 from weaving_meshes import meshes, walked
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture.bodies import Body, clashing_facets, yarn_bodies
@@ -138,17 +138,6 @@ def test_over_is_above_under_at_every_crossing(made):
         assert np.allclose(course.place[over], woven_object.ribbons.centre)
 
 
-def test_spines_go_through_the_crossings_level_and_in_order():
-    woven_object = woven("octahedron")
-    course = course_of(woven_object)
-    spines = draw_spines(course, np.full(len(course.place), 2.0))
-    at = np.searchsorted(spines.guide, np.arange(len(course.place)))
-    away = spines.point[at] - course.place
-    assert np.allclose(away, np.einsum("ij,ij->i", away, course.rise)[:, None] * course.rise)
-    assert np.linalg.norm(away, axis=1).min() > 2.0
-    assert np.abs(np.einsum("ij,ij->i", spines.direction[at], course.rise)).max() < 1e-12
-
-
 def test_a_larger_radius_than_the_largest_is_refused_with_one_that_fits():
     woven_object = woven("torus?m=10&n=6")
     with pytest.raises(CannotMakeError, match=r"--yarn-radius ([\d.]+)mm") as refused:
@@ -172,14 +161,6 @@ def test_flat_plain_weave_comes_near_the_thickest_yarn_there_can_be():
     radius = yarns.most * yarns.radius_mm
     spacing = 80.0 / 8 / np.sqrt(2)
     assert 0.8 < 2 * radius.max() / (spacing / np.sqrt(3)) <= 1.0
-
-
-@pytest.mark.parametrize(
-    "options", [{"sides": 2}, {"sides": 1000}, {"radius_mm": -1.0}, {"radius_mm": float("nan")}]
-)
-def test_senseless_options_are_refused(options):
-    with pytest.raises(InputError):
-        spun(woven("tetrahedron"), **options)
 
 
 def test_a_surface_that_runs_through_itself_is_refused():

@@ -16,6 +16,8 @@ from fabweave.piece.congruence import (
 )
 from fabweave.piece.outline import RigidMotion
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 
 def moved(piece, angle=0.7, shift=(30.0, -4.0), mirrored=False):
     """Return a piece moved as a whole."""

@@ -18,6 +18,8 @@ from fabweave.piece.joint.holes import HoleRule, choose_rules
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 NO_JOINTS = np.zeros(0, dtype=np.int64)
 
 
@@ -61,12 +63,6 @@ def test_crossings_that_are_named_are_fastened_besides(rule):
     assert set(np.flatnonzero(also)) == {3, 7, *np.flatnonzero(alone)}
     with pytest.raises(InputError, match=str(len(alone))):
         wanted(shape, f"{rule},{len(alone)}", joints)
-
-
-@pytest.mark.parametrize("text", ["", "bulb", "0g@top", "200", "200g@", "2kg@left", "-1g@top"])
-def test_what_is_no_load_is_refused(text):
-    with pytest.raises(InputError):
-        parse_load(text)
 
 
 def test_loads_have_units_and_hang_at_the_top_unless_said():

@@ -5,7 +5,7 @@ import pytest
 from jobs import laid, plan_job, stations_of
 
 from fabweave.piece import joined_object
-from fabweave.piece.grain import ACROSS, grain_notes, tight_along
+from fabweave.piece.grain import ACROSS, tight_along
 from fabweave.stock.material import (
     along_radius_mm,
     laid_across,
@@ -15,7 +15,8 @@ from fabweave.stock.material import (
     with_thickness,
 )
 from fabweave.stock.ribbon_limits import ribbon_limits, thread_limits
-from fabweave.stock.rotations import FREE, parse_rotations
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 MESH = {"refine": "catmull-clark:1", "effort": "quick"}
 
@@ -96,22 +97,6 @@ def test_bends_that_turn_away_from_the_line_across_are_counted(tolerance):
     assert sum(one.count for one in found) == wrong
     assert all(one.of == tight.sum() for one in found)
     assert bool(found) == (tolerance >= 25)
-
-
-def test_notes_say_how_pieces_lie_and_why():
-    for size, rule, words in (
-        (130.0, parse_rotations(ACROSS), "pieces lie across the grain, up to 10° off: 24 bends"),
-        (130.0, FREE, "24 bends are tighter than that, and --rotations auto would"),
-        (200.0, FREE, "pieces need not lie across the grain. Birch veneer"),
-        (200.0, parse_rotations(ACROSS), "up to 10° off: no bend asks for it. Birch"),
-    ):
-        _, woven, _, supplies = chosen(size)
-        limits = thread_limits(supplies, woven.bunches)
-        (note,) = grain_notes(woven.ribbons, limits, supplies.materials, rule)
-        assert words in note
-        assert "25.2 mm across the grain of its face, and of 45.8 mm along it" in note
-    card = material_named("card")
-    assert grain_notes(woven.ribbons, ribbon_limits(card), [card], FREE) == []
 
 
 def test_what_is_asked_for_room_lies_as_the_pieces_do(monkeypatch):

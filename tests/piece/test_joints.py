@@ -9,13 +9,13 @@ from random_jobs import random_job
 from splitting import split_threads
 from weaving_meshes import meshes
 
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.piece.development import unfold_threads
-from fabweave.piece.joint.holes import PITCH_D, SLIDE_D, HoleRule, group_offsets, slot_path
+from fabweave.piece.joint.holes import PITCH_D, SLIDE_D, HoleRule, slot_path
 from fabweave.piece.joint.kinds import (
     CLEARANCE_MM,
     GLUE,
@@ -171,14 +171,6 @@ def test_groups_keep_their_pitch_and_go_through_three_layers(count):
     assert layers.sum() == 3 * len(grouped)
 
 
-@given(st.integers(2, 4), st.floats(0.5, 6.0), st.floats(0.0, 6.3))
-def test_a_group_stands_evenly_about_its_crossing(count, hole, angle):
-    offsets = group_offsets(count, hole, np.array([angle]))[0]
-    assert offsets.mean(axis=0) == pytest.approx([0.0, 0.0], abs=1e-9)
-    apart = np.hypot(*(offsets[:, None] - offsets[None, :]).transpose(2, 0, 1))
-    assert apart[~np.eye(count, dtype=bool)].min() == pytest.approx(PITCH_D * hole)
-
-
 @pytest.mark.parametrize("kind", [kind for kind in KINDS.values() if not kind.most_fasteners])
 def test_only_rivets_have_holes_at_joints(kind):
     _, _, made = make(shape_at("torus?m=12&n=8"), JointRule(kind))
@@ -193,18 +185,6 @@ def test_only_rivets_have_holes_at_joints(kind):
         assert bool(piece.guides) == kind.marked
         inside = shapely.Polygon(piece.outline)
         assert all(inside.contains(shapely.LineString(guide)) for guide in piece.guides)
-
-
-def test_guides_show_where_the_other_piece_ends():
-    _, _, made = make(shape_at("torus?m=12&n=8"), parse_joint("glue,lap=30mm"))
-    for joint in made.joints:
-        a, b = (made.pieces[index] for index in joint.pieces)
-        mates = shapely.LinearRing(onto(made, joint)(b.outline))
-        near = [g for g in a.guides if np.hypot(*(g.mean(axis=0) - a.points[-1])) < 30.0]
-        # Two arms of the cross, and two ticks on the line where the other piece ends.
-        on_line = [g for g in near if shapely.distance(shapely.points(g), mates).max() < 0.05]
-        assert len(near) == 4
-        assert len(on_line) == 2
 
 
 @pytest.mark.parametrize("lap", [6.0, 25.0, 300.0])
@@ -315,14 +295,6 @@ def test_a_slot_is_a_hole_that_slides(hole, angle):
     )
 
 
-@pytest.mark.parametrize(
-    "text", ["rivet:0", "rivet:9", "weld", "glue:2", "", "rivet:2:3", "none:1:"]
-)
-def test_what_is_no_joint_is_refused(text):
-    with pytest.raises(InputError):
-        parse_joint(text)
-
-
 def test_verify_knows_the_same_kinds_and_what_they_are():
     assert list(KINDS) == list(PROVED_KINDS)
     for name, proved in PROVED_KINDS.items():
@@ -334,13 +306,6 @@ def test_verify_knows_the_same_kinds_and_what_they_are():
             ends = kind.shape(kind.room_mm(0.5), 0.5)
             assert proved.shaped == (True, ends.begin_mm is not None)
             assert proved.slotted == (ends.slot is not None)
-
-
-def test_joints_are_read():
-    assert parse_joint("rivet") == JointRule()
-    assert parse_joint("Rivet:3,lap=12mm") == JointRule(KINDS["rivet"], 3, 12.0)
-    with pytest.raises(InputError, match="none"):
-        parse_joint("none,lap=12mm")
 
 
 def test_long_laps_are_refused_where_strips_differ_in_thickness():

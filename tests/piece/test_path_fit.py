@@ -1,7 +1,5 @@
 """Paths keep to their polygons, both ways, with as few sides as vertices allow."""
 
-import itertools
-
 import numpy as np
 import pytest
 import shapely
@@ -9,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from strategies import at_most
 
-from fabweave.core.arc_path import Path, straight_path
+from fabweave.core.arc_path import Path
 from fabweave.piece.outline import CORNER_DEG, FIT_MM, INSCRIBED_MM, fit_paths, inscribed_polygon
 
 
@@ -161,25 +159,6 @@ def test_known_shapes_have_known_paths():
     assert paths[2].area == pytest.approx(300.0 + 25.0 * np.pi, rel=1e-3)
 
 
-def test_coarse_facets_stay():
-    # Arcs through these vertices would leave the sides by 0.08 mm.
-    turn = np.deg2rad(np.arange(0.0, 360.0, 7.2))
-    circle = 40.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    (path,) = fit_paths([circle], 0.02)
-    assert len(path.points) == 50
-    assert not np.any(path.bulges)
-
-
-def test_many_rings_are_fitted_as_each_by_itself():
-    rings = [wavy(50.0 + 9 * k, 6.0, 3.0, 1.0, 30 + k, k) for k in range(6)]
-    together = fit_paths(rings, 0.02)
-    for ring, path in zip(rings, together, strict=True):
-        (alone,) = fit_paths([ring], 0.02)
-        assert np.array_equal(alone.points, path.points)
-        assert np.array_equal(alone.bulges, path.bulges)
-    assert fit_paths([], 0.02) == []
-
-
 @at_most(15)
 @given(bands)
 def test_inscribed_polygons_keep_to_their_paths(ring):
@@ -206,14 +185,3 @@ def test_length_and_area_are_those_of_dense_polygons(bulges, radius, shift):
     assert path.area == pytest.approx(area, abs=2e-4 * radius**2)
     length = np.hypot(*(np.roll(dense, -1, axis=0) - dense).T).sum()
     assert path.length == pytest.approx(length, rel=1e-5)
-
-
-def test_tiny_and_plain_bulges_have_one_area():
-    # The series and the formula meet.
-    square = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]])
-    assert straight_path(square).area == 10_000.0
-    for low, high in itertools.pairwise([1e-9, 1e-6, 2.49e-4, 2.51e-4, 1e-2]):
-        first, second = (Path(square, np.full(4, bulge)).area - 1e4 for bulge in (low, high))
-        # Areas of thin segments are in proportion to their bulges.
-        assert second / high == pytest.approx(first / low, rel=1e-2)
-        assert first == pytest.approx(4 * 100.0**2 * low / 3.0, rel=1e-2, abs=1e-8)

@@ -9,7 +9,6 @@ from sheet_fit import fits_some_sheet
 from splitting import split_threads
 from weaving_meshes import meshes
 
-from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -129,11 +128,6 @@ def test_holes_have_their_room_and_both_strands_have_them(name):
     assert np.all((seen == 0) | (seen == 2 + joints))
 
 
-def test_a_ring_is_opened_into_two_pieces_at_least():
-    _, _, runs, _ = split(shape_at("octahedron"), 1e6)
-    assert np.array_equal(np.bincount(runs.thread), [2, 2, 2, 2])
-
-
 def test_outlines_are_simple_and_have_no_short_side():
     _, _, _, made = split(shape_at("sphere?n=6"))
     for piece in made.pieces:
@@ -176,16 +170,6 @@ def test_every_piece_fits_whether_the_bed_is_known_or_asked(usable):
     assert all(small(outline) for outline in strip_outlines(strips))
     # Where the bed is known, few pieces need a question.
     assert len(asked) - len(runs.thread) < (len(runs.thread) if usable else np.inf)
-
-
-def test_a_thread_that_fits_nowhere_is_refused_by_name():
-    with pytest.raises(CannotMakeError, match=r"can be no piece: A between"):
-        split(shape_at("torus?m=8&n=4"), 400.0, lambda _: False)
-
-
-def test_a_piece_longer_than_allowed_is_refused():
-    with pytest.raises(CannotMakeError, match=r"longer than 60 mm.*--max-length"):
-        split(shape_at("octahedron"), max_length_mm=60.0)
 
 
 @given(st.floats(-3.2, 3.2), st.floats(20.0, 200.0), st.floats(2.0, 15.0))

@@ -11,6 +11,8 @@ from fabweave.piece.development import Strips
 from fabweave.piece.split.candidates import Bed, Candidates, Sites, WholeStrips, Windows
 from fabweave.piece.split.splitting import splitting_refusal
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 STEPS = 40
 
 

@@ -7,10 +7,8 @@ import pytest
 
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes.catalogue import parse_shape
-from fabweave.piece.development import Runs
 from fabweave.piece.split.candidates import lay_course, list_sites, measure_windows, station_of_site
-from fabweave.piece.split.repeats import KindPrices, find_repeats, repeating, window_kinds
+from fabweave.piece.split.repeats import KindPrices, repeating, window_kinds
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import plain_weave
 from fabweave.weave.symmetry import find_weave_symmetry
@@ -47,31 +45,6 @@ def windows_of(mesh: PolyMesh):
     course, sites = lay_course(ribbons, MOST), list_sites(weave)
     windows = measure_windows(course, sites, most_passes=MOST, longest_mm=np.inf)
     return weave, course, sites, windows, window_kinds(course, sites, windows, weave.over)
-
-
-@pytest.mark.parametrize(
-    ("shape", "exact"),
-    [
-        ("shape:octahedron", True),
-        ("shape:dodecahedron", True),
-        ("shape:torus?m=8&n=4", True),
-        # A tube repeats along itself, where no rotation carries it; this saddle to 0.001 mm.
-        ("shape:tube?m=6&n=5", False),
-        ("shape:hypar?m=5&n=5", False),
-    ],
-)
-def test_what_rotations_carry_onto_one_another_is_of_one_kind(shape, exact):
-    mesh = parse_shape(shape)
-    weave, _, sites, windows, kinds = windows_of(mesh)
-    repeats = find_repeats(find_weave_symmetry(mesh, build_halfedges(mesh), weave))
-    row, ahead = np.nonzero(windows.passes)
-    first = sites.position[row]
-    runs = Runs(sites.thread[row], first, first + windows.passes[row, ahead] - 1)
-    _, label = np.unique(repeats.classes(runs), axis=0, return_inverse=True)
-    pairs = np.unique(np.stack((label.ravel(), kinds[row, ahead])), axis=1).T
-    assert len(pairs) == len(np.unique(pairs[:, 0]))
-    assert (len(pairs) == len(np.unique(pairs[:, 1]))) == exact
-    assert np.all((kinds >= 0) == (windows.passes > 0))
 
 
 def apart(one, other) -> float:

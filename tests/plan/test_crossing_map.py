@@ -8,11 +8,14 @@ import pytest
 from crossing_maps import piece_record, sheet_record, small_map
 from hypothesis import given
 from hypothesis import strategies as st
+from slow import slow_but
 from viewer_scene import make_page
 
 from fabweave.core.errors import InputError
 from fabweave.job.write import json_text
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 JOBS = {
     "octahedron": ("shape:octahedron", {}),
@@ -34,7 +37,7 @@ def map_of(name):
     return make_page(shape, 300.0, **settings)[1]
 
 
-@pytest.mark.parametrize("name", JOBS)
+@pytest.mark.parametrize("name", slow_but(JOBS))
 def test_a_map_comes_back_from_its_file(name, tmp_path):
     crossing_map = map_of(name)
     path = tmp_path / "crossing_map.json"

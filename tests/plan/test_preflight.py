@@ -15,9 +15,10 @@ from jobs import run
 
 from fabweave.core.finding import Finding
 from fabweave.plan.preflight import finding_lines, preflight, preflight_record
-from fabweave.ribbon.rules.broken_rule import BrokenRule, written
 from fabweave.sheet.targets import target_named
 from fabweave.stock.material import material_named, with_thickness
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 CARD = material_named("card")
 PLY = with_thickness(material_named("birch-ply-3"), 3.0)
@@ -85,17 +86,6 @@ def test_holes_keep_two_diameters_from_edges(y, bad) -> None:
         assert (flaws[0].value, flaws[0].limit) == (pytest.approx(7.9), 8.0)
 
 
-def test_a_target_may_want_more_around_holes() -> None:
-    job = plan(piece_record("A1", bar(), [(50, 2.2, 1.0)]))
-    metal = with_thickness(material_named("aluminium-5052"), 1.0)
-    assert flaws_of(job, metal) == ()  # two diameters are enough
-    (flaw,) = flaws_of(job, metal, target_named("fictiv"))
-    # Two thicknesses of material at the rim.
-    assert (flaw.rule, flaw.value, flaw.limit) == ("hole-edge", pytest.approx(2.2), 2.5)
-    (flaw,) = flaws_of(job, metal, target_named("gosnapcut"))
-    assert (flaw.rule, flaw.limit) == ("hole", 1.5)
-
-
 @given(st.floats(0.2, 8.0), st.floats(0.0, 360.0))
 @example(1.5, 2.0)  # half of the limit: the first halving is a tie
 def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
@@ -161,17 +151,6 @@ def test_short_sides_are_flaws_of() -> None:
     outline = [[0, 0], [50, 0], [50.05, 0], [100, 0], [100, 20], [0, 20]]
     flaws = flaws_of(plan(piece_record("A1", outline)))
     assert [(flaw.rule, flaw.place) for flaw in flaws] == [("segment", (50.025, 0.0))]
-
-
-def test_what_was_found_in_space_is_told_again() -> None:
-    at = "A", 0, 0, None, (0, 0, 0)
-    bend = BrokenRule("bend", "warn", 30.0, 46.0, "mm", *at, 5, 9, size_mm=412)
-    twist = BrokenRule("twist", "warn", 40.0, 31.0, "degrees", *at, 1, 9)
-    findings = [written(finding) for finding in (bend, twist)]
-    flaws = flaws_of(plan(piece_record("A1", bar())), findings=findings)
-    assert [(flaw.rule, flaw.value, flaw.count, flaw.cure) for flaw in flaws] == [
-        ("bend", 30.0, 5, "--size 412mm")
-    ]
 
 
 def test_the_worst_place_of_each_rule_is_named() -> None:

@@ -25,6 +25,7 @@ def plan(finished):
     return read_crossing_map(finished(*STRAIGHT) / "crossing_map.json")
 
 
+@pytest.mark.slow
 def test_every_piece_has_the_marks_of_its_kind(plan):
     """Seen from its own end: each station, hole and slot of it is in a row of its kind."""
     rows = list(csv.DictReader(io.StringIO(stick_table(plan))))

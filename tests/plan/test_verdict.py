@@ -9,6 +9,8 @@ from fabweave.options.settings import settings_from_options
 from fabweave.plan.verdict import COAXED, NARROW_MM, NotMakeableError, judge, verdict_words
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 RULES = st.sampled_from(sorted(COAXED))
 
 

@@ -12,7 +12,6 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes import grids
-from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.ribbon.project import RUNGS_A_TURN, Ribbons, require_no_loop, turn_rungs
 from fabweave.ribbon.width import WidthRule
@@ -125,18 +124,6 @@ def test_on_a_closed_mesh_turning_changes_no_ribbon(mesh):
     ribbons = [woven(mesh, turn=turn)[1] for turn in (False, True)]
     for name in ("offsets", "right", "left", "from_right", "entry", "normal", "centre"):
         assert np.array_equal(*(getattr(each, name) for each in ribbons))
-
-
-def test_crossings_are_where_they_are_when_threads_end():
-    mesh = resize_mesh(parse_shape("shape:hypar"), size_mm=300.0)[0]
-    panels = []
-    for turn in (False, True):
-        weave, ribbons = woven(mesh, turn=turn)
-        middle = (ribbons.right + ribbons.left) / 2
-        centre = (middle[ribbons.entry] + middle[ribbons.entry + 1]) / 2
-        order = np.lexsort((weave.over, weave.threads.crossing))
-        panels.append(centre[order])
-    assert np.allclose(*panels, atol=1e-12)
 
 
 def test_a_face_whose_centre_lies_on_its_boundary_edge_is_refused():

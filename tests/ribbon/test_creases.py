@@ -67,20 +67,3 @@ def test_a_crease_too_sharp_is_told_with_thread_station_and_place() -> None:
     assert found.value > found.limit
     middle = (spoilt.right[rung] + spoilt.left[rung]) / 2
     assert found.position == pytest.approx(middle, abs=1e-3)
-
-
-def test_every_rule_of_a_thread_says_where() -> None:
-    """Each rule names thread, station, crossing and place, and they agree."""
-    woven, _settings, _supplies = laid("shape:tetrahedron", size_mm=60.0, material="card")
-    threads, ribbons = woven.weave.threads, woven.ribbons
-    harsh = Limits(thickness_mm=3.0, bend_mm=900.0, width_mm=40.0, twist_deg=0.1, clearance_mm=9.0)
-    measured = check_ribbons(ribbons, woven.weave, woven.labels, harsh, size_mm=60.0)
-    told = {one.rule: one for one in measured.findings}
-    assert set(told) >= {"width", "bend", "twist", "crease", "layers"}
-    for one in told.values():
-        thread = woven.labels.index(one.thread)
-        own = slice(threads.offsets[thread], threads.offsets[thread + 1])
-        assert threads.crossing[own][one.station] == one.crossing
-        if one.rule != "clearance":
-            points = np.concatenate(((ribbons.right + ribbons.left) / 2, ribbons.centre))
-            assert np.linalg.norm(points - one.position, axis=1).min() < 2e-3

@@ -15,14 +15,12 @@ from fabweave.core.arrays import unit
 from fabweave.core.errors import InputError
 from fabweave.job.ask import brief_of
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.piece.split.split_plan import plan_pieces
 from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.lay import lay_ribbons, widest_width
 from fabweave.ribbon.measures import panel_widths, ribbon_widths
 from fabweave.ribbon.project import following_rung, smooth_ribbons
-from fabweave.ribbon.rules.bends import measure_bends
 from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule, parse_width
 from fabweave.weave.pattern import plain_weave
 
@@ -154,22 +152,6 @@ def middles_of_ends(ribbons):
     return middle[ribbons.entry], middle[ribbons.entry + 1]
 
 
-def test_on_slanted_quads_ribbons_are_as_wide_as_told_all_along() -> None:
-    """On a torus three times as high as it is round, strands cross askew and rungs are slanted."""
-    round_ = parse_shape("shape:torus?m=24&n=12&ring=100&tube=40")
-    mesh = PolyMesh(round_.vertices * [1.0, 1.0, 3.0], round_.offsets, round_.indices)
-    weave, width, projected = even_on(mesh, parse_width("even,6mm"))
-    assert width == pytest.approx(6.0)
-    smooth = smooth_ribbons(short_panels(projected, weave, width, np.ones(len(width))), 3)
-    before, after = (
-        measure_bends(ribbons).width_mm
-        for ribbons in (smooth_ribbons(projected, 3), even_rails(smooth, weave, width))
-    )
-    assert before.min() < 4.0
-    assert after.min() > 5.8
-    assert after.max() < 6.5
-
-
 @given(uneven(), st.floats(0.2, 5.0))
 def test_one_width_grows_with_the_object_unless_it_is_stated(mesh, factor) -> None:
     larger = PolyMesh(mesh.vertices * factor, mesh.offsets, mesh.indices)
@@ -214,15 +196,6 @@ def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     expected = np.full(threads.n_crossings, layers)
     expected[laps] += supplies.only.thickness_mm / 2
     assert apart == pytest.approx(expected, abs=1e-9)
-
-
-def test_runs_of_open_threads_lap_only_between_pieces() -> None:
-    woven, settings, supplies = laid(
-        Settings.of("shape:hypar", size_mm=400.0).but(max_length_mm=150.0)
-    )
-    runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs
-    crossed = np.count_nonzero(woven.weave.threads.lengths)
-    assert len(runs.laps(woven.weave.threads)) == len(runs.thread) - crossed
 
 
 @pytest.mark.parametrize("shape", ["torus?m=12&n=8", "sphere?n=4", "hypar"])

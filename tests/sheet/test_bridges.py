@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.arc_path import Path, stretch
-from fabweave.core.errors import InputError
 from fabweave.sheet.drawing import (
     Circle,
     Layer,
@@ -88,19 +87,6 @@ def test_holes_are_cut_through():
     first, *runs = bridged(sheet(hole, outline), MicroJoints(3)).pieces[0].entities
     assert first is hole
     assert len(runs) == 3
-
-
-def test_names_say_what_was_done():
-    outline = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [90, 0], [90, 60], [0, 60]]), True)
-    (ready,) = kerfed_sheets([sheet(outline)], 0.15, MicroJoints(4, 0.3))
-    assert ready.name == "sheet_01_kerf0.15mm_micro4x0.3mm"
-    assert kerfed_sheets([sheet(outline)], 0.0, None) == ()
-
-
-@pytest.mark.parametrize("text", ["0", "51", "-2", "4:", "4:9mm", "4:0.01mm", "four", "4:x", ""])
-def test_nonsense_is_refused(text):
-    with pytest.raises(InputError):
-        parse_micro_joints(text)
 
 
 @given(st.integers(1, 50), st.integers(10, 500))

@@ -2,21 +2,18 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from io import BytesIO, StringIO
+from io import StringIO
 
 import ezdxf
 import numpy as np
 import pytest
 import shapely
 from ezdxf import path as ezpath
-from PIL import Image
 
 from fabweave.estimate.waste import length_mm
 from fabweave.piece.outline import fit_paths
 from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.sheet.labels.texts import place_titles
 from fabweave.sheet.write.dxf import DXF_VERSIONS, dxf_bytes, extents
-from fabweave.sheet.write.preview import png_bytes
 from fabweave.sheet.write.svg import SVG_UNITS, svg_text
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -164,22 +161,3 @@ def test_the_extents_hold_arcs_that_leave_the_sheet():
     arc = Polyline(Layer.NOTES, np.array([[0.0, 0.0], [10.0, 0.0]]), False, np.array([0.8, 0.0]))
     low, _ = extents(SheetDrawing("s", 20.0, 20.0, (), (arc,)))
     assert low.tolist() == pytest.approx([0.0, -4.0], abs=0.011)
-
-
-def test_the_preview_shows_arcs():
-    disc = np.array([[20.0, 40.0], [60.0, 40.0]])
-    lines = [
-        Polyline(Layer.CUT_OUTER, disc, True, np.full(2, bulge)) for bulge in (0.999, 0.5, 0.1)
-    ]
-    shares = []
-    for line in lines:
-        sheet = SheetDrawing("s", 80.0, 80.0, (PieceDrawing("A1", (line,)),), ())
-        picture = np.asarray(Image.open(BytesIO(png_bytes(sheet, titles={}))))
-        shares.append(float(np.mean(np.all(picture == (253, 240, 221), axis=2))))
-    # In proportion to the areas, less the lines: a disc, two lenses.
-    areas = [np.pi * 400.0, 2 * 279.56, 2 * 53.4]
-    assert shares[1] / shares[0] == pytest.approx(areas[1] / areas[0], rel=0.1)
-    assert shares[2] / shares[0] == pytest.approx(areas[2] / areas[0], rel=0.2)
-    titles = place_titles([PieceDrawing("A1", (lines[0],))])
-    # Between straight chords there would be no room.
-    assert titles["A1"].height_mm == 9.0

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
@@ -47,16 +45,6 @@ def test_the_bar_is_as_long_as_it_says(width, length):
         assert letters[0].points[:, 0].min() > bar.points[:, 0].max()
 
 
-@pytest.mark.parametrize("margin", [3.0, 5.0, 10.0])
-def test_notes_keep_to_the_margin(margin):
-    _, *others = sheet_notes(
-        SheetSize(600.0, 400.0), ["job 69 sheet 1/4", "card 0.4 mm"], margin_mm=margin
-    ).drawn
-    inside = shapely.box(margin, margin, 600.0 - margin, 400.0 - margin)
-    for note in others:
-        assert not shapely.LineString(note.points).intersects(inside)
-
-
 @st.composite
 def outlines(draw):
     """Draw polygons around a middle, with its least corner at the origin."""
@@ -87,17 +75,6 @@ def test_notes_on_odd_stock_are_on_good_material(ring, texts, margin, grain):
     assert length == pytest.approx(round(length), abs=1e-9)
 
 
-def test_notes_on_odd_stock_stand_where_no_piece_does():
-    wedge = ((0.0, 0.0), (300.0, 0.0), (0.0, 200.0))
-    texts = ["JOB SHEET 1/4", "THE ENGRAVED FACE"]
-    stock = SheetSize(300.0, 200.0, outline=wedge)
-    _, bar, *letters = sheet_notes(stock, texts, margin_mm=6.0).drawn
-    assert len(letters) > 25
-    pieces = shapely.Polygon(wedge).buffer(-6.0, join_style="mitre")
-    for note in (bar, *letters):
-        assert not pieces.intersects(shapely.LineString(note.points))
-
-
 def test_a_long_text_is_made_smaller_and_then_cut_off():
     short = sheet_notes(SheetSize(300.0, 200.0), ["ABC"]).drawn
     long = sheet_notes(SheetSize(300.0, 200.0), ["ABC" * 40]).drawn
@@ -107,11 +84,6 @@ def test_a_long_text_is_made_smaller_and_then_cut_off():
     for dot in dots[-2:]:
         assert np.ptp(dot.points[:, 0]) == 0.0
         assert np.ptp(dot.points[:, 1]) == pytest.approx(1.0 / 6.0)
-
-
-def test_notes_refuse_what_they_cannot_draw():
-    with pytest.raises(InputError, match="漢"):
-        sheet_notes(SheetSize(600.0, 400.0), ["ok", "漢"])
 
 
 @given(
@@ -177,14 +149,6 @@ def test_colours_burn_in_the_order_of_the_layers(name):
     colours = [entry.colour for entry in preset_named(name).colours.values()]
     assert [PALETTES[name].index(colour) for colour in colours] == [0, 0, 1, 2, 3]
     assert preset_named() == preset_named("lightburn")
-
-
-def test_a_preset_cannot_leave_out_a_layer_or_be_changed():
-    preset = preset_named()
-    with pytest.raises(InputError, match=r"1 layer.*CUT_OUTER"):
-        replace(preset, colours={k: v for k, v in preset.colours.items() if k.name != "CUT_OUTER"})
-    with pytest.raises(TypeError):
-        preset.colours[Layer.NOTES] = LayerColour("#000000", 7)
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,13 @@
 import io
-from dataclasses import replace
 
 import numpy as np
-import pytest
 import shapely
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 from strategies import at_most
 
-from fabweave.sheet.drawing import Circle, Layer, PieceDrawing, Polyline, SheetDrawing
-from fabweave.sheet.labels.lettering import place_text
+from fabweave.sheet.drawing import Circle, Layer
 from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.presets import preset_named
 from fabweave.sheet.write.preview import png_bytes, preview_frame
@@ -65,42 +62,6 @@ def test_outlines_and_holes_are_where_they_are_and_in_their_colours(sheet):
             assert image[middle[1], middle[0]].tolist() == [255, 255, 255]
 
 
-def test_every_red_pixel_is_near_an_outline(sheet):
-    image = pixels_of(png_bytes(sheet, titles={}))
-    frame = preview_frame(sheet)
-    row, column = np.nonzero((image[..., 0] > 220) & (image[..., 1:].max(axis=2) < 90))
-    assert len(row) > 1000
-    rings = shapely.union_all(
-        [shapely.LinearRing(frame.pixels(piece.entities[-1].points)) for piece in sheet.pieces]
-    )
-    shapely.prepare(rings)
-    assert shapely.distance(rings, shapely.points(column + 0.5, row + 0.5)).max() < 2.0
-
-
-def test_pieces_are_filled_and_the_sheet_is_white(sheet):
-    image = pixels_of(png_bytes(sheet, titles={}))
-    frame = preview_frame(sheet)
-    x, y = np.meshgrid(np.arange(2.0, 218.0, 1.5), np.arange(8.0, 152.0, 1.5))
-    points = np.stack([x.ravel(), y.ravel()], axis=1)
-    column, row = np.floor(frame.pixels(points)).astype(int).T
-    area = shapely.union_all([shapely.Polygon(p.entities[-1].points) for p in sheet.pieces])
-    outside = ~shapely.contains_xy(area.buffer(1.0), points)
-    assert (image[row[outside], column[outside]] == 255).all()
-    obstacles = [
-        shapely.Point(e.x, e.y).buffer(e.radius)
-        if isinstance(e, Circle)
-        else shapely.LineString(e.points)
-        for p in sheet.pieces
-        for e in p.entities[:-1]
-    ]
-    clear = area.buffer(-1.0).difference(shapely.union_all(obstacles).buffer(1.0))
-    inside = shapely.contains_xy(clear, points)
-    assert inside.sum() > 500
-    filled = image[row[inside], column[inside]]
-    assert (filled.min(axis=1) > 215).all()
-    assert (filled.min(axis=1) < 250).all()
-
-
 def test_titles_are_painted_where_they_are_asked_for_and_nowhere_else(sheet):
     frame = preview_frame(sheet)
     without = pixels_of(png_bytes(sheet, titles={}))
@@ -120,23 +81,6 @@ def test_titles_are_painted_where_they_are_asked_for_and_nowhere_else(sheet):
     )
 
 
-def test_a_turned_title_reads_along_its_direction(sheet):
-    without = pixels_of(png_bytes(sheet, titles={}))
-
-    def direction_deg(angle_deg):
-        titles = {"B66": Title(45.0, 120.0, angle_deg, 12.0)}
-        image = pixels_of(png_bytes(sheet, titles=titles))
-        row, column = np.nonzero((image != without).any(axis=2))
-        x, y = np.linalg.eigh(np.cov(np.stack([column, -row])))[1][:, 1]
-        return np.rad2deg(np.arctan2(y, x))
-
-    upright = direction_deg(0.0)
-    assert abs((upright + 90.0) % 180.0 - 90.0) < 10.0
-    for angle_deg in (30.0, -60.0, 90.0):
-        turned = direction_deg(angle_deg) - upright
-        assert abs((turned - angle_deg + 90.0) % 180.0 - 90.0) < 5.0
-
-
 def test_an_id_that_is_engraved_and_can_be_read_is_not_written_again(sheet):
     ids = {piece.piece_id: 2.5 for piece in sheet.pieces}
     untitled = png_bytes(sheet, titles={})
@@ -145,24 +89,6 @@ def test_an_id_that_is_engraved_and_can_be_read_is_not_written_again(sheet):
     low = png_bytes(sheet, lettered=dict.fromkeys(ids, 2.0))
     assert low == png_bytes(sheet)
     assert low != untitled
-
-
-def test_the_reference_bar_is_a_hundred_millimetres(sheet):
-    image = pixels_of(png_bytes(replace(sheet, pieces=(), notes=())))
-    heading = image[: round(22.0 * SCALE)]
-    longest = max(
-        len(run)
-        for row in heading.max(axis=2) < 90
-        for run in "".join("X" if dark else " " for dark in row).split()
-    )
-    assert longest == pytest.approx(100.0 * SCALE, abs=3)
-
-
-def test_picture_has_the_size_of_the_frame_and_same_bytes(sheet):
-    frame, picture = preview_frame(sheet), png_bytes(sheet)
-    with Image.open(io.BytesIO(picture)) as image:
-        assert image.size == (frame.width_px, frame.height_px)
-    assert picture == png_bytes(sheet)
 
 
 # ---- titles ---------------------------------------------------------------------------------
@@ -192,28 +118,3 @@ def test_titles_lie_in_their_pieces_clear_of_holes_and_upright(data, sheets):
             assert outline.contains(box)
             for hole in (entity for entity in piece.entities if isinstance(entity, Circle)):
                 assert box.distance(shapely.Point(hole.x, hole.y)) > hole.radius * 0.99
-
-
-def test_a_title_keeps_clear_of_the_engraved_label(make_piece):
-    plain = make_piece("AB12", (0.0, 0.0), amplitude=0.0, holes=0)
-    plain = replace(plain, entities=plain.entities[-1:])
-    before = place_titles([plain])["AB12"]
-    strokes = place_text("AB12", 2.5, before[:2], before.angle_deg)
-    label = tuple(Polyline(Layer.ENGRAVE_LABEL, stroke) for stroke in strokes)
-    after = place_titles([replace(plain, entities=(*label, *plain.entities))])["AB12"]
-    engraved = shapely.MultiLineString(strokes)
-    assert box_of("AB12", before).intersects(engraved)
-    assert not box_of("AB12", after).intersects(engraved)
-
-
-def test_a_round_outline_has_a_title_and_a_piece_without_outline_none():
-    disc = PieceDrawing("D1", (Circle(Layer.CUT_OUTER, 30.0, 30.0, 10.0),))
-    assert np.hypot(*np.subtract(place_titles([disc])["D1"][:2], 30.0)) < 3.0
-    assert place_titles([PieceDrawing("E1", ())]) == {}
-
-
-def test_the_picture_of_a_very_large_sheet_has_fewer_pixels_for_each_millimetre():
-    usual = preview_frame(SheetDrawing("s", 1000.0, 700.0, (), ()))
-    large = preview_frame(SheetDrawing("s", 20_000.0, 20_000.0, (), ()))
-    assert usual.pixels_per_mm == 4.0
-    assert 0.9e8 < large.width_px * large.height_px <= 1e8

@@ -115,17 +115,6 @@ def test_header_says_millimetres_and_real_extents(version, sheet, sheet_of, make
         assert list(header["$LIMMAX"]) == [drawing.width_mm, drawing.height_mm]
 
 
-@pytest.mark.parametrize("version", DXF_VERSIONS)
-def test_layers_are_those_of_the_preset(version, sheet):
-    document = document_of(dxf_bytes(sheet, version=version))
-    names = [layer.dxf.name for layer in document.layers]
-    assert [name for name in names if name != "Defpoints"] == ["0", *LAYERS]
-    for layer, colour in preset_named("lightburn").colours.items():
-        entry = document.layers.get(layer.value)
-        assert (entry.dxf.color, entry.dxf.linetype) == (colour.aci, "Continuous")
-        assert entry.rgb == (colour.rgb if version == "R2010" else None)
-
-
 @pytest.mark.slow
 def test_same_drawing_same_bytes_in_every_process():
     code = (
@@ -150,16 +139,6 @@ def test_same_drawing_same_bytes_in_every_process():
         assert result.stderr == ""
         outputs.append(result.stdout)
     assert len(set(outputs)) == 1
-
-
-def test_an_empty_sheet_can_be_written(sheet_of, tmp_path):
-    empty = replace(sheet_of([]), notes=())
-    (tmp_path / "a.dxf").write_bytes(dxf_bytes(empty))
-    document = ezdxf.readfile(tmp_path / "a.dxf")
-    assert len(document.modelspace()) == 0
-    assert list(document.header["$EXTMAX"]) == [220.0, 160.0, 0.0]
-    root = parse(svg_text(empty))
-    assert len(root.findall(f"{SVG}g")) == 5
 
 
 # ---- SVG ------------------------------------------------------------------------------------

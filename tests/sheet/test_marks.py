@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from irregular_meshes import lumpy_ball, pieces_of
 
 from fabweave.core.arc_path import straight_path
 from fabweave.piece.piece import Piece
@@ -15,7 +14,6 @@ from fabweave.sheet.labels.marks import (
     COVER_MM,
     WORD_SPACE_MM,
     Marks,
-    covered_rooms,
     covers_of,
     mark_pieces,
     seen_mm,
@@ -172,16 +170,6 @@ def test_nothing_is_too_low_to_read(piece):
         assert label.height_mm >= least.get(label.kinds[0], min(TEXT_HEIGHTS_MM))
 
 
-@pytest.mark.parametrize("piece", PIECES)
-def test_strokes_fill_the_box_that_is_told(piece):
-    for label in marked(piece).labels:
-        angle = np.deg2rad(label.rotation_deg)
-        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        ink = (np.concatenate(label.strokes) - label.centre) @ turn
-        np.testing.assert_allclose(ink.max(axis=0), np.array(label.box_mm) / 2, atol=1e-9)
-        np.testing.assert_allclose(ink.min(axis=0), -np.array(label.box_mm) / 2, atol=1e-9)
-
-
 def test_numbers_are_ids_alone_and_none_is_nothing():
     bare = marked(strip(hole=2.5), labels="numbers")
     assert [label.text for label in bare.labels] == ["A6"]
@@ -219,44 +207,6 @@ def test_labels_stand_beside_their_station():
     for label in marked(piece).labels:
         if label.station is not None:
             assert np.argmin(np.abs(piece.points[:, 0] - label.centre[0])) == label.station
-
-
-def test_letters_read_along_the_thread():
-    # In "A6" the A comes first: its strokes lie before those of the 6 along the direction.
-    piece = strip()
-    label = next(label for label in marked(piece).labels if "id" in label.kinds)
-    assert label.strokes[0][:, 0].max() < label.strokes[-1][:, 0].max()
-    # Upright: the A's apex is its highest point, away from the right edge at y = 0.
-    assert np.concatenate(label.strokes)[:, 1].max() > piece.points[0, 1]
-
-
-def test_nothing_fits_a_hair():
-    marks = marked(strip(width=1.2, pitch=8.0))
-    assert marks.labels == ()
-    assert marks.ticks == ()
-    assert len(marks.dropped) == 16
-
-
-def stands_nearest(piece: Piece, marks: Marks) -> list[bool]:
-    """Whether each label about a station is as near to it as to any other."""
-    return [
-        int(np.argmin(np.hypot(*(piece.points - label.centre).T))) == label.station
-        for label in marks.labels
-        if label.station is not None
-    ]
-
-
-# Where threads wind, a way along the thread leads past other stations: these had such labels.
-@pytest.mark.slow
-@pytest.mark.parametrize(("seed", "points"), [(0, 20), (1, 20), (2, 60), (5, 60)])
-def test_labels_of_irregular_meshes_stand_at_their_stations(seed, points):
-    pieces = list(pieces_of(lumpy_ball(seed, points, lumps=0.3), size="500mm"))
-    crossings = 1 + max(int(piece.crossings.max()) for piece in pieces)
-    marks = mark_pieces(pieces, crossings)
-    near = [own for piece, mark in zip(pieces, marks, strict=True)
-            for own in stands_nearest(piece, mark)]  # fmt: skip
-    assert len(near) > len(pieces)
-    assert all(near)
 
 
 # --- hidden -------------------------------------------------------------------------------------
@@ -307,35 +257,6 @@ def test_a_cover_that_runs_through_itself_by_a_rounding_still_hides():
     shown, smooth = (marked(one, labels="hidden") for one in (piece, covered(strip(), 12.0)))
     assert [one.text for one in shown.labels] == [one.text for one in smooth.labels]
     assert seen_mm([piece], [shown]) == 0.0
-
-
-def test_corners_a_rounding_apart_are_one_corner():
-    # Such a cover made GEOS divide by zero, and warn of it on the terminal (seed 73502).
-    corners = np.array(
-        [
-            (1.1469657033354008, 0.2434223099805174),
-            (1.146965703335398, 0.2434223099805185),
-            (2.683436303765064, 2.9902641309898566),
-            (6.261351375451803, 4.047436933016398),
-            (6.261351375451802, 4.047436933016397),
-            (3.646328834481844, 1.2171115499025573),
-        ]
-    )
-    with pytest.warns(RuntimeWarning, match="invalid value"):
-        shapely.buffer(shapely.Polygon(corners), -COVER_MM, join_style="mitre")
-    piece = replace(covered(strip(), 12.0), covers=(corners,))
-    (cover,) = covers_of(piece)
-    assert len(cover.exterior.coords) == 4 + 1
-    assert cover.area == pytest.approx(shapely.Polygon(corners).area, rel=1e-12)
-    (room,) = covered_rooms([piece])
-    assert room.area == pytest.approx(cover.buffer(-COVER_MM, join_style="mitre").area)
-
-
-@pytest.mark.parametrize("labels", ["hidden", "full", "numbers"])
-def test_an_id_is_engraved_as_low_as_it_must_be(labels):
-    narrow = covered(strip(width=2.4, pitch=16.0), 12.0)
-    names = [label for label in marked(narrow, labels=labels).labels if label.kinds[0] == "id"]
-    assert [label.height_mm for label in names] == [1.2]
 
 
 def test_partners_are_named_at_the_ends_and_at_every_third_crossing():

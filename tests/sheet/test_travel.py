@@ -72,18 +72,6 @@ def test_rows_are_walked_to_and_fro():
     assert backwards.tolist() == [k % 2 == 1 for k in range(12)]
 
 
-@pytest.mark.slow
-def test_many_pieces_are_ordered_alike_each_time():
-    ends = np.random.default_rng(2).uniform(0.0, 900.0, (600, 2, 2))
-    order, backwards = short_route(ends)
-    again = short_route(ends.copy())
-    assert np.array_equal(order, again[0])
-    assert np.array_equal(backwards, again[1])
-    assert sorted(order.tolist()) == list(range(600))
-    plain = way(ends, range(600), itertools.repeat(False, 600))
-    assert way(ends, order, backwards) < 0.08 * plain
-
-
 def strip(name):
     """A piece with an arc, four holes, eight ticks and three labels, none of them in order."""
     x = np.array([10.0, 30.0, 50.0, 70.0])

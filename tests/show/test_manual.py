@@ -2,7 +2,6 @@
 
 import io
 import re
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,10 +16,7 @@ from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bill_of_materials import bill_of_materials
 from fabweave.show.manual import book as manual_book
-from fabweave.show.manual.cover import write_cover
-from fabweave.show.manual.painting import packed
 from fabweave.show.manual.sheets import place_across
-from fabweave.show.manual.step_pictures import step_pictures
 
 
 def facts_of(job):
@@ -73,14 +69,6 @@ def test_nothing_stands_outside_the_margins(paper):
         assert y.max() < high
 
 
-def test_same_bytes():
-    made = drawn_job()
-    again = step_pictures(made.scene, made.plan)
-    seconds = step_seconds(made.plan, made.job.costs.assembly)
-    data = manual_pdf(made.plan, facts_of(made.job), made.job.drawings, again, seconds)
-    assert data == manual_of()
-
-
 def test_every_piece_is_in_every_section_that_lists_pieces():
     crossing_map = drawn_job().plan
     ids = {piece.id for piece in crossing_map.pieces}
@@ -103,23 +91,6 @@ def test_cover_has_the_figures():
         for cut in piece.cutouts
     )
     assert sum(needed) == holes > 0
-
-
-@pytest.mark.parametrize("sort", ["thread", "blind-rivet-2.4", "mini-brad"])
-def test_the_cover_names_the_tools_of_what_the_steps_set(sort):
-    made = drawn_job()
-    facts = facts_of(made.job)
-    (row, *_) = facts.bill.fasteners
-    bill = replace(facts.bill, fasteners=(replace(row, fits=(sort,), outside=None),))
-    book = manual_book.Book("a4", "Torus")
-    write_cover(book, made.plan, replace(facts, bill=bill))
-    page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
-    text = " ".join(page.extract_text().split())
-    tools = {"thread": "a needle and scissors", "blind-rivet-2.4": "riveting pliers"}
-    assert "a pencil to tick the boxes" in text
-    for one, tool in tools.items():
-        assert (f"{tool}; a pencil" in text) == (sort == one)
-    assert ("knot its ends" in text) == (sort == "thread")
 
 
 def test_the_map_tells_the_step_of_each_piece():
@@ -175,13 +146,6 @@ def test_names_of_narrow_pieces_stand_on_them_and_clear_of_one_another():
     assert list(places) == list(strips)
 
 
-def test_a_name_stands_along_its_piece():
-    strip = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 60.0], [0.0, 60.0]])
-    x, y, angle = place_across({"A1": strip})["A1"]
-    assert (x, y) == pytest.approx((0.5, 30.0), abs=0.6)
-    assert abs(angle) == pytest.approx(90.0, abs=2.0)
-
-
 def test_each_sign_that_is_explained_is_pointed_out():
     text = section("How to read")
     explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Cross|Hole)", text))
@@ -206,62 +170,9 @@ def test_pieces_that_are_alike_are_drawn_once():
 # --- pages --------------------------------------------------------------------------------------
 
 
-def test_pictures_are_kept_as_they_are():
-    dice = np.random.default_rng(3)
-    pixels = dice.integers(0, 256, (5, 7, 3), dtype=np.uint8)
-    book = manual_book.Book("a4", "Pictures")
-    book.page("One")
-    book.image(packed(pixels), 50.0, 50.0, 70.0, 50.0)
-    page = pypdf.PdfReader(io.BytesIO(book.finish())).pages[0]
-    (found,) = (np.asarray(image.image.convert("RGB")) for image in page.images)
-    assert np.array_equal(found, pixels)
-    assert np.array_equal(np.asarray(packed(pixels).image), pixels)
-
-
-def test_titles_of_east_asia_are_written_and_characters_that_no_font_has_are_not():
-    book = manual_book.Book("a4", "Knödel 編み兔子 토끼 \N{RABBIT} (a\\b)")
-    book.page("One")
-    reader = pypdf.PdfReader(io.BytesIO(book.finish()))
-    text = reader.pages[0].extract_text().replace("\n", "")
-    assert "Knödel 編み兔子 토끼 ? (a\\b)" in text
-    assert "編み兔子 토끼" in reader.metadata.title
-
-
 def test_east_asia_is_measured_as_it_is_written_and_breaks_anywhere():
     title = "竹编兔子" * 9
     assert manual_book.text_width(title, 10.0) == pytest.approx(360.0)
     lines = manual_book.wrapped(title, 10.0, 100.0)
     assert "".join(lines) == title
     assert [len(line) for line in lines] == [10, 10, 10, 6]
-
-
-def test_text_before_the_steps_is_read_at_arms_length_and_each_page_tells_how_many_there_are():
-    reader = pypdf.PdfReader(io.BytesIO(manual_of()))
-    least = {}
-    for number, page in enumerate(reader.pages, start=1):
-        text = " ".join(page.extract_text().split())
-        assert f"page {number} / {len(reader.pages)}" in text
-        content = page.get_contents().get_data().decode("latin-1")
-        sizes = [float(size) for size in re.findall(r"/F\d+ ([\d.]+) Tf", content)]
-        for name in ("Overview", "How to read", "Threads and", "Parts", "Sheets"):
-            if text.startswith(name):
-                least[name] = min([least.get(name, 99.0), *sizes])
-    assert len(least) == 5
-    assert min(least[name] for name in ("Overview", "How to read", "Parts")) >= 9.5
-    # Names on pieces, and of pieces on bands, are somewhat smaller where there is no room.
-    assert min(least.values()) >= 8.0
-
-
-@pytest.mark.parametrize(("words", "pages"), [(10, 1), (150, 1), (600, 2)])
-def test_a_long_verdict_makes_the_picture_small_and_runs_on(words, pages):
-    facts = replace(facts_of(drawn_job().job), buildable="Yes, with care. " * (words // 3))
-    book = manual_book.Book("a4", "Torus")
-    write_cover(book, drawn_job().plan, facts)
-    reader = pypdf.PdfReader(io.BytesIO(book.finish()))
-    assert len(reader.pages) == pages
-    heights = []
-    for page in reader.pages:
-        assert page.extract_text().startswith("Overview")
-        page.extract_text(visitor_text=lambda text, _, at, *__: heights.append((at[5], text)))
-    assert "".join(text for _, text in heights).count("Yes,") == words // 3
-    assert min(at for at, text in heights if text.strip()) >= manual_book.MARGIN

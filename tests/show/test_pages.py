@@ -9,6 +9,8 @@ from jobs import OCTAHEDRON, contents_of
 
 import fabweave as fw
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 #: What is not linked: the page itself.
 LEFT_OUT = {"index.html"}
 

@@ -2,8 +2,6 @@
 
 import pytest
 from jobs import OCTAHEDRON
-from pypdf import PdfReader
-from viewer_tab import Page, Tab
 
 pytestmark = [pytest.mark.apt, pytest.mark.slow]
 
@@ -34,27 +32,6 @@ def test_nothing_hangs_over_the_edge(browser, made, name, size):
     assert smallest >= 12.0
     assert wrong == []
     context.close()
-
-
-@pytest.mark.parametrize(("name", "most"), [("index.html", 3), ("waste.html", 3)])
-def test_they_are_printed_on_few_pages(browser, made, tmp_path, name, most):
-    opened = browser.new_page()
-    opened.goto((made / name).as_uri())
-    opened.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True)
-    opened.close()
-    pages = PdfReader(tmp_path / "page.pdf").pages
-    assert len(pages) <= most
-    assert tuple(round(float(side)) for side in pages[0].mediabox[2:]) == (595, 842)
-
-
-def test_a_finished_job_is_followed_as_its_manual_shows_it(browser, made):
-    """The viewer of a whole job has a view for every step that the manual shows."""
-    opened = Tab(browser, Page(made / "assembly.html"), address="#step=2")
-    views = opened.page.evaluate("fabweave.plan.data.views_deg")
-    assert len(views) == opened.page.evaluate("fabweave.plan.steps.length")
-    assert all(len(view) == 2 for view in views)
-    assert opened.page.evaluate("document.body.dataset.step") == "2"
-    opened.close()
 
 
 def test_what_is_bought_stays_ticked_on_both_pages(browser, made):

@@ -165,6 +165,7 @@ def test_what_is_longer_than_a_page_can_be_is_printed_in_lengths():
     assert np.abs(marks - places).max() <= 0.1
 
 
+@pytest.mark.slow
 def test_tapes_of_a_job_have_the_marks_of_its_pieces(finished):
     folder = finished(*STRAIGHT)
     pieces = read_crossing_map(folder / "crossing_map.json").pieces

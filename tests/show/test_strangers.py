@@ -1,6 +1,5 @@
 """Strangers' readers find on paper and on screen all that the map of a random job has."""
 
-import csv
 import json
 import re
 
@@ -11,7 +10,7 @@ from viewer_tab import Page, Tab
 
 import fabweave as fw
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 #: Small jobs that can be made: a closed mesh, one with a boundary, and one of several threads.
 SEEDS = (5, 14, 17)
 
@@ -47,23 +46,6 @@ def test_the_manual_tells_every_piece_step_joint_and_partner(job, plan):
         pieces = [piece for piece in plan["pieces"] if piece["id"].rstrip("0123456789") == label]
         partners = {one["partner"] for piece in pieces for one in piece["stations"]}
         assert partners <= set(re.findall(r"\b[A-Z]+\d+\b", own))
-
-
-@pytest.mark.parametrize(
-    ("name", "columns"),
-    [
-        ("pieces.csv", ("id",)),
-        ("stations.csv", ("piece", "partner")),
-        ("crossing_map.csv", ("over_piece", "under_piece")),
-    ],
-)
-def test_tables_name_the_pieces_and_joints_of_the_map(job, plan, name, columns):
-    with (job / name).open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert {row[key] for row in rows for key in columns} == {one["id"] for one in plan["pieces"]}
-    if "joint" in rows[0]:
-        joints = {row["joint"] for row in rows} - {""}
-        assert joints == {str(joint["id"]) for joint in plan["joints"]}
 
 
 @pytest.mark.apt

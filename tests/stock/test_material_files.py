@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fabweave.core.entries import entry_keys, entry_table, read_toml
 from fabweave.core.errors import InputError
@@ -155,28 +153,3 @@ def test_what_is_no_entry_or_no_name_is_refused(document) -> None:
 def test_targets_made_in_python_are_checked_too(key) -> None:
     with pytest.raises(InputError, match=f"^target 'snijlab': {key} is"):
         replace(target_named("snijlab"), **{key: -1.0})
-
-
-_leaves = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=5),
-    st.lists(st.floats() | st.lists(st.floats(), max_size=3), max_size=3),
-)  # fmt: skip
-_keys = [*entry_keys(Material), *entry_keys(Target)]
-_entries = st.dictionaries(st.sampled_from(_keys) | st.text(max_size=4), _leaves, max_size=4)
-_documents = st.dictionaries(
-    st.sampled_from(["felt", "default"]) | st.text(max_size=4),
-    _leaves | _entries | st.builds(lambda change: FELT | change, _entries),
-    max_size=3,
-)
-
-
-@given(_documents)
-def test_any_document_is_read_or_refused(document) -> None:
-    for read, kind in ((materials_of, Material), (targets_of, Target)):
-        try:
-            found = read(document, "mine.toml")
-        except InputError as error:
-            assert str(error).startswith("mine.toml")  # noqa: PT017 - it need not be raised
-        else:
-            assert len(found) == len(document)
-            assert all(isinstance(one, kind) for one in found)

@@ -1,7 +1,6 @@
 """What goes with rolls, and what does not; and what --stock takes, several times."""
 
 import pytest
-from jobs import run
 
 from fabweave.core.errors import InputError
 from fabweave.job.ask import complete_settings
@@ -63,22 +62,3 @@ def test_two_lists_whose_entries_share_a_name_are_refused(tmp_path):
         (tmp_path / name).write_text(LIST)
     with pytest.raises(InputError):
         asked(str(tmp_path / "a.toml"), str(tmp_path / "b.toml"))
-
-
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        (["--stock", "roll:12mm", "--strips", "straight"], 2),
-        (["--stock", "roll:12mm:900000m", "--strips", "straight"], 2),
-        (["--stock", "roll:12mm:5m"], 2),
-        (["--stock", "roll:8mm:30mm", "--strips", "straight", "--pattern", "kagome"], 1),
-        (["--stock", "roll:8mm:300mm:2", "--strips", "straight", "--pattern", "kagome"], 1),
-    ],
-)
-def test_exit_codes(words, code, tmp_path, capsys):
-    size = ("--size", "200mm", "--refine", "loop:1", "--effort", "quick", "-q")
-    assert run("make", MESH, *size, "-o", tmp_path / "job", *words) == code
-    assert not (tmp_path / "job").exists()
-    told = capsys.readouterr().err.strip().splitlines()
-    assert "Traceback" not in told[0]
-    assert len([line for line in told if line.startswith(("fabweave:", "Error:"))]) == 1

@@ -12,7 +12,6 @@ from fabweave.stock.sheet_size import (
     format_stock,
     parse_roll,
     parse_stock,
-    usable_size,
 )
 
 
@@ -69,13 +68,6 @@ def test_a_roll_is_read_back(width, length, quantity):
 def test_what_is_no_roll_is_refused(text):
     with pytest.raises(InputError):
         parse_roll(text)
-
-
-def test_margin_must_leave_something():
-    assert usable_size(SheetSize(100, 50), 24) == (52, 2)
-    for margin in (25, 30, -1, float("nan")):
-        with pytest.raises(InputError):
-            usable_size(SheetSize(100, 50), margin)
 
 
 @pytest.mark.parametrize(

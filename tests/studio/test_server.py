@@ -21,6 +21,8 @@ from websockets.sync.client import connect
 from fabweave.options.settings import settings_from_options
 from fabweave.studio.work import new_folder
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 TORUS = "shape:torus?m=8&n=4"
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
@@ -194,21 +196,6 @@ def test_files_that_are_spoilt_are_refused_in_words(studio, page):
         status, told = studio.take(name, data)
         assert status == 400
         assert told["error"]
-
-
-@pytest.mark.slow
-def test_a_hundred_spoilt_files_of_all_kinds_are_refused_in_words(studio, page):
-    draw = random.Random(11)  # noqa: S311 - no secret
-    job = (
-        b'fabweave = "0.1.0"\n[job]\nmesh = "shape:torus?m=8&n=4"\nsize = "200mm"\nwidth = "even"\n'
-    )
-    for number in range(100):
-        kind, data = draw.choice((("obj", OBJ), ("toml", job), ("png", b"\x89PNG\r\n\x1a\n")))
-        status, state = studio.take(f"m{number}.{kind}", spoilt(data, draw))
-        assert status in (200, 400)
-        if status == 200:
-            told = page.all_told("look", state["mesh"], state["options"])
-            assert not any("defect" in one.get("error", "") for one in told)
 
 
 def test_where_nothing_can_be_written_that_is_said(tmp_path):

@@ -13,11 +13,12 @@ from fabweave.core.errors import FabweaveError
 from fabweave.design.making import make_or_advise
 from fabweave.job.stations import Stations
 from fabweave.options.settings import settings_from_job, settings_from_options
-from fabweave.options.table import option_named
 from fabweave.studio.controls import controls
 from fabweave.studio.state import State, state_of_job
 from fabweave.studio.work import look, make, plan
 from fabweave.studio.worker import framed
+
+pytestmark = pytest.mark.usefixtures("quick_jobs")
 
 TORUS = "shape:torus?m=8&n=4"
 
@@ -65,13 +66,6 @@ def test_only_what_changes_is_made_anew():
     assert len(kept["meshes"]) == 2
 
 
-def test_every_colouring_can_be_seen():
-    kept = {}
-    for name in option_named("colours").kind.choices:
-        (seen,) = told(look, TORUS, kept, size="300mm", colours=name)
-        assert len(seen["colour"]) == len(seen["position"])
-
-
 def test_triangles_that_a_page_has_are_not_sent_again():
     wish = {"n": 1, "mesh": TORUS, "options": {}}
     found = []
@@ -107,12 +101,6 @@ def test_sheets_are_nested_finer_when_that_is_asked_for():
     layout = Stations.read(TORUS, wish["options"]).layout
     placed = [(place.sheet, round(place.x_mm, 2)) for place in layout.placements]
     assert [(sheet, x) for _, sheet, x, *_ in told[1]["placed"]] == placed
-
-
-def test_ribbons_of_one_width_are_one_bar():
-    made = told(plan, "shape:octahedron", size="200mm", width="even,9mm")
-    first = next(one for one in made if "verdict" in one)
-    assert sorted(first["widths"]["count"])[-2] == 0
 
 
 def test_what_cannot_be_built_is_told_with_its_reasons():
@@ -190,13 +178,6 @@ def same_from_its_files(state, seen, folder):
 
 def test_walks_over_the_controls_end_in_what_job_toml_says(tmp_path):
     for state, seen in walked(40, 7, TORUS, {"size": "200mm"}):
-        same_from_its_files(state, seen, tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10))
-def test_long_walks_over_the_controls_end_in_what_job_toml_says(seed, tmp_path):
-    for state, seen in walked(100, seed, TORUS, {"size": "200mm"}):
         same_from_its_files(state, seen, tmp_path)
 
 

@@ -136,7 +136,7 @@ def shipped_jobs() -> AbstractContextManager[None]:
 
 
 class JobStore:
-    """Folders of finished jobs, each made once in a run of the tests, by whoever asks first.
+    """Folders of finished jobs, each made once, and quickly, by whoever asks first.
 
     The folders are for all: who wants to spoil one takes a copy.
     """
@@ -154,7 +154,8 @@ class JobStore:
         folder = self._folder / name
         with self._alone(name):
             if not folder.exists():
-                assert run("make", *typed, "-q", "-o", folder) == 0, typed
+                with quick_jobs():
+                    assert run("make", *typed, "-q", "-o", folder) == 0, typed
                 self._digests[folder] = contents_of(folder)
         return folder
 

@@ -145,7 +145,7 @@ def _check_command(words: Sequence[str]) -> None:
     """Raise unless a command can be understood; so can what depends on its output, afterwards."""
     program, *rest = words
     targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
-    if program == "make" and not set(rest) <= set(targets):
+    if program == "make" and not {word for word in rest if "=" not in word} <= set(targets):
         raise ValueError(f"the Makefile has no target {' '.join(rest)!r}")
     if program == "python" and rest[0].endswith(".py") and not (ROOT / rest[0]).is_file():
         raise ValueError(f"there is no {rest[0]}")

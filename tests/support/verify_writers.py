@@ -214,14 +214,6 @@ def write_ribbons(folder):
     (folder / "ribbons.json").write_text(json.dumps(ribbons))
 
 
-def write_as_r12(specimen, folder):
-    """Write the drawings as R12, and that this was asked for."""
-    specimen.plan["cut"]["dxf"] = "R12"
-    write_plan(specimen, folder)
-    (folder / "job.toml").write_text(settings_text(specimen, dxf="R12"))
-    write_sheets(specimen, folder, r12=True)
-
-
 def write_sheets(specimen, folder, *, r12=False, edit=None):
     """Write the drawings; ``edit`` changes the list of shapes of each sheet."""
     (folder / "sheets").mkdir(exist_ok=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from unittest import mock
 
 import numpy as np
-from jobs import make_job
+from jobs import make_job, quick_jobs
 
 from fabweave.job.papers import job_viewer
 from fabweave.job.write import job_map
@@ -16,7 +16,7 @@ from fabweave.stock.sheet_size import SheetSize
 
 
 def make_page(shape, size_mm, *, across=2, **settings):
-    """Make a job's viewer without the work of nesting: pieces are put down in rows.
+    """Make a job's viewer without the work of nesting and letting go: pieces are put down in rows.
 
     Returns
     -------
@@ -28,8 +28,10 @@ def make_page(shape, size_mm, *, across=2, **settings):
         return put_down(outlines, across)
 
     with (
+        quick_jobs(),
         mock.patch("fabweave.nest.pins.nest", laid),
         mock.patch("fabweave.job.draw.portrait_png"),
+        mock.patch("fabweave.job.draw.let_job_go", return_value=None),
     ):
         job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))
     crossing_map = job_map(job)

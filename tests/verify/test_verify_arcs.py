@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sealing import told
 from spoiling import edit_json, put
-from verify_writers import dxf_text, sheet_shapes, svg_text, write_as_r12, write_job, write_sheets
+from verify_writers import dxf_text, svg_text, write_job, write_sheets
 
 from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area, traced
 from fabweave.verify.read.dxf import read_dxf
@@ -63,49 +63,6 @@ def test_spoiled_arcs_in_both_formats(specimen, job, change):
     edit = edit_arc(change)
     write_sheets(source, folder, edit=lambda s, shapes: edit(shapes) if s["sheet"] == 1 else shapes)
     assert {"outlines-dxf", "outlines-svg"} <= set(told(folder))
-
-
-# Without a large-arc flag, no SVG has more than half a turn; one with it is tested below.
-ONE_FORMAT = [("dxf", change) for change in SPOILED] + [("svg", change) for change in SPOILED[:-1]]
-
-
-@pytest.mark.parametrize(("kind", "change"), ONE_FORMAT)
-def test_spoiled_arcs_in_one_format(specimen, job, change, kind):
-    folder, source = job("bent"), specimen("bent")
-    sheet = source.plan["sheets"][0]
-    shapes = edit_arc(change)(sheet_shapes(source, source.plan, sheet))
-    text = dxf_text(shapes, sheet) if kind == "dxf" else svg_text(shapes, sheet)
-    (folder / "sheets" / f"sheet_01.{kind}").write_text(text)
-    # Both formats are compared where SVG is looked at.
-    assert {"outlines-svg", f"outlines-{kind}"} <= set(told(folder))
-
-
-def backwards(shapes):
-    """Another start and direction cut the same: left turns become right turns."""
-    result = []
-    for shape in shapes:
-        piece, layer, kind, data, closed = shape
-        if layer != "CUT_OUTER":
-            result.append(shape)
-            continue
-        ring = data[::-1]
-        after = [*ring[1:], ring[0]]
-        back = [[x, y, -b] for (x, y, _), (_, _, b) in zip(ring, after, strict=True)]
-        result.append((piece, layer, kind, back[3:] + back[:3], closed))
-    return result
-
-
-def test_start_and_direction_do_not_matter(specimen, job):
-    folder = job("bent")
-    write_sheets(specimen("bent"), folder, edit=lambda _, shapes: backwards(shapes))
-    assert told(folder) == {}
-
-
-def test_r12_has_arcs_too(specimen, job):
-    folder = job("bent")
-    write_as_r12(specimen("bent"), folder)
-    assert told(folder) == {}
-    assert "VERTEX" in (folder / "sheets" / "sheet_01.dxf").read_text()
 
 
 ARC = r"A([0-9.]+),([0-9.]+) 0 0 ([01]) "
@@ -204,19 +161,6 @@ def test_exact_measures_are_those_of_short_chords(bulges, radius, tiny):
     ring = np.column_stack((points, bulges))
     length = np.hypot(*np.diff(dense, axis=0).T).sum()
     assert ring_area(ring) == pytest.approx(area, abs=length * CHORDS_MM)
-
-
-def test_known_arcs():
-    # To the left of the way is counter-clockwise, as seen with y up; the file has y down.
-    assert path_runs("M0,0A1,1 0 0 0 2,0").bulges[0] == pytest.approx(1.0)
-    assert path_runs("M0,0A1,1 0 0 1 2,0").bulges[0] == pytest.approx(-1.0)
-    quarter = np.tan(np.pi / 8.0)
-    assert path_runs("M1,0A1,1 0 0 0 2,1").bulges[0] == pytest.approx(quarter)
-    # A chord of 2 under half a circle, to either side, has the length of that; under none, its own.
-    for bulge, length in ((0.0, 2.0), (1.0, np.pi), (-1.0, np.pi)):
-        dense, _ = along(np.array([[0.0, 0.0], [2.0, 0.0]]), np.array([bulge, 0.0]))
-        found = np.hypot(*np.diff(dense, axis=0).T).sum()
-        assert length - 0.01 < found <= length + 1e-12
 
 
 def test_an_arc_may_close_a_path():

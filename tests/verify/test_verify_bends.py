@@ -96,14 +96,6 @@ def test_a_finding_of_nothing_is_found_out(made) -> None:
     )
 
 
-@pytest.mark.parametrize("key", ["thickness_mm", "bend_mm"])
-@pytest.mark.parametrize("value", [None, "8", 0.0, float("nan")])
-def test_limits_that_are_none(job, key, value) -> None:
-    path = job("torus") / "ribbons.json"
-    edit_json(path, put("limits", key, value))
-    assert "bends" in told(path.parent)
-
-
 def test_a_rung_that_is_turned_in_the_model_is_found(job, specimen) -> None:
     folder = job("torus")
     source = specimen("torus")

@@ -16,6 +16,8 @@ from fabweave.sheet.write.dxf import dxf_bytes
 from fabweave.sheet.write.svg import svg_text
 from fabweave.stock.sheet_size import SheetSize
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 SETTINGS = Settings.of(
     "shape:octahedron",
     size_mm=150.0,

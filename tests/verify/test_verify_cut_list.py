@@ -8,13 +8,15 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from jobs import contents_of, run
+from jobs import run
 from sealing import found_by, told
 from spoiling import edit_json, put
 
 from fabweave.verify.check.tables import check_cut_list, check_row
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
+
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 BALL = [
     "shape:icosahedron",
@@ -78,16 +80,6 @@ def test_no_machine_cuts_a_roll(roll):
     done = {action["action"]: action["count"] for action in costs["assembly"]["actions"]}
     assert done["cut"] == len([row for row in rows_of(roll) if row["cut"] == "piece"])
     assert "sort" not in done
-
-
-@pytest.mark.slow
-def test_job_toml_makes_the_same_bytes_of_a_roll(roll, tmp_path):
-    shutil.copy(roll / "job.toml", tmp_path / "job.toml")
-    assert run("make", "--config", tmp_path / "job.toml", "-q", "-o", tmp_path / "again") == 0
-    assert contents_of(tmp_path / "again") == contents_of(roll)
-    # Its layout is taken again, too, without nesting.
-    words = ("--layout", roll / "crossing_map.json", "-q", "-o", tmp_path / "laid")
-    assert run("make", "--config", tmp_path / "job.toml", *words) == 0
 
 
 def put_cell(number, column, value):
@@ -154,7 +146,10 @@ OF_SHEETS = [
     ("kind", "change"),
     [
         *(("roll", change) for change in (*OF_ANY, *OF_ROLLS)),
-        *(("sheet", change) for change in (*OF_ANY, *OF_SHEETS)),
+        *(
+            pytest.param("sheet", change, marks=pytest.mark.slow)
+            for change in (*OF_ANY, *OF_SHEETS)
+        ),
     ],
 )
 def test_a_spoilt_list_is_found(kind, change, request):

@@ -33,7 +33,6 @@ def with_options(job: Job, **changes) -> Job:
     return replace(job, settings={**job.settings, "job": {**job.settings["job"], **changes}})
 
 
-@pytest.mark.slow
 def test_what_is_made_is_fastened_as_asked(job):
     assert findings(job) == ()
     assert {crossing.fastened for crossing in job.map.crossings} == {True, False}
@@ -64,7 +63,6 @@ def test_settings_that_say_something_else_are_found(job, fasten):
 HUNG = ("shape:sphere?n=3", "--size", "150mm", "--hang", "top,bottom:3", "--effort", "quick")
 
 
-@pytest.mark.slow
 def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *HUNG)
     assert verify_job(folder).ok
@@ -85,7 +83,6 @@ def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finishe
     assert f"have {other['id']}" in str(check.findings)
 
 
-@pytest.mark.slow
 def test_to_keep_a_form_joints_and_ends_are_fastened_and_more_may_be(finished):
     words = "shape:tube?m=12&n=6 --size 300mm --fasten form:1mm --holes fastened --effort quick"
     job = load_job(finished(*words.split()), Tally("files"))

@@ -9,8 +9,6 @@ from jobs import FORMED
 from sealing import told
 from spoiling import drop, edit_json, edit_text, more, put
 
-OPEN = ("shape:hemisphere", "--size", "200mm", "--former", "museum-board", "--effort", "quick")
-
 
 @pytest.fixture(scope="module")
 def formed(finished):
@@ -110,11 +108,3 @@ def test_a_former_that_is_gone_or_was_not_asked_for_is_found(copied):
     edit_text(copied / "job.toml", r"\[job\]", '[job]\nformer = "auto"')
     shutil.rmtree(copied / "former")
     assert "there is none" in str(told(copied)["former"])
-
-
-@pytest.mark.slow
-def test_an_open_object_lets_its_former_out_at_the_end(finished):
-    record = record_of(finished(*OPEN))
-    assert record["way_out"]["before"] is None
-    assert record["way_out"]["inward"][2] > 0.99  # a bowl upside down: up from its rim
-    assert 150.0 < record["way_out"]["wide_mm"] <= 200.0

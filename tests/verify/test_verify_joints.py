@@ -24,6 +24,8 @@ from fabweave.verify.check.pieces import check_crossing_holes, check_unfolding
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 CHECKS = {
     "joints": check_joints,
     "crossing-holes": check_crossing_holes,
@@ -91,7 +93,13 @@ def spoiled(folders, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("kind", KINDS)
+def without_tucks(rows):
+    """Return rows of which those are slow that want a job of tucks: it has long laps to plan."""
+    slow = pytest.mark.slow
+    return [pytest.param(*row, marks=[slow] * (row[0] == "tuck")) for row in rows]
+
+
+@pytest.mark.parametrize("kind", without_tucks((kind,) for kind in KINDS))
 def test_true_joints_pass(kind, folders):
     plan = json.loads((folders(kind) / "crossing_map.json").read_text("utf-8"))
     wanted = plan["joints"][0]["kind"]
@@ -296,7 +304,7 @@ SPOILS = [
 ]
 
 
-@pytest.mark.parametrize(("kind", "spoil", "check", "words"), SPOILS)
+@pytest.mark.parametrize(("kind", "spoil", "check", "words"), without_tucks(SPOILS))
 def test_spoiled_joints_are_found(kind, spoil, check, words, spoiled):
     found = spoiled(kind, spoil)
     assert words in found[check]

@@ -1,13 +1,10 @@
 """Spoil labels: the check objects to letters at edges and holes, and on the wrong side."""
 
-import cmath
-import math
-
 import pytest
 import shapely
 from sealing import verify_job
-from verify_specimen import SHEET, lettered, make_specimen, torus
-from verify_writers import write_job, write_sheets
+from verify_specimen import lettered
+from verify_writers import write_job
 
 
 def labels(specimen, kind, *, begins=""):
@@ -74,51 +71,6 @@ def test_letters_that_are_not_clear_are_found(specimen, tmp_path, spoil):
 
 
 # --- settings -----------------------------------------------------------------------------------
-
-
-def mirrored(specimen):
-    """Draw every sheet from the other side; letters are lettered to be read there."""
-    plan = specimen.plan
-    for piece in plan["pieces"]:
-        own = specimen.engraving[piece["id"]]
-        own[:] = [shape for shape in own if shape[0] != "ENGRAVE_LABEL"]
-        for one in piece["labels"]:
-            runs = lettered(dict(one, x=0.0, y=0.0, rotation_deg=0.0))
-            flipped = [[[x, -y] for x, y in run] for run in runs]
-            turn = cmath.rect(1.0, math.radians(one["rotation_deg"]))
-            for run in flipped:
-                placed = [turn * complex(x, y) + complex(one["x"], one["y"]) for x, y in run]
-                own.append(("ENGRAVE_LABEL", [[z.real, z.imag] for z in placed], False))
-    for sheet in plan["sheets"]:
-        sheet["mirrored"] = True
-
-
-def flip(shapes):
-    """Mirror the shapes of a sheet in its width, notes too."""
-
-    def over(points):
-        return [[SHEET[0] - x, y] for x, y in points]
-
-    return [
-        (
-            piece,
-            layer,
-            kind,
-            (SHEET[0] - data[0], *data[1:]) if kind == "circle" else over(data),
-            closed,
-        )
-        for piece, layer, kind, data, closed in shapes
-    ]
-
-
-def test_sheets_may_be_mirrored(tmp_path):
-    specimen = make_specimen(torus(6, 4))
-    mirrored(specimen)
-    write_job(specimen, tmp_path)
-    write_sheets(specimen, tmp_path, edit=lambda _sheet, shapes: flip(shapes))
-    settings = (tmp_path / "job.toml").read_text() + '\n[job]\nlabel_side = "inside"\n'
-    (tmp_path / "job.toml").write_text(settings)
-    assert verify_job(tmp_path).failed == ()
 
 
 def test_sheets_lie_as_the_settings_say(specimen, tmp_path):

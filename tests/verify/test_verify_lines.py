@@ -90,9 +90,3 @@ def test_overlaps_are_those_that_lines_share(seed):
     placed = ends @ turn.T * rng.uniform(0.5, 90.0) + rng.uniform(0.0, 2000.0, 2)
     assert 5 < len(wanted) < 65
     assert _on_others(placed[:, 0], placed[:, 1]).tolist() == wanted.tolist()
-
-
-def test_lines_that_are_side_by_side_or_end_on_end_share_nothing():
-    starts = np.array([[0.0, 0.0], [10.0, 0.0], [2.0, 0.01], [5.0, -3.0]])
-    ends = np.array([[10.0, 0.0], [20.0, 0.0], [8.0, 0.01], [5.0, 3.0]])
-    assert _on_others(starts, ends).tolist() == []

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+from slow import slow_but
 from spoiling import edit_json
 
 from fabweave.cli.main import main
@@ -111,7 +112,7 @@ CASES = [
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs pipes and links")
-@pytest.mark.parametrize(("name", "spoil"), CASES)
+@pytest.mark.parametrize(("name", "spoil"), slow_but(CASES, every=5))
 def test_a_malicious_file_is_a_finding(job, name, spoil):
     directory = job("octahedron")
     spoil(directory / name)
@@ -140,7 +141,7 @@ MAPS = {
 }
 
 
-@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize("name", slow_but(MAPS, every=3))
 def test_a_malicious_map_is_a_finding(job, name):
     directory = job("octahedron")
     edit_json(directory / "crossing_map.json", MAPS[name])

@@ -11,6 +11,8 @@ import fabweave as fw
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 LAMP = (
     "shape:sphere?n=3", "--size", "150mm", "--leave-out", "top:60mm,0", "--boundary", "turn",
     "--effort", "quick",
@@ -67,6 +69,7 @@ def test_faces_that_were_left_out_of_a_file_are_known(tmp_path):
         assert words in str(told(again)["source"])
 
 
+@pytest.mark.slow
 def test_what_nobody_left_out_is_not_told(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     with (folder / "job.toml").open("a") as file:

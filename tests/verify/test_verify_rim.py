@@ -8,8 +8,6 @@ from jobs import RINGED
 from sealing import told
 from spoiling import edit_json, edit_text
 
-from fabweave.cli.main import main
-
 
 @pytest.fixture
 def ringed(finished, tmp_path):
@@ -101,10 +99,3 @@ def test_a_ring_that_is_gone_or_was_not_asked_for_is_found(ringed):
     edit_text(ringed / "job.toml", 'rim = "none"', 'rim = "ring"')
     shutil.rmtree(ringed / "rim")
     assert "there is no such folder" in str(told(ringed)["rim"])
-
-
-@pytest.mark.slow
-def test_a_ring_wants_a_round_opening(tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        main(["make", "shape:cube", "--size", "150mm", "--rim", "ring", "-o", str(tmp_path / "j")])
-    assert "a ring needs a round opening" in capsys.readouterr().err

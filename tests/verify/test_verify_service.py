@@ -9,7 +9,7 @@ import shutil
 import ezdxf
 import pytest
 from sealing import found_by
-from spoiling import edit_text, swap
+from spoiling import swap
 
 from fabweave.verify.check.service import check_service
 from fabweave.verify.read.job_files import load_job
@@ -200,8 +200,3 @@ SPOILT = [
 def test_a_spoilt_file_is_found(job, spoil, words) -> None:
     spoil(job)
     assert words in found(job)
-
-
-def test_a_service_folder_left_over_is_found(job) -> None:
-    edit_text(job / "crossing_map.json", '"profile": "service"', '"profile": "maker"')
-    assert "the profile is 'maker', and there is such a folder" in found(job)

@@ -93,7 +93,6 @@ def test_a_spare_that_is_missing_misplaced_or_misnamed_is_found(job):
         assert found in found_by(check_kinds, replace(job, settings=settings))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("labels", ["kinds", "none", "full", "numbers"])
 def test_spares_bear_what_their_kind_does(finished, labels):
     folder = finished(*JOB[:-2], "--labels", labels, "--label-side", "inside")
@@ -103,11 +102,3 @@ def test_spares_bear_what_their_kind_does(finished, labels):
         told = {one["text"].rstrip("→") for one in spare["labels"]}
         kind = kinds[spare["of"]]
         assert told == {"kinds": {f"K{kind}"}, "none": set()}.get(labels, {spare["id"]})
-
-
-@pytest.mark.slow
-def test_a_job_with_spares_is_made_again_from_its_layout(finished, folder):
-    again = finished(*JOB, "--layout", str(folder / "crossing_map.json"))
-    one, other = (json.loads((each / "crossing_map.json").read_text()) for each in (folder, again))
-    for key in ("pieces", "spares"):
-        assert one[key] == other[key]

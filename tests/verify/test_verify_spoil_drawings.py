@@ -4,6 +4,7 @@ import re
 
 import pytest
 from sealing import told
+from slow import slow_but
 from spoiling import swap
 from verify_writers import dxf_text, sheet_shapes, svg_text
 
@@ -173,7 +174,7 @@ CASES = [
 
 @pytest.mark.parametrize(
     ("edit", "formats", "objecting"),
-    CASES,
+    slow_but(CASES, every=3),
     ids=[f"{e.__name__}-{suffix}" for e, suffix, _ in CASES],
 )
 def test_exactly_the_right_checks_object(specimen, job, edit, formats, objecting):
@@ -301,11 +302,14 @@ SVG_EDITS = [
 
 @pytest.mark.parametrize(
     ("suffix", "edit", "objecting"),
-    [
-        pytest.param(suffix, *row, id=f"{suffix}-{row[0].__name__}")
-        for suffix, rows in (("dxf", DXF_EDITS), ("svg", SVG_EDITS))
-        for row in rows
-    ],
+    slow_but(
+        (
+            pytest.param(suffix, *row, id=f"{suffix}-{row[0].__name__}")
+            for suffix, rows in (("dxf", DXF_EDITS), ("svg", SVG_EDITS))
+            for row in rows
+        ),
+        every=3,
+    ),
 )
 def test_edited_text(job, suffix, edit, objecting):
     folder = job("octahedron")

@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 from sealing import told, verify_job
+from slow import slow_but
 from spoiling import drop, edit_json, exchange, more, put
 from verify_writers import glb_bytes, write_mesh
 
@@ -51,21 +52,7 @@ def test_file_cut_short(job, name):
         assert set(found) == set(MISSING[name].split())
 
 
-@pytest.mark.parametrize("name", [name for name in MISSING if name != "sheets"])
-@pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe" * 50, b"{}", b"[[[[", b"null"])
-def test_garbage_is_a_finding(job, name, content):
-    folder = job()
-    (folder / name).write_bytes(content)
-    found = told(folder)
-    if (name, content) == ("job.toml", b""):
-        # No settings are settings, but they name neither what is fastened nor the preset.
-        assert set(found) == {"fastened", "colours"}
-    else:
-        assert "files" in found
-        assert set(found) <= set(MISSING[name].split())
-
-
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(21))
 def test_no_mutation_makes_a_traceback(job, seed):
     """Random bytes changed, doubled or dropped anywhere: a report, whatever comes."""
     folder = job()
@@ -88,16 +75,6 @@ def test_no_mutation_makes_a_traceback(job, seed):
     report = verify_job(folder)
     assert tuple(check.name for check in report.checks) == tuple(MEANINGS)
     json.dumps(report.to_json(), allow_nan=True)
-
-
-def test_no_folder(tmp_path):
-    report = verify_job(tmp_path / "none")
-    assert set(report.failed) == {"seal", *MAP_CHECKS.split(), "source"}
-
-
-def test_a_file_in_place_of_the_folder(tmp_path):
-    (tmp_path / "x").write_text("x")
-    assert not verify_job(tmp_path / "x").ok
 
 
 def test_a_sheet_of_an_earlier_run_is_found(job):
@@ -170,7 +147,9 @@ REFERENCES = [
 ]
 
 
-@pytest.mark.parametrize("edit", [*SCHEMA, *REFERENCES], ids=lambda edit: edit.__name__)
+@pytest.mark.parametrize(
+    "edit", slow_but([*SCHEMA, *REFERENCES], every=4), ids=lambda edit: edit.__name__
+)
 def test_a_map_that_is_none_or_refers_to_nothing(job, edit):
     folder = job()
     edit_json(folder / "crossing_map.json", edit)
@@ -241,14 +220,6 @@ def test_spoiled_strips(specimen, job, spoil, objecting):
         # Congruent threads: nothing but their places differs.
         found -= {"unfolding", "joints"}
     assert found == set(objecting.split())
-
-
-def test_a_bulge_of_a_connector_alone(specimen, job):
-    source = specimen("saddle")
-    folder = job("saddle")
-    label = next(k for k, s in source.strips.items() if not s["closed"])
-    source.strips[label]["rungs"][0, 0] += [0.0, 0.0, 9.0]
-    assert set(write_model(folder, source)) == {"unfolding"}
 
 
 def other_order_of_panels(document):

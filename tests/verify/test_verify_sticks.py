@@ -13,6 +13,8 @@ from fabweave.verify.check.tables import check_sticks
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def made(finished):

@@ -18,7 +18,7 @@ from fabweave.verify.crossing_map import read_crossing_map
 from fabweave.verify.read.job_files import load_job
 from fabweave.verify.report import Tally
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 
 FIRST = """
 [[sheet]]
@@ -48,7 +48,6 @@ def jobs(tmp_path_factory):
     return first, make(root / "second", "--stock", stock, "--sheet", "300x300mm")
 
 
-@pytest.mark.slow
 def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     first, second = jobs
     kept = json.loads((first / "waste.json").read_text())["offcuts"]
@@ -80,7 +79,6 @@ def test_a_jobs_offcuts_are_the_stock_of_the_next(jobs):
     ]
 
 
-@pytest.mark.slow
 def test_the_same_bytes_come_from_job_toml_alone(jobs, tmp_path):
     first, _ = jobs
     again = tmp_path / "again"

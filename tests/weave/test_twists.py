@@ -15,6 +15,8 @@ from fabweave.weave.pattern import plain_weave
 from fabweave.weave.threads import trace_threads
 from fabweave.weave.weave_pattern import HEAD, read_twists, twisted_weave, twists_text
 
+pytestmark = pytest.mark.usefixtures("quick_jobs")
+
 HALFEDGES = build_halfedges(parse_shape("shape:torus?m=6&n=4"))
 THREADS = trace_threads(HALFEDGES)
 
