@@ -5,13 +5,11 @@ from textwrap import dedent
 
 import pytest
 from house import (
-    ALONE,
     against_the_flow,
     circles,
     imports_of,
     loose_modules,
     read_modules,
-    room_of,
     unlike_rooms,
 )
 
@@ -141,12 +139,3 @@ def test_circles_of_modules_are_found(module, source, members):
 def test_modules_beside_the_rooms_are_found(module, complaint):
     name = f"fabweave.{module}"
     assert loose_modules(SOUND | {name: ""}) == [f"{name} is {complaint}"]
-
-
-def test_tests_that_mirror_no_room_are_found():
-    rooms = {room_of(name) for name in HOUSE} - {"__init__", "__main__", *ALONE}
-    assert unlike_rooms({*rooms, "support"}, {"support"}) == []
-    assert unlike_rooms(rooms - {"mesh"} | {"meshes"}, set()) == [
-        "tests/meshes is no room's",
-        "mesh has no folder in tests",
-    ]

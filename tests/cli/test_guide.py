@@ -18,7 +18,6 @@ from fabweave.mesh.subdivide import SCHEMES
 from fabweave.piece.joint.kinds import KINDS
 from fabweave.sheet.presets import preset_names
 from fabweave.sheet.targets import targets
-from fabweave.stock.material import material_library, min_bend_radius_mm
 from fabweave.verify.report import MEANINGS
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -55,13 +54,6 @@ def first_column(topic: str, head: str) -> list[str]:
 
 
 # -- pages ---------------------------------------------------------------------------------------
-
-
-def test_the_readme_is_short_and_leads_to_every_page():
-    readme = text_of("README.md")
-    assert len(readme.split()) <= 1000
-    for topic in TOPICS:
-        assert f"(fabweave/guide/{topic}.md)" in readme
 
 
 def test_a_terminal_sees_no_comment_no_picture_and_no_dead_link():
@@ -160,18 +152,6 @@ def test_tables_name_all_that_there_is():
     assert set(first_column("meshes", "scheme")) == {scheme.name for scheme in SCHEMES}
     checks = first_column("files", "checks")
     assert sorted(checks) == sorted(MEANINGS)
-
-
-def test_the_table_of_materials_is_that_of_the_library():
-    told = [(row[0], row[1], row[2]) for row in rows(page("materials"), "name")]
-    assert told == [
-        (
-            material.name,
-            f"{material.thickness_mm:g} mm",
-            f"{min_bend_radius_mm(material):.0f} mm",
-        )
-        for material in material_library()
-    ]
 
 
 @pytest.mark.slow

@@ -3,8 +3,6 @@
 import re
 import subprocess
 import sys
-import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -12,15 +10,8 @@ import fabweave as fw
 from fabweave.core.errors import InputError
 from fabweave.mesh.remesh.engines import lacking
 
-PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
-EXTRAS = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-
 #: Remeshers that some platforms have no wheels of, by what they make.
 REMESHERS = {"quads": ("pyQuadriFlow", "pynanoinstantmeshes"), "tubes": ("pygel3d",)}
-
-
-def test_extras_are_few():
-    assert EXTRAS.keys() == {"notebook", "dev"}
 
 
 def test_a_widget_without_its_package_names_the_extra(monkeypatch):

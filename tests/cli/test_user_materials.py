@@ -147,26 +147,3 @@ def test_a_finished_job_keeps_its_materials_whatever_the_folder_has(tmp_path) ->
     # What is asked for anew is looked for there.
     assert settings_from_job(job, material="felt").stock.library[0].name == "felt"
     assert settings_from_job(job, target="school").machine.rules[0].name == "school"
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["make", "shape:cube", "-o", "OUT"],
-        ["inspect", "shape:cube"],
-        ["materials"],
-        ["coupon", "--material", "card", "-o", "OUT"],
-    ],
-)
-def test_a_spoilt_file_gets_one_message_and_leaves_nothing(
-    command, monkeypatch, tmp_path, capsys
-) -> None:
-    folder = tmp_path / "configuration"
-    folder.mkdir()
-    (folder / "materials.toml").write_text(MATERIALS.replace("[500, 400]", '"large"'), "utf-8")
-    monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
-    assert run(*(word.replace("OUT", str(tmp_path / "out")) for word in command)) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith(f"fabweave: {folder / 'materials.toml'}, [felt]: sheet_mm ")
-    assert not (tmp_path / "out").exists()

@@ -5,15 +5,12 @@ import subprocess
 import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import finished, here, processes, side_workers
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("executors", [here, processes(0), processes(2)])
@@ -90,19 +87,6 @@ def test_no_process_is_left_when_the_block_ends_by_an_exception():
     for pid in pids:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
-
-
-def test_what_is_done_here_is_handed_on_before_the_next_begins():
-    done = []
-
-    def work(number):
-        done.append(number)
-        return number
-
-    with here() as executor:
-        for number, result in finished(executor, work, [(0,), (1,), (2,)]):
-            assert done == list(range(number + 1))
-            assert result == number
 
 
 def test_work_that_is_not_wanted_any_more_is_dropped_however_large_it_is(tmp_path):

@@ -104,24 +104,3 @@ def test_the_mesh_that_is_read_is_not_replaced(tmp_path, capsys) -> None:
     assert "name the same file" in capsys.readouterr().err
     assert mesh.read_bytes() == before
     assert list(tmp_path.iterdir()) == [mesh]
-
-
-def test_a_coupon_has_a_folder_of_its_own(tmp_path, capsys) -> None:
-    words = ["coupon", "--material", "card", "-o"]
-    own = tmp_path / "own"
-    for _ in range(2):  # an older coupon is replaced
-        assert run(*words, own) == 0
-    assert sorted(path.name for path in own.iterdir()) == [
-        "coupon.dxf", "coupon.png", "coupon.svg", "coupon.txt",
-    ]  # fmt: skip
-    capsys.readouterr()
-    mine = tmp_path / "mine"
-    mine.mkdir()
-    (mine / "coupon.txt").write_text("10 % off")
-    (own / "notes.txt").write_text("mine")
-    for folder, name in ((own, "notes.txt"), (mine, "coupon.txt"), (Path("/"), "-o /coupon")):
-        assert run(*words, folder) == 2
-        error = capsys.readouterr().err
-        assert "needs a folder of its own" in error
-        assert name in error
-    assert (mine / "coupon.txt").read_text() == "10 % off"

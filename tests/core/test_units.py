@@ -31,9 +31,3 @@ def test_any_text_is_a_positive_length_or_an_input_error(text):
 def test_what_is_no_length_is_refused(text):
     with pytest.raises(InputError):
         parse_length(text)
-
-
-def test_zero_only_where_it_is_allowed():
-    assert parse_length("0mm", zero_ok=True) == 0
-    with pytest.raises(InputError, match="kerf '0' must be positive"):
-        parse_length("0", what="kerf")

@@ -10,7 +10,6 @@ from designs import outcome
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabweave.core.errors import CannotMakeError
 from fabweave.core.parallel.executors import processes
 from fabweave.design import search
 from fabweave.design.making import make_or_advise, meet_wishes
@@ -24,7 +23,7 @@ from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
-from fabweave.plan.verdict import NotMakeableError, refused
+from fabweave.plan.verdict import NotMakeableError
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -113,13 +112,6 @@ def test_what_collapses_when_it_is_let_go_is_not_proposed(far_mm, holds, monkeyp
     assert {stop.rule for stop in tried.verdict.stops} == (set() if holds else {"form"})
     # No more is told of it than what it takes to collapse.
     assert tried.figures.form_mm == min(far_mm, 20.0)
-
-
-def test_what_cannot_be_built_is_never_chosen():
-    bad = outcome("bad", refused("it curls"), pieces=10)
-    assert choose([bad, outcome("far", pieces=900)], Wishes(pieces=10))[0].name == "far"
-    with pytest.raises(CannotMakeError, match="bad"):
-        choose([bad], Wishes(pieces=10))
 
 
 @given(st.floats(20.0, 2000.0), st.integers(1, 12))

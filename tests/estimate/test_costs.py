@@ -15,9 +15,8 @@ from fabweave.estimate.assembly_time import (
     planned_hands,
 )
 from fabweave.estimate.costs import job_costs, pieces_costs, side_costs
-from fabweave.estimate.machine_time import MachineTime, add_times
+from fabweave.estimate.machine_time import add_times
 from fabweave.estimate.money import hardware_price, machine_price, priced, sheet_price, sum_prices
-from fabweave.estimate.texts import costs_text
 from fabweave.options.file_kinds import parse_calibration
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.plan.bill_of_materials import (
@@ -32,7 +31,7 @@ from fabweave.plan.bill_of_materials import (
 )
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
 from fabweave.stock.machine import HOLDING_S, machines
-from fabweave.stock.material import machine_of, material_library, material_named
+from fabweave.stock.material import material_named
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -132,34 +131,6 @@ def test_calibration_multiplies_the_machine_and_nothing_else():
     assert twice.price == once.price
     assert any("multiplied by 2" in text for text in twice.assumptions)
     assert not any("multiplied" in text for text in once.assumptions)
-
-
-def test_what_is_not_known_is_not_guessed_and_said():
-    strange = replace(CARD, speed_mm_s=None, price_per_m2=None, currency="")
-    job = job_of()
-    costs = costs_of(job, [strange] * len(job.drawings))
-    assert (costs.machine.cut_s, costs.machine_s) == (None, None)
-    assert costs.machine.engrave_s == job.costs.machine.engrave_s
-    assert (costs.sheet_price, costs.machine_price, costs.price) == (None, None, None)
-    told = " ".join(costs.assumptions)
-    assert "No cutting speed of card 0.4 mm is known" in told
-    assert "No price of card 0.4 mm is known" in told
-    assert "cutting unknown" in costs_text(costs)
-    unknown = MachineTime(engrave_s=(1.0, 1.0), cut_s=None, travel_s=(1.0, 1.0))
-    assert add_times([unknown, job.costs.machine]).cut_s is None
-
-
-def test_every_material_has_speed_price_and_sources():
-    for material in material_library():
-        assert material.speed_mm_s[0] <= material.speed_mm_s[1], material.name
-        assert material.speed_source, material.name
-        assert material.price_source, material.name
-        low, high = material.price_per_m2
-        assert 0.0 < low <= high, material.name
-        assert material.currency == "EUR"
-        assert machine_of(material).name == ("fibre" if material.metal else "co2")
-    new = {"acrylic-3", "wool-felt-3", "leather", "cork"}
-    assert new <= {material.name for material in material_library()}
 
 
 # ---- hands --------------------------------------------------------------------------------------

@@ -72,13 +72,6 @@ def test_triangles_brace_themselves():
     assert ball.keeps
 
 
-def test_what_has_no_weight_sags_by_nothing(monkeypatch):
-    monkeypatch.setattr("fabweave.form.woven_net.GRAVITY", 0.0)
-    form = let_go("shape:torus?m=8&n=4", 200.0, PINNED)
-    assert form.sags_mm == 0.0
-    assert form.loose == 0
-
-
 @given(st.integers(0, 99))
 def test_the_best_rigid_motion_is_found(seed):
     random = np.random.default_rng(seed)
@@ -146,15 +139,6 @@ def test_a_load_is_borne_where_it_is_said():
     assert bears.sum() == 3
     assert some.load.sum(axis=0) == pytest.approx((0.0, 0.0, -19.62))
     assert some.places[bears, 2].max() < some.places[:, 2].mean()
-
-
-def test_twice_the_load_sags_about_twice_as_far():
-    light, heavy = (let_go("shape:sphere?n=3", 300.0, PINNED, load=mass)
-                    for mass in ("10g@top", "20g@top"))  # fmt: skip
-    assert light.sags_mm == heavy.sags_mm
-    more = heavy.loaded_mm - light.loaded_mm
-    assert more > 0.4
-    assert more == pytest.approx(light.loaded_mm - light.sags_mm, rel=0.4)
 
 
 def test_plain_weaves_press_together_and_floats_part():
@@ -233,14 +217,6 @@ def test_each_of_two_bodies_stands_as_it_does_alone(pair):
     assert both.settles_mm == max(one.settles_mm for one in both.bodies)
     state = pair[1].states["standing"].state
     assert np.linalg.norm(state.bodies.origin - pair[1].wished, axis=1).max() < 10.0
-
-
-def test_a_body_in_the_air_is_said_to_hang_there(pair):
-    form = pair[1].form
-    assert [one.air_mm for one in form.bodies] == [None, pytest.approx(90.0)]
-    assert pair[0].form.hanging == ()
-    verdict = judge([], narrowest_mm=9.0, bodies=2, form=form)
-    assert [one.rule for one in verdict.reasons] == ["air", "bodies"]
 
 
 @pytest.mark.slow

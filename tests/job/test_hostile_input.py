@@ -74,15 +74,6 @@ def test_names_that_are_not_utf_8_are_refused_before_the_work():
         settings_from_options("m\udcff.obj")
 
 
-@pytest.mark.parametrize("told", ["Card:Dark Red", "card: dark red", "CARD:DARK RED "])
-def test_sorts_of_a_material_are_the_same_in_upper_case(told, tmp_path):
-    stock = tmp_path / "stock.toml"
-    stock.write_text(f'[[sheet]]\nsize = "600x400mm"\nmaterial = "{told}"\n')
-    settings = settings_from_options("shape:cube", material=f"warp={told},weft=card", stock=stock)
-    assert settings.stock.material == "warp=card:dark red,weft=card"
-    assert settings.stock.sheets[0].material == "card:dark red"
-
-
 def test_a_face_of_very_many_corners_is_refused(tmp_path):
     # Around a circle, with a point above: read in linear time, and then refused.
     count = 50_000

@@ -217,26 +217,3 @@ def test_every_thread_is_held_to_its_own_limits() -> None:
         for rule, measured in mixed.items():
             own = supplies.of(woven.bunches)[thread[measured.passes]] == index
             assert measured.margins[own] == pytest.approx(alone[rule].margins[own])
-
-
-def test_a_service_gets_a_folder_for_each_material(tmp_path) -> None:
-    settings = SETTINGS.but(
-        material="warp=card:red,weft=card:blue", thickness_mm=0.4, profile="service"
-    )
-    proof = run_job(Stations(settings), tmp_path / "job").proof
-    assert proof.ok
-    folders = {path.name for path in (tmp_path / "job").glob("*/*") if path.is_dir()}
-    assert {"card-red_0.4mm", "card-blue_0.4mm"} <= folders
-    # One mesh, one thickness: warp and weft differ in nothing but their colour.
-    plan = read(tmp_path / "job", "crossing_map.json")
-    bunch = {thread["id"]: thread["bunch"] for thread in plan["threads"]}
-    of_kind = {(piece["kind"], bunch[piece["thread"]]) for piece in plan["pieces"]}
-    assert len({kind for kind, _ in of_kind}) == len(of_kind)
-    kind = plan["pieces"][0]["kind"]
-    other = next(piece for piece in plan["pieces"] if bunch[piece["thread"]] == 1)
-    for piece in plan["pieces"]:
-        if piece["kind"] == other["kind"]:
-            piece["kind"] = kind
-    (tmp_path / "job" / "crossing_map.json").write_text(json.dumps(plan), encoding="utf-8")
-    failed = {check.name: check for check in verify_job(tmp_path / "job").checks if not check.ok}
-    assert "another material" in " ".join(failed["kinds"].findings)

@@ -136,20 +136,6 @@ def test_quads_that_end_at_a_pole_with_two_corners_are_triangles_there():
     assert report.face_sizes == ((3, 2 * m), (4, m * (n - 2)))
 
 
-def test_what_hangs_together_around_both_ends_of_an_edge_is_parted_in_its_middle():
-    # Faces around the edge 0–1 at these angles: inside out, they bound one solid, and not two.
-    a, b, c, d, e, f = range(6)
-    rim = [(2.0 * np.cos(w), 2.0 * np.sin(w), 0.0) for w in np.radians([60.0, 0.0, 180.0, 240.0])]
-    faces = [(a, b, c), (a, c, e), (a, e, b), (c, b, e), (a, b, f), (a, f, d), (a, d, b), (f, b, d)]
-    reports = []
-    for turned in (False, True):
-        ways = [face[::-1] if turned else face for face in faces]
-        pinched = PolyMesh.from_faces([(0, 0, -1), (0, 0, 1), *rim], ways)
-        reports.append(check_mesh(clean_mesh(pinched).mesh))
-        assert (reports[-1].closed, reports[-1].manifold, reports[-1].oriented) == (True,) * 3
-    assert sorted(report.component_genus for report in reports) == [(0,), (0, 0)]
-
-
 @given(any_meshes())
 def test_any_mesh_is_cleaned_or_left_to_the_check(mesh):
     first = clean_mesh(mesh)

@@ -4,19 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import cKDTree
 from slow import slow_but
 from strategies import merged
 from weaving_meshes import meshes
 
-from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy, Wish
 from fabweave.mesh.fair.fairing import Guard, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
-from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import find_partners
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.remesh.fit import model_of
@@ -177,29 +173,6 @@ def test_any_mesh_keeps_what_it_is(mesh, seed) -> None:
     assert (after.euler, after.component_genus) == (before.euler, before.component_genus)
 
 
-def test_left_and_right_stay_alike() -> None:
-    # Wavy along the torus, alike above and below; the samples of the model are not.
-    wave = 1.0 + 0.1 * np.sin(np.arctan2(RING.vertices[:, 1], RING.vertices[:, 0]) + 0.3)
-    mesh = RING.with_vertices(RING.vertices * wave[:, None])
-    partner = cKDTree(mesh.vertices).query(mesh.vertices * [1, 1, -1])[1]
-    assert np.array_equal(find_partners(mesh)[1], partner)
-    moved = faired(mesh, FINE_RING, 6).mesh.vertices
-    assert np.abs(moved[partner] - moved * [1, 1, -1]).max() < 1e-9
-    assert np.abs(moved - mesh.vertices).max() > 1.0
-    assert find_partners(shaken(RING, 0)) is None
-
-
-def test_no_face_is_turned_over() -> None:
-    mesh, model = ROUGH["torus"]()
-    result = faired(mesh, model)
-    assert result.n_held > 0
-    before, after = (
-        np.einsum("td,td->t", _fan_normals(RING), _fan_normals(one)) for one in (mesh, result.mesh)
-    )
-    assert np.all(after[before > 0] > 0)
-    assert len(self_intersections(result.mesh)) <= len(self_intersections(mesh))
-
-
 def test_the_guard_objects_to_faces_turned_over_or_through_one_another() -> None:
     low, high = hypar(6, 6, 100.0, 0.0), hypar(6, 6, 100.0, 0.0)
     sheets = merged(low, high.with_vertices(high.vertices + np.array([0.0, 0.0, 2.0])))
@@ -214,12 +187,6 @@ def test_the_guard_objects_to_faces_turned_over_or_through_one_another() -> None
     moved = sheets.vertices.copy()
     moved[inner] += [0, 0, 5]
     assert not Guard(sheets.with_vertices(moved)).spoilt(moved).any()
-
-
-def _fan_normals(mesh):
-    points, triangles = fans(mesh)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
 
 
 @pytest.mark.slow
@@ -245,15 +212,6 @@ def test_boundaries_and_sharp_lines_stay_lines() -> None:
 
 
 # Limits, and what is refused.
-
-
-def test_what_cannot_be_faired_is_refused() -> None:
-    with pytest.raises(InputError, match="-1 steps"):
-        faired(cube(), cube(), -1)
-    assert np.array_equal(faired(cube(), cube(), 0).mesh.vertices, cube().vertices)
-    flat = cube().with_vertices(cube().vertices * [1, 0, 0])
-    with pytest.raises(InputError, match="triangles with an area"):
-        faired(flat, cube())
 
 
 # Whole jobs.

@@ -383,36 +383,6 @@ def test_3mf_components_are_placed_in_one_another():
     assert (found.unit, found.objects) == ("in", (("body", 4), ("body", 4)))
 
 
-@pytest.mark.parametrize("kind", ["support", "solidsupport", "other"])
-def test_3mf_supports_are_left_out_with_a_note(kind):
-    more = object_xml(2, BODY, f'type="{kind}"')
-    group = (
-        '<object id="3"><components><component objectid="1"/><component objectid="2"/>'
-        "</components></object>"
-    )
-    found = read_model(model_xml(OBJECT + more + group, '<item objectid="3"/>'))
-    require_same(found.mesh, moved(np.eye(3)))
-    assert len(found.notes) == 1
-    assert kind in found.notes[0]
-
-
-def test_3mf_parts_have_numbers_of_their_own():
-    parts = {
-        f"3D/Objects/{name}.model": model_xml(
-            object_xml(1, BODY.with_vertices(_CORNERS * size)), ""
-        )
-        for name, size in (("a", 2), ("b", 3))
-    }
-    items = "".join(f'<item objectid="1" p:path="/{name}"/>' for name in parts)
-    model = model_xml(OBJECT, items + '<item objectid="1"/>', 'requiredextensions="p"')
-    bodies = [moved(np.eye(3) * size) for size in (2, 3, 1)]
-    require_same(read_model(model, parts).mesh, *bodies)
-    inches = parts | {"3D/Objects/a.model": parts["3D/Objects/a.model"].replace(
-        "<model ", '<model unit="inch" ')}  # fmt: skip
-    with pytest.raises(InputError, match="inch"):
-        read_model(model, inches)
-
-
 ITEM = '<item objectid="1"/>'
 RING = "".join(
     f'<object id="{n}"><components><component objectid="{3 - n}"/></components></object>'

@@ -1,7 +1,5 @@
 """Quads born from the skeleton: limbs are tubes, and rows of quads are put in and taken out."""
 
-import sys
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +13,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.remesh import engines, skeleton_quads
+from fabweave.mesh.remesh import skeleton_quads
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
@@ -27,7 +25,6 @@ from fabweave.mesh.remesh.skeleton_quads import (
     pruned,
     remesh_tubes,
     split_chords,
-    thinned,
     wide_part,
     without_chord,
 )
@@ -112,16 +109,6 @@ def test_limbs_too_small_for_ribbons_are_told(star) -> None:
     assert "branches are too small for ribbons" in told
 
 
-@needs_pygel
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the wheel needs no library")
-def test_a_missing_library_is_named(star, monkeypatch) -> None:
-    # As on a server without a screen.
-    lacking = replace(SKELETON, library="libnowhere.so.7")
-    monkeypatch.setitem(engines._ENGINES_OF, "tubes", (lacking,))
-    with pytest.raises(CannotMakeError, match=r"no libnowhere\.so\.7 for pygel3d"):
-        remesh_tubes(star, 100)
-
-
 @pytest.mark.slow
 @needs_pygel
 def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
@@ -166,15 +153,6 @@ def test_chords_are_put_in_up_to_a_number(count) -> None:
     fine = lengthened(long, count)
     assert 0.6 * count <= fine.n_faces <= count
     assert np.ptp(edge_lengths(fine)) / edge_lengths(fine).mean() < 0.6
-
-
-def test_narrow_rows_are_taken_out() -> None:
-    narrow = split_chords(cube(), np.array([9, 3, 3]))
-    side = float(np.ptp(cube().vertices[:, 0])) / 3
-    even = thinned(narrow, side, 54)
-    assert even.n_faces < narrow.n_faces
-    assert euler(even) == 2
-    assert thinned(even, side, 54) is even
 
 
 def test_a_ring_goes_around_a_disc_only() -> None:

@@ -82,9 +82,3 @@ def test_quads_take_a_cage_of_about_as_many_and_say_so():
     # The other cage has other faces than quads, so it is none of quads.
     with pytest.raises(CannotMakeError):
         remesh_quads(real_mesh(SPOT, 400.0), 180, engines=())
-
-
-def test_what_is_no_refinement_is_refused_with_what_to_do():
-    solid = solids.icosahedron()
-    with pytest.raises(CannotMakeError, match="triangles:N"):
-        remesh_coarse(solid.with_vertices(40 * solid.vertices), 10)

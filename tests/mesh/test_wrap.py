@@ -8,13 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import merged, volume, with_flips
 
-from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
 from fabweave.mesh import bodies
 from fabweave.mesh.bodies import bodies_of, wrap_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import AttemptFailedError
@@ -22,7 +19,6 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.topology import keep_faces
 from fabweave.mesh.triangulate import triangulate
-from fabweave.options.settings import Settings
 
 #: A step of the lattice, as a share of the size.
 STEP = 0.01
@@ -138,18 +134,6 @@ def test_walls_inside_cavities_and_debris_go():
 
 
 @pytest.mark.slow
-def test_no_size_is_too_small_or_too_large():
-    torus = parse_shape("shape:torus?m=8&n=6")
-    usual = wrap_bodies(torus).mesh
-    for scale in (1e-100, 1e100):
-        other = wrap_bodies(moved(torus, (0, 0, 0), scale)).mesh
-        assert other.n_faces == usual.n_faces
-        # Places in the lattice are rounded, so that other ones of equal edges may be collapsed.
-        size = np.ptp(usual.vertices, axis=0).max()
-        assert apart(usual, moved(other, (0, 0, 0), 1.0 / scale)) < OFF * STEP * size
-
-
-@pytest.mark.slow
 def test_a_wedge_that_is_open_is_closed_at_the_bounds_of_the_mesh():
     wedge = PolyMesh.from_faces(
         [[0, 0, 0], [0, 1, 0], [1, 0, 0.3], [1, 1, 0.3], [1, 0, -0.3], [1, 1, -0.3]],
@@ -159,15 +143,6 @@ def test_a_wedge_that_is_open_is_closed_at_the_bounds_of_the_mesh():
     assert check_mesh(wrapped).closed
     assert np.all(wrapped.vertices.max(axis=0) < wedge.vertices.max(axis=0) + 1.01 * STEP)
     assert np.all(wrapped.vertices.min(axis=0) > wedge.vertices.min(axis=0) - 1.01 * STEP)
-
-
-def test_what_has_no_places_is_left_to_the_check():
-    broken = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]])
-    assert wrap_bodies(broken).mesh is broken
-    flat = PolyMesh.from_faces([[0, 0, 0]] * 3, [[0, 1, 2]])
-    assert wrap_bodies(flat).mesh is flat
-    vast = PolyMesh.from_faces([[-1e308, 0, 0], [1e308, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    assert wrap_bodies(vast).mesh is vast
 
 
 @pytest.mark.slow
@@ -188,18 +163,3 @@ def test_soups_of_boxes_are_wrapped_clean(seed, count):
     assert len(self_intersections(wrapped)) == 0
     most = sum(abs(volume(box)) for box in boxes)
     assert 0.0 < volume(wrapped) <= most * (1.0 + 1e-6)
-
-
-@pytest.mark.slow
-def test_a_job_takes_a_wrapped_mesh_and_the_same_twice(tmp_path):
-    box = cube()
-    path = tmp_path / "broken.obj"
-    # Three faces at an edge: refused as it is.
-    write_mesh(path, PolyMesh.from_faces(
-        [*box.vertices.tolist(), [0.5, 0.5, 1.5]], [*box.faces(), [*box.faces()[0][:2], 8]]
-    ))  # fmt: skip
-    with pytest.raises(InputError, match="--bodies wrap"):
-        load_asked(Settings.of(str(path), size_mm=300.0))
-    first, second = (load_asked(Settings.of(str(path), size_mm=300.0, bodies="wrap")) for _ in "ab")
-    assert first.mesh.vertices.tobytes() == second.mesh.vertices.tobytes()
-    assert check_mesh(first.mesh).component_genus == (0,)

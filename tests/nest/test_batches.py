@@ -76,14 +76,6 @@ def test_congruent_pieces_stay_together_as_far_as_batches_are_equal():
         assert set(counts.values()) == {8}
 
 
-def test_few_pieces_are_one_batch(piece_sets):
-    assert batches.batch_count(job_of(strips(piece_sets, 300))) == 1
-    bars = [bar(40.0, 5.0)] * 5000
-    assert batches.batch_count(job_of(bars)) == 12
-    # Very many, but of the size of crumbs: they would not fill a sheet for each batch.
-    assert batches.batch_count(job_of([0.02 * bar for bar in bars])) == 1
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("effort", ["quick", pytest.param("normal", marks=pytest.mark.slow)])

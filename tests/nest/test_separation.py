@@ -98,12 +98,6 @@ def test_what_does_not_move_stays_and_the_others_make_room():
     assert everyone == pytest.approx(separate(arrays, poses, usable, GAP, steps=60), abs=0.0)
 
 
-def test_too_many_items_are_given_up():
-    items = random_items(1, 9)
-    poses = np.tile([30.0, 30.0, 0.0], (9, 1)) + np.arange(9)[:, None]
-    assert separate(item_arrays(items), poses, Container((60.0, 60.0)), GAP, steps=60) is None
-
-
 def test_missing_tells_overlap_gap_and_border_apart():
 
     def missing(*poses):

@@ -35,11 +35,6 @@ def test_a_solid_shows_several_faces(name, size) -> None:
     assert shares[few - 1] > 0.05
 
 
-def test_from_the_usual_place_a_tetrahedron_shows_one_face_only() -> None:
-    # So the test above can fail.
-    assert len(seen_faces(solids.tetrahedron(), View())) == 1
-
-
 def test_round_things_are_seen_at_the_height_of_the_eye_and_flat_ones_from_above() -> None:
     # What is as high as wide is seen at the height of the eye; the flatter, the higher.
     round_, thick, thin, flat = (

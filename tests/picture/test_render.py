@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from weaving_meshes import walked
@@ -12,9 +11,8 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.picture.camera import View, frame_object
-from fabweave.picture.object_picture import irregular_marks, mesh_picture, weave_picture
+from fabweave.picture.object_picture import irregular_marks, weave_picture
 from fabweave.picture.render import (
-    Dots,
     facet_normals,
     floor_light,
     floor_points,
@@ -29,7 +27,6 @@ from fabweave.picture.zbuffer import nearest_triangles, planes_through
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 
-FRONT = View(-90.0, 0.0)
 SIZE, WOVEN = (240, 200), (320, 320)
 views = st.builds(View, st.floats(-360.0, 360.0), st.floats(-90.0, 90.0))
 
@@ -121,31 +118,6 @@ def test_objects_fill_their_frame(view, seed):
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     assert np.allclose(low + high, (300, 150))
     assert np.isclose(np.max((high - low) / (270, 135)), 1.0)
-
-
-@pytest.mark.parametrize("samples", [2, 3, 4])
-@pytest.mark.parametrize("slope", [0.0, 0.03, 0.11, 1.0, 9.0, 40.0])
-def test_edges_are_as_smooth_as_samples_allow(samples, slope):
-    """The light of a pixel at an edge is the share of it that is covered, or nearly."""
-    turn = np.arctan(slope)
-    corners = np.array([[-9, 0], [9, 0], [9, 9], [-9, 9]]) @ [
-        [np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]
-    ]  # fmt: skip
-    points = np.column_stack((corners[:, 0], np.zeros(4), corners[:, 1]))
-    size = (60, 60)
-    picture = render_scene(points, np.array([[0, 1, 2], [0, 2, 3]]), (0, 0, 0), size_px=size,
-                           view=FRONT, lit=False, samples=samples)  # fmt: skip
-    found = 1.0 - light_of(np.asarray(picture))[:, :, 0]
-    frame = object_frame(points, np.array([[0, 1, 2], [0, 2, 3]]), FRONT, size)
-    shape = shapely.Polygon(frame.pixels(points)[:, :2])
-    x, y = np.meshgrid(np.arange(60), np.arange(60))
-    exact = shapely.area(shapely.intersection(shapely.box(x, y, x + 1, y + 1), shape))
-    away = np.abs(found - exact)
-    assert away.max() <= 1.2 / samples
-    edge = (exact > 0.02) & (exact < 0.98)
-    # The middle one of three rows of samples weighs 0.4 of a pixel: an edge along it is off by half
-    # of that, all the way.
-    assert not edge.any() or away[edge].mean() <= 0.61 / samples
 
 
 def test_the_order_of_triangles_does_not_matter_and_bytes_repeat():
@@ -248,21 +220,6 @@ def test_edges_are_seen_in_front_and_hidden_behind():
     # Diagonals of quads are no edges of the mesh.
     centre = frame.pixels(face_centres(mesh)[facing])[:, :2].astype(int)
     assert np.all(picture[centre[:, 1], centre[:, 0]] == 200)
-
-
-def test_marks_are_hidden_with_the_surface():
-    mesh = parse_shape("shape:cube")
-    vertices = polygon_triangles(mesh)[0]
-    blue = np.tile(np.array([0, 0, 255], dtype=np.uint8), (8, 1))
-    marks = Dots(vertices, blue, 5.0)
-    view = View(-60.0, 30.0)
-    picture = np.asarray(mesh_picture(mesh, size_px=SIZE, view=view, marks=marks)).astype(int)
-    triangles = polygon_triangles(mesh)[1]
-    places = object_frame(vertices, triangles, view, SIZE).pixels(vertices)
-    column, row = places[:, :2].astype(int).T
-    marked = picture[row, column, 2] - picture[row, column, 0] > 150
-    assert marked.sum() == 7
-    assert not marked[np.argmin(places[:, 2])]
 
 
 def test_a_plate_casts_the_shadow_that_geometry_says():

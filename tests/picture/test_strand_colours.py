@@ -13,8 +13,7 @@ from fabweave.core.colour_space import light_of, oklab_of
 from fabweave.core.errors import InputError
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import loop
-from fabweave.picture.surfaces import rung_colours
-from fabweave.ribbon.project import following_rung, project_ribbons
+from fabweave.ribbon.project import following_rung
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
 from fabweave.weave.strand_colours import (
@@ -179,28 +178,3 @@ def test_a_material_that_crosses_others_only_has_its_very_colour():
     assert np.array_equal(
         strands, np.repeat(navy_gold[bunches][weave.threads.thread_of_pass, None], 2, axis=1)
     )
-
-
-@pytest.mark.parametrize("count", [1, 2, 4, 6, 8])
-def test_bunches_keep_to_their_hues(count):
-    weave = woven("sphere?n=4")
-    bunches = np.arange(weave.threads.n_threads) % count
-    strands = strand_colours(weave, bunches, "bunch")
-    lab = oklab_of(light_of(strands.reshape(-1, 3)))
-    hue = np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-    wanted = 45 + 360 / count * np.repeat(bunches[weave.threads.thread_of_pass], 2)
-    assert np.abs((hue - wanted + 180) % 360 - 180).max() < 2
-
-
-def test_rungs_change_their_colour_along_panels_only():
-    mesh = parse_shape("shape:torus?m=9&n=7")
-    halfedges, threads = walked(mesh)
-    weave = plain_weave(threads)
-    ribbons = project_ribbons(mesh, halfedges, weave, height_mm=0.3)
-    strands = strand_colours(weave, part_bunches(weave.threads), "direction")
-    rungs = rung_colours(ribbons, strands)
-    assert np.array_equal(rungs[ribbons.entry], strands[:, 0])
-    assert np.array_equal(rungs[ribbons.entry + 1], strands[:, 1])
-    by_thread = np.arange(3 * weave.threads.n_threads, dtype=np.uint8).reshape(-1, 3)
-    each = np.repeat(by_thread, np.diff(ribbons.offsets), axis=0)
-    assert np.array_equal(rung_colours(ribbons, by_thread), each)

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-import fabweave as fw
-from fabweave.job.notes import hanging_notes
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -36,24 +34,3 @@ def test_one_is_the_topmost_or_lowest_and_numbers_are_taken():
     points = ball()
     chosen = np.flatnonzero(hanging_crossings(parse_hanging("7,top,bottom,399"), points))
     assert set(chosen) == {7, 399, points[:, 2].argmax(), points[:, 2].argmin()}
-
-
-@pytest.mark.parametrize(
-    ("options", "cure"),
-    [
-        ({}, None),
-        ({"joint": "glue"}, "--joint rivet"),
-        ({"fastener": "none"}, "--fastener none"),
-        ({"fastener": "80mm"}, "a smaller --fastener"),
-    ],
-)
-def test_what_keeps_a_crossing_from_carrying_anything_is_told(options, cure):
-    # Each of the octahedron's crossings has a joint.
-    ribbons = fw.weave(fw.shape("octahedron", size="200mm")).ribbons()
-    pieces = ribbons.pieces(hang="top", max_length="300mm", **options)
-    woven, found = ribbons.woven, pieces.planned.piece_set
-    (note,) = hanging_notes(
-        found, woven.weave, woven.labels, holed=options.get("fastener") != "none"
-    )
-    assert found.fastened[found.hanging].all() == (cure is None)
-    assert cure is None or note.endswith(cure)

@@ -247,18 +247,6 @@ def test_a_tab_goes_through_its_slot_to_the_shoulders(extra, thickness):
     assert slot.centroid.coords[0] == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_narrow_ribbons_are_glued_instead():
-    _, _, made = make(shape_at("torus?m=12&n=8", 60.0), parse_joint("dovetail"))
-    assert {joint.kind.name for joint in made.joints} == {"dovetail", "glue"} or all(
-        joint.kind is GLUE for joint in made.joints
-    )
-    narrow = made.plan.room_mm < made.plan.needed_mm
-    assert narrow.any()
-    for joint in made.joints:
-        assert (joint.kind is GLUE) == bool(narrow[joint.id - 1])
-        assert (joint.lap_mm > 0) == bool(narrow[joint.id - 1])
-
-
 def test_slots_lie_under_and_never_at_joints():
     weave, _, made = make(shape_at("torus?m=12&n=8"), JointRule(), slots=True)
     joints = {joint.crossing for joint in made.joints}

@@ -12,7 +12,6 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.shapes.grids import torus
 from fabweave.piece import joined_object
 from fabweave.piece.development import Runs
-from fabweave.piece.outline import simple
 from fabweave.piece.split.candidates import also_barred, last_clear, lay_course, list_sites
 from fabweave.piece.split.splitting import find_self_crossing, joined_runs
 from fabweave.ribbon.lay import width_notes
@@ -93,11 +92,6 @@ def test_a_kink_in_a_ribbon_of_given_width_is_refused_with_its_place():
 def test_whatever_is_made_of_flat_balls_is_simple(seed):
     with contextlib.suppress(CannotMakeError):  # some have no crossing for a joint
         assert all_simple(pieces_of(flat_ball(seed), **FLAT))
-
-
-def test_simple_outlines_are_told_from_others():
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    assert simple([square, square[[0, 2, 1, 3]], square[:2]]).tolist() == [True, False, False]
 
 
 def test_no_piece_carries_what_is_barred():

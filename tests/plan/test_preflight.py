@@ -105,17 +105,6 @@ def test_necks_are_as_wide_as_they_are(neck, turn) -> None:
         assert abs(at[1] - 10) < 1.5
 
 
-def test_webs_between_holes() -> None:
-    job = plan(
-        piece_record("A1", bar(), [(20, 10, 4.0), (24.5, 10, 4.0)]),
-        # As near, but on another piece.
-        piece_record("B1", bar(), [(24.5, 10, 4.0)], at=(0.0, 30.0)),
-    )
-    flaws = flaws_of(job)
-    assert [(flaw.rule, flaw.piece, flaw.place) for flaw in flaws] == [("web", "A1", (22.25, 10.0))]
-    assert flaws[0].value == pytest.approx(0.5)
-
-
 def test_gaps_between_pieces_of_one_sheet() -> None:
     near = piece_record("B1", bar(), at=(0.0, 20.4))
     flaws = flaws_of(plan(piece_record("A1", bar()), near))
@@ -145,12 +134,6 @@ def test_pieces_and_sheets_larger_than_the_target_takes() -> None:
         )
         == ()
     )
-
-
-def test_short_sides_are_flaws_of() -> None:
-    outline = [[0, 0], [50, 0], [50.05, 0], [100, 0], [100, 20], [0, 20]]
-    flaws = flaws_of(plan(piece_record("A1", outline)))
-    assert [(flaw.rule, flaw.place) for flaw in flaws] == [("segment", (50.025, 0.0))]
 
 
 def test_the_worst_place_of_each_rule_is_named() -> None:

@@ -1,5 +1,4 @@
 import json
-import re
 from dataclasses import replace
 
 import pytest
@@ -8,7 +7,6 @@ from sheet_fit import bar
 
 from fabweave.core.errors import InputError
 from fabweave.nest.nesting import nest
-from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.plan.crossing_map import ThreadRecord
 from fabweave.plan.nest_pieces import read_layout
 from fabweave.stock.sheet_size import SheetSize
@@ -96,14 +94,6 @@ def test_spoiled_layout_is_refused(tmp_path, spoil, place):
     with pytest.raises(InputError) as caught:
         read(tmp_path, content)
     assert place in str(caught.value)
-
-
-@pytest.mark.parametrize("content", ["", "[]", "{}", '{"pieces": 3, "sheets": [], "layout": {}}'])
-def test_what_is_no_map_is_refused(tmp_path, content):
-    with pytest.raises(InputError, match="is not a crossing map: ") as caught:
-        read(tmp_path, content)
-    # The remedy is a file that finished jobs have, however the wrong one is called.
-    assert re.findall(r"use the (\S+) of", str(caught.value)) == [LAYOUT_FILE]
 
 
 def test_no_file_rules_and_stock_that_do_not_hold_are_refused(tmp_path):

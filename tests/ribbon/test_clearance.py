@@ -46,18 +46,6 @@ def pairs_within(ribbons: Ribbons, crossing: np.ndarray, reach: float) -> Nearne
     return near_pairs(ribbons, crossing, reach, lambda pairs: np.full(len(pairs), reach))
 
 
-@pytest.mark.parametrize("shape", ["torus?m=8&n=4", "hypar", "tetrahedron"])
-def test_stretches_cover_every_facet_once(shape: str) -> None:
-    ribbons = woven(shape).ribbons
-    stretches = cut_stretches(ribbons)
-    quads = np.flatnonzero(following_rung(ribbons.offsets, ribbons.closed) >= 0)
-    expected = np.sort(np.concatenate((2 * quads, 2 * quads + 1)))
-    assert np.array_equal(np.sort(stretches.triangle), expected)
-    # The panel of each pass is the quad at its entry.
-    panels = stretches.triangle[stretches.offsets[: len(ribbons.entry)]]
-    assert np.array_equal(panels // 2, ribbons.entry)
-
-
 def igl_pairs(ribbons: Ribbons) -> set[tuple[int, int]]:
     """Pairs of threads that libigl finds to intersect, by exact predicates."""
     vertices, triangles, thread = ribbon_triangles(ribbons)

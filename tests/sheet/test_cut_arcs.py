@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from io import StringIO
 
 import ezdxf
 import numpy as np
@@ -142,19 +141,6 @@ def test_gdal_measures_our_arcs(bent, plain, tmp_path):
         assert np.array_equal(ring[0], ring[-1])
         assert shapely.Polygon(ring).area == pytest.approx(path.area, rel=1e-4)
         assert shapely.length(line) == pytest.approx(path.length, rel=1e-4)
-
-
-def test_an_arc_may_close_a_path():
-    moon = Polyline(
-        Layer.CUT_OUTER, np.array([[5.0, 5.0], [5.0, 15.0]]), True, np.array([0.9, -0.5])
-    )
-    sheet = SheetDrawing("moon", 20.0, 20.0, (PieceDrawing("A1", (moon,)),), ())
-    (path,) = svg_root(svg_text(sheet)).iter(f"{SVG}path")
-    assert path.get("d") == "M5,15A5.027778,5.027778 0 0 0 5,5A6.25,6.25 0 0 1 5,15Z"
-    (entity,) = ezdxf.read(StringIO(dxf_bytes(sheet).decode())).modelspace()
-    assert entity.get_points("xyb") == [(5.0, 5.0, 0.9), (5.0, 15.0, -0.5)]
-    low, high = extents(sheet)
-    assert (low.tolist(), high.tolist()) == ([0.0, 0.0], [20.0, 20.0])
 
 
 def test_the_extents_hold_arcs_that_leave_the_sheet():

@@ -11,7 +11,7 @@ import tomli_w
 from fabweave.cli.main import cli
 from fabweave.cli.options import job_settings
 from fabweave.core.errors import InputError
-from fabweave.options.settings import Settings, job_toml, settings_table
+from fabweave.options.settings import job_toml
 from fabweave.sheet.drawing import Layer
 from fabweave.sheet.presets import LayerColour, find_preset, preset_named, preset_names, read_preset
 
@@ -68,13 +68,6 @@ def test_a_job_repeats_without_the_file(mine, tmp_path) -> None:
     assert settings_from(["--config", str(tmp_path / "job.toml")]) == settings
     again = settings_from(["--config", str(tmp_path / "job.toml"), "--preset", "boxes"])
     assert again == settings.but(preset=preset_named("boxes"))
-
-
-def test_presets_that_are_known_are_named_and_others_embedded() -> None:
-    assert settings_table(Settings.of("a", preset=preset_named("epilog")))["preset"] == "epilog"
-    changed = replace(preset_named("epilog"), hairline_mm=0.2)
-    assert settings_table(Settings.of("a", preset=changed))["preset"] == changed.table
-    assert settings_from(["shape:cube", "--hairline", "epilog"]).machine.line_mm == 0.0254
 
 
 SPOILT = [

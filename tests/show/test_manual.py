@@ -146,13 +146,6 @@ def test_names_of_narrow_pieces_stand_on_them_and_clear_of_one_another():
     assert list(places) == list(strips)
 
 
-def test_each_sign_that_is_explained_is_pointed_out():
-    text = section("How to read")
-    explained = set(re.findall(r"(\d) (?:Id|Joint|Crossing|Cross|Hole)", text))
-    head = re.split(r"page 2 / \d+", text)[1].split("Piece ")[0]
-    assert set(head.split()) == explained == set("1234")
-
-
 def test_pieces_that_are_alike_are_drawn_once():
     crossing_map = drawn_job().plan
     text = section("Parts list")

@@ -2,7 +2,6 @@
 
 import pytest
 
-from fabweave.core.errors import InputError
 from fabweave.job.ask import brief_of, complete_settings
 from fabweave.options.settings import Settings
 from fabweave.stock.hardware import hardware_catalogue, hardware_named
@@ -57,10 +56,3 @@ def test_holes_are_offered_only_if_something_holds_such_a_stack():
     # A 4 mm rivet holds 1 mm and more: two layers of card are 0.8 mm.
     assert offered[0][0] == 3.3
     assert offered[1][0] == 4.1
-
-
-def test_a_hole_that_the_hardware_does_not_fit_is_refused():
-    with pytest.raises(InputError, match="blind rivet"):
-        Settings.of("shape:cube", fastener="blind-rivet-4,3.3mm")
-    with pytest.raises(InputError, match="choose one of screw-m3"):
-        hardware_named("screw-m33")

@@ -14,7 +14,6 @@ from fabweave.nest.nesting import nest
 from fabweave.nest.offcut import KEPT_SIDE_MM, offcut_of, usable_offcuts
 from fabweave.nest.place.raster import largest_rectangle
 from fabweave.plan.nest_pieces import check_layout
-from fabweave.stock.rotations import parse_rotations
 from fabweave.stock.sheet_size import SheetSize
 
 
@@ -62,18 +61,6 @@ def test_stock_that_runs_out_says_how_many_of_which():
     for scarce in ([SheetSize(80, 80, 4), enough[1]], [enough[0], SheetSize(120, 120, 2)]):
         with pytest.raises(CannotMakeError, match="run out"):
             nested(pieces, scarce)
-
-
-def test_a_piece_too_large_is_told_what_would_take_it():
-    with pytest.raises(CannotMakeError) as stop:
-        nested([bar(500, 20.4)], [SheetSize(300, 200)])
-    told = str(stop.value)
-    assert "--sheet 510x31mm" in told
-    assert "--max-length 290mm" in told
-    assert nested([bar(500, 20.4)], [SheetSize(510, 31)]).placements
-    assert nested([bar(290, 20.4)], [SheetSize(300, 200)]).placements
-    with pytest.raises(CannotMakeError, match="--rotations free"):
-        nested([bar(180, 20)], [SheetSize(100, 200)], rotations=parse_rotations("180"))
 
 
 def brute(size, barred, step=10):

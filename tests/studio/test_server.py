@@ -131,17 +131,6 @@ def test_the_latest_wish_wins(page):
     assert seen == sorted(seen)
 
 
-def test_what_takes_long_can_be_stopped(page):
-    page.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})
-    assert "progress" in page.told()
-    page.wish("plan", stop=True)
-    begun = time.monotonic()
-    while not (told := page.told()).get("stopped"):
-        assert not told.get("done")
-    assert time.monotonic() - begun < 10.0
-    assert page.told()["done"]
-
-
 @pytest.mark.slow
 def test_a_process_that_is_killed_is_told_and_replaced(studio, page):
     page.wish("plan", "shape:torus?m=60&n=30", {"size": "2000mm"})

@@ -163,16 +163,6 @@ def test_exact_measures_are_those_of_short_chords(bulges, radius, tiny):
     assert ring_area(ring) == pytest.approx(area, abs=length * CHORDS_MM)
 
 
-def test_an_arc_may_close_a_path():
-    runs = path_runs("M0,0L2,0A1,1 0 0 0 0,0ZM5,5L6,6")
-    assert runs.points.tolist() == [[0, 0], [2, 0], [5, 5], [6, 6]]
-    assert runs.bulges.tolist() == pytest.approx([0, 1, 0, 0])
-    assert (runs.sizes, runs.closed) == ([2, 2], [True, False])
-    # One that is left open keeps its last point, and so does one closed by a line.
-    assert path_runs("M0,0L2,0A1,1 0 0 0 0,0").sizes == [3]
-    assert path_runs("M0,0L2,0L0,0Z").sizes == [3]
-
-
 @pytest.mark.parametrize(
     "text",
     ["A1,1 0 0 0 2,0", "M1,0A1,1 0 1 0 2,1", "M0,0A1,1 0 0 0 2", "M0,0A1,1 0 0 0 2,x",

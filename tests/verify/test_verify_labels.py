@@ -78,8 +78,3 @@ def test_sheets_lie_as_the_settings_say(specimen, tmp_path):
     assert found == (
         "sheet_01: whether it is mirrored, with labels inside, is False, but should be True",
     )
-
-
-def test_labels_on_a_side_that_pieces_do_not_have(specimen, tmp_path):
-    found = findings(specimen("octahedron"), tmp_path, 'label_side = "beside"')
-    assert any("which is no side of a piece" in finding for finding in found)

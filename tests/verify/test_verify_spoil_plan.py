@@ -5,7 +5,7 @@ import pytest
 import shapely
 from sealing import told, verify_job
 from spoiling import drop, exchange, flip, more, put
-from verify_specimen import Corners, make_specimen, octahedron, placed, torus
+from verify_specimen import Corners, make_specimen, octahedron, placed
 from verify_writers import completed, write_job
 
 
@@ -250,14 +250,6 @@ def test_exactly_the_right_checks_object(specimen, tmp_path, name, spoil, object
     assert set(found) - beside == set(objecting.split()), found
     assert found
     assert all(found.values())
-
-
-def test_joints_on_top_are_found(tmp_path):
-    spoiled = make_specimen(torus(6, 4), on_top=True)
-    report = verify_job(write_job(spoiled, tmp_path))
-    assert report.failed == ("piece-order",)
-    found = {check.name: check for check in report.checks}["piece-order"]
-    assert found.found == len(spoiled.plan["joints"])
 
 
 def test_findings_name_ids_and_numbers(specimen, tmp_path):

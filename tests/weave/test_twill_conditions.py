@@ -16,9 +16,8 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.weave.pattern import over_of_passes
-from fabweave.weave.threads import Threads, thread_labels, trace_threads
+from fabweave.weave.threads import thread_labels, trace_threads
 from fabweave.weave.twill.conditions import (
-    Broken,
     TwillConditions,
     broken_at_turns,
     count_broken,
@@ -208,18 +207,3 @@ def test_a_ring_of_crossings_that_is_no_multiple_of_four_obstructs(length: int) 
     decision = decide_twill(conditions)
     assert not decision.twillable
     assert proves(conditions, decision)
-
-
-def test_no_crossings_are_no_conditions() -> None:
-    lone = PolyMesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    conditions = conditions_of(lone)
-    assert conditions.count == 0
-    assert decide_twill(conditions).twillable
-    assert count_broken(conditions, np.zeros(0, dtype=bool)) == Broken(0, 0, 0)
-    assert isinstance(trace_threads(build_halfedges(lone)), Threads)
-
-
-def test_numbering_does_not_decide() -> None:
-    for seed in range(5):
-        assert decide_twill(conditions_of(shuffled(grids.torus(6, 5, 2.0, 1.0), seed))).twillable
-        assert not decide_twill(conditions_of(shuffled(solids.cube(), seed))).twillable
