@@ -68,19 +68,17 @@ def test_verify_and_the_makers_find_the_same(shape, smooth, by, tmp_path) -> Non
     measured, near = measure_clearance(ribbons, woven.weave, limits)
     path = tmp_path / "model.glb"
     path.write_bytes(woven_glb(ribbons, woven.labels, thread_colours(woven.bunches, "safe"), ()))
-    model = read_model(path)
     plan = SimpleNamespace(
         threads=[
             SimpleNamespace(
                 id=t,
                 label=label,
-                closed=bool(threads.closed[t]),
                 crossings=tuple(threads.crossing[slice(*threads.offsets[t : t + 2])]),
             )
             for t, label in enumerate(woven.labels)
         ]
     )
-    found = near_parts(cut_steps(plan, model), 0.502)
+    found = near_parts(cut_steps(plan, read_model(path)), 0.502)
     wanted = 0.4 + np.where(found.parting, 0.0, 0.1)
     fewest, most = ((found.gap_mm < wanted + slack).sum() for slack in (-0.002, 0.002))
     assert fewest <= len(near.pairs) <= most

@@ -228,9 +228,9 @@ def develop_pieces(plan: CrossingMap, strips: dict[int, Strip]) -> dict[str, Dev
     steps = {key: lay_steps(strip) for key, strip in strips.items()}
     result = {}
     for piece in plan.pieces:
-        strip = strips.get(piece.thread)
-        start = station_run(plan.thread[piece.thread], piece) if strip is not None else None
-        if strip is not None and start is not None:
+        thread, strip = plan.thread.get(piece.thread), strips.get(piece.thread)
+        start = station_run(thread, piece) if thread is not None else None
+        if thread and strip and strip.closed == thread.closed and start is not None:
             result[piece.id] = _develop(plan, piece, strip, steps[piece.thread], start)
     return result
 

@@ -202,11 +202,11 @@ def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> 
 
 
 def thread_strips(plan: CrossingMap, model: dict[str, Strip]) -> dict[int, Strip]:
-    """Return the strip of each thread, if it is closed as that is and has a panel a crossing."""
+    """Return the strip of each thread, if it has a panel for each crossing."""
     strips = {}
     for thread in plan.threads:
-        strip, wanted = model.get(thread.label), (thread.closed, len(thread.crossings))
-        if strip is not None and thread.crossings and (strip.closed, len(strip.entry)) == wanted:
+        strip = model.get(thread.label)
+        if strip is not None and 0 < len(strip.entry) == len(thread.crossings):
             strips[thread.id] = strip
     return strips
 
