@@ -1,5 +1,6 @@
 """The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
 
+import copy
 import json
 import re
 import tomllib
