@@ -43,6 +43,7 @@ from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise
+from fabweave.design.wishes import parse_wishes
 from fabweave.estimate.costs import Costs
 from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
@@ -212,6 +213,8 @@ class _Solid(_Shown):
 _LENGTH, _PROGRESS = length(MOST_MM), called("progress(what, done, total)")
 #: More samples along a pixel's side change nothing, and no machine has as many processors.
 _MOST_SAMPLES, _MOST_WORKERS = 64, 10_000
+#: More designs than these nobody compares, and more pieces nobody weaves.
+_MOST_DESIGNS, _MOST_PIECES = 100, 1_000_000
 #: The stiffest pin, N mm per radian, of those that a material may have (``turning_nmm``).
 _STIFFEST_NMM = 1e6
 #: What a file is called in a job's folder, so it must be a plain name.
@@ -1298,7 +1301,7 @@ class Inspection(Facts, _Shown):
 
 def make(
     mesh: Any, folder: str | Path, *, progress: Progress = no_progress, workers: int = 0,
-    **options: Any,
+    pieces: int | None = None, goal: str = "", **options: Any,
 ) -> WrittenJob:  # fmt: skip
     """Make a whole job, as ``fabweave make`` does: from a mesh to a proved folder.
 
@@ -1316,6 +1319,10 @@ def make(
         Called as ``progress(what, done, total)``.
     workers : int
         Processes beside this one; the same bytes are written with any number.
+    pieces : int, optional
+        About so many pieces: mesh, pattern and width are picked for that.
+    goal : str
+        Wishes to meet, such as ``"hours=5,ribbon=15mm"``.
     options
         Any option of ``fabweave make``, ``-`` written ``_``: ``size="400mm"``,
         ``pattern="twill"``, ``material="card"``, ``kerf="0.15mm"``; ``fabweave guide options``
@@ -1341,18 +1348,25 @@ def make(
     (True, 8)
     """
     workers = whole(0, _MOST_WORKERS).argument("workers", workers)
+    if pieces is not None:
+        pieces = whole(1, _MOST_PIECES).argument("pieces", pieces)
+    wishes = parse_wishes(shown(goal, form=str), pieces)
     progress = _PROGRESS.argument("progress", progress)
     directory, stations = folder_at(folder), stations_of(mesh, options)
     stations.progress = progress
     finished, job, chosen = make_or_advise(
-        stations, directory, workers=min(workers, os.cpu_count() or 1)
+        stations,
+        directory,
+        workers=min(workers, os.cpu_count() or 1),
+        wishes=wishes,
     )
     return WrittenJob(directory, *finished, Layout(job, job.layout), chosen)
 
 
 def inspect(
-    mesh: Any, *, progress: Progress = no_progress, thorough: bool = False, **options: Any
-) -> Inspection:
+    mesh: Any, *, progress: Progress = no_progress, thorough: bool = False, designs: int = 0,
+    **options: Any,
+) -> Inspection:  # fmt: skip
     """Tell what a mesh is, which weaves are exact on it, and what would make them so.
 
     Parameters
@@ -1361,6 +1375,8 @@ def inspect(
         As for :func:`make`; options of files are of no account.
     thorough : bool
         Whether to tell what takes long of large meshes, too; else ``facts["left_out"]`` names it.
+    designs : int
+        How many designs from coarse to fine to try.
 
     Returns
     -------
@@ -1383,7 +1399,8 @@ def inspect(
     thorough = flag().argument("thorough", thorough)
     stations = stations_of(mesh, options)
     stations.progress = progress
-    found = inspect_mesh(stations, thorough=thorough)
+    count = whole(0, _MOST_DESIGNS).argument("designs", designs)
+    found = inspect_mesh(stations, thorough=thorough, n_designs=count, looks=count > 0)
     return Inspection(found.woven, found.facts, found.designs)
 
 

@@ -126,10 +126,8 @@ def make(
     """
     # An import that Ctrl-C interrupts may fail oddly, or go on as if nothing had happened.
     with held_back():
-        from fabweave.core.job_folder import check_destination, clear_abandoned
-        from fabweave.core.parallel.executors import processes
-        from fabweave.design.making import make_or_advise, meet_wishes
-        from fabweave.design.search import Search
+        from fabweave.core.job_folder import clear_abandoned
+        from fabweave.design.making import make_or_advise
         from fabweave.design.wishes import parse_wishes
         from fabweave.job.stations import Stations
 
@@ -139,7 +137,6 @@ def make(
     for note in clear_abandoned(output):
         click.echo(note, err=True)
     workers, replaced = os.cpu_count() or 1, [config] if config is not None else []
-    why = ""
     with progress_bar(quiet or as_json) as progress:
 
         def better(line: str) -> None:
@@ -147,24 +144,16 @@ def make(
             if not (quiet or as_json):
                 progress.say(line, err=True)
 
-        if wishes:
-            check_destination(output, replaced, mesh=settings.mesh.source)
-            search = Search(
-                settings, progress=progress, executors=processes(workers), better=better,
-                wishes=wishes, partly=True,
-            )  # fmt: skip
-            settings, why = meet_wishes(search)
         job = Stations(settings, progress=progress)
-        made, _, coarser = make_or_advise(
-            job, output, workers=workers, replaced=replaced, better=better
+        made, _, chosen = make_or_advise(
+            job, output, workers=workers, replaced=replaced, wishes=wishes, better=better
         )
-    why = "\n".join(filter(None, (why, coarser)))
     if as_json:
-        chosen = {"chosen": why} if why else {}
-        click.echo(json.dumps(_totals(made, output) | chosen, indent=1))
+        told = {"chosen": chosen} if chosen else {}
+        click.echo(json.dumps(_totals(made, output) | told, indent=1))
     elif not quiet:
-        if why:
-            click.echo(why)
+        if chosen:
+            click.echo(chosen)
         tell_job(made, output, verbose=verbose)
     if made.missing:
         sys.exit(1)

@@ -1,6 +1,7 @@
 """Make what is wished for, or what can be made in place of what cannot."""
 
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from fabweave.design.beside import near_rounds
 from fabweave.design.choice import choose_mesh
 from fabweave.design.search import Search, tell_nobody
 from fabweave.design.variety import variety
-from fabweave.design.wishes import choose
+from fabweave.design.wishes import NO_WISHES, Wishes, choose
 from fabweave.job.run import FinishedJob, run_job
 from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings
@@ -64,12 +65,14 @@ def make_or_advise(
     *,
     workers: int = 0,
     replaced: Collection[Path] = (),
+    wishes: Wishes = NO_WISHES,
     better: Callable[[str], None] = tell_nobody,
 ) -> Made:
     """Make a job as ``run_job`` does; where it cannot be built, on a coarser mesh, or say what can.
 
-    ``better`` is told each mesh that is better than those before (see :func:`choose_mesh`). The
-    files are those that its settings make when they are asked for.
+    Where something is wished for, the design that comes nearest to it is made. ``better`` is told
+    each that is better than those before (see :func:`choose_mesh`). The files are those that its
+    settings make when they are asked for.
 
     Raises
     ------
@@ -79,10 +82,14 @@ def make_or_advise(
     """
     source = None if job.given is not None else job.asked.mesh.source
     check_destination(directory, replaced, mesh=source)
-    search = Search(
-        job.asked, job.given, progress=job.progress, executors=processes(workers), better=better,
-        partly=True,
+    searching = partial(
+        Search, given=job.given, progress=job.progress, executors=processes(workers),
+        better=better, partly=True,
     )  # fmt: skip
-    chosen, why = choose_mesh(job, search)
+    nearest = ""
+    if wishes:
+        design, nearest = meet_wishes(searching(job.asked, wishes=wishes))
+        job = job.instead(design)
+    chosen, why = choose_mesh(job, searching(job.asked))
     finished = run_job(chosen, directory, workers=workers, replaced=replaced)
-    return Made(finished, chosen, why)
+    return Made(finished, chosen, "\n".join(filter(None, (nearest, why))))
