@@ -16,10 +16,7 @@ from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
     from fabweave.job.remake import Remake
-    from fabweave.verify.report import Check, VerifyReport
-
-#: How names of what is measured end, and the signs of these units.
-_UNITS = {"_mm": " mm", "_mm2": " mm²", "_deg": "°"}
+    from fabweave.verify.report import VerifyReport
 
 
 @click.command()
@@ -68,7 +65,7 @@ def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bo
         table = Table("check", "", "checked", "nearest its limit", "what it proves", box=None)
         for check in proof.checks:
             mark = "[green]ok[/]" if check.ok else "[red]FAILS[/]"
-            table.add_row(check.name, mark, str(check.count), _worst(check), check.meaning)
+            table.add_row(check.name, mark, str(check.count), check.nearest, check.meaning)
         console.print(table)
         for check in proof.checks:
             for finding in check.findings:
@@ -90,21 +87,12 @@ def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bo
         sys.exit(1)
 
 
-def _worst(check: "Check") -> str:
-    """Return the value of a check that comes nearest to its limit, and that, with their unit."""
-    for measure in check.measured:
-        if measure.value == check.worst:
-            unit = next((sign for end, sign in _UNITS.items() if measure.what.endswith(end)), "")
-            return f"{measure.value:.2g} of {measure.limit:.2g}{unit}"
-    return ""
-
-
 def _outcome(proof: "VerifyReport") -> str:
     """Say how many checks passed, and the names of those that did not."""
-    failed = [check.name for check in proof.checks if not check.ok]
+    count, failed = len(proof.checks), proof.failed
     if not failed:
-        return f"all {len(proof.checks)} checks passed"
-    return f"{len(failed)} of {len(proof.checks)} checks failed: {', '.join(failed)}"
+        return f"all {count} checks passed"
+    return f"{len(failed)} of {count} checks failed: {', '.join(failed)}"
 
 
 def _remade(again: "Remake") -> str:

@@ -24,7 +24,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.options.file_kinds import LAYOUT_FILE
-from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
@@ -51,7 +50,6 @@ class SideWork(NamedTuple):
 
     marks: Callable[[], tuple[Marks, ...]]
     order: Callable[[], Order]
-    likeness: Callable[[], bytes | None]
     form: Callable[[], LetGo | None]
     former: Callable[[], Former | None]
 
@@ -82,11 +80,6 @@ class Job(PlannedJob):
         Of assembly, in that order.
     bill : BillOfMaterials
         What joins the pieces.
-    portrait : callable
-        Waits for the picture of the woven object, a PNG file, which may still be in the making.
-    likeness : callable
-        Waits for the picture of what the model lost where it was remeshed, a PNG file; None where
-        it was not.
     drawings : tuple of SheetDrawing
         The nominal sheets.
     kerfed : tuple of SheetDrawing
@@ -119,8 +112,6 @@ class Job(PlannedJob):
     order: Order
     steps: tuple[StepRecord, ...]
     bill: BillOfMaterials
-    portrait: Callable[[], bytes]
-    likeness: Callable[[], bytes | None]
     drawings: tuple[SheetDrawing, ...]
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
@@ -149,7 +140,18 @@ class Job(PlannedJob):
     @property
     def relaxed(self) -> Ribbons | None:
         """Its ribbons as pictures show them when it was let go; None where that is not known."""
-        return _shown(self, self.let_go)
+        if self.let_go is None:
+            return None
+        settled = self.let_go.settled
+        state = settled.states["let go"].state
+        return shown_relaxed(self.woven.ribbons, self.weave, settled.body, state)
+
+    @property
+    def shown(self) -> Ribbons:
+        """Its ribbons as its picture shows them: when it was let go, where that can be seen."""
+        form, thinnest_mm = self.form, min(one.thickness_mm for one in self.supplies.materials)
+        seen = form is not None and form.settles_mm > thinnest_mm
+        return (self.relaxed if seen else None) or self.woven.ribbons
 
     @property
     def verdict(self) -> Verdict:
@@ -170,7 +172,6 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     """Start the letters of pieces, the order of assembly, and let the object go."""
     settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
-    source = woven.source
     kinds = planned.piece_set.kinds
     return SideWork(
         marks=start(
@@ -191,19 +192,9 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             effort=settings.search.effort,
             seed=settings.search.seed,
         ),
-        likeness=start(likeness_png, source.loss, source.likeness),
         form=start(let_job_go, planned),
         former=start(former_of, planned),
     )
-
-
-def _shown(planned: PlannedJob, let_go: LetGo | None) -> Ribbons | None:
-    """Return the ribbons of a job as pictures show them when it was let go, if it was."""
-    if let_go is None:
-        return None
-    settled = let_go.settled
-    state = settled.states["let go"].state
-    return shown_relaxed(planned.woven.ribbons, planned.weave, settled.body, state)
 
 
 def draw_job(
@@ -212,12 +203,8 @@ def draw_job(
     side: SideWork,
     progress: Progress = no_progress,
     given_mesh: PolyMesh | None = None,
-    *,
-    start: Start = at_once,
 ) -> Job:
     """Draw the sheets of a job, and say what a maker should know about it.
-
-    The picture of the object shows it as it is when it was let go, where that can be seen.
 
     Raises
     ------
@@ -281,9 +268,6 @@ def draw_job(
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
     let_go = side.form()
-    thinnest_mm = min(material.thickness_mm for material in planned.supplies.materials)
-    far = let_go is not None and let_go.settled.form.settles_mm > thinnest_mm
-    shown = _shown(planned, let_go if far else None) or woven.ribbons
     return Job(
         **{**vars(planned), "settings": settings},
         layout=layout,
@@ -296,8 +280,6 @@ def draw_job(
         order=order,
         steps=tuple(steps),
         bill=bill,
-        portrait=start(portrait_png, shown, planned.colours),
-        likeness=side.likeness,
         let_go=let_go,
         drawings=drawings,
         kerfed=kerfed,

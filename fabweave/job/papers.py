@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from fabweave.former.plates import Laid
 from fabweave.job.draw import Job
 from fabweave.job.write import offcut_entries
 from fabweave.picture.camera import View, choose_view
+from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
 from fabweave.piece.piece import Piece
@@ -48,9 +49,27 @@ from fabweave.weave.strand_colours import crossing_colours
 _Made = TypeVar("_Made")
 
 
+class Pictures(NamedTuple):
+    """Pictures in the making, PNG files: each waits for its result when it is called."""
+
+    portrait: Callable[[], bytes]
+    #: What the model lost where it was remeshed; None where it was not.
+    likeness: Callable[[], bytes | None]
+
+
+def start_pictures(job: Job, start: Start = at_once) -> Pictures:
+    """Start the picture of the object, and that of how like its model it is."""
+    source = job.woven.source
+    return Pictures(
+        start(portrait_png, job.shown, job.colours),
+        start(likeness_png, source.loss, source.likeness),
+    )
+
+
 def show_job(
     job: Job,
     report: WasteReport,
+    pictures: Pictures,
     directory: Path,
     progress: Progress = no_progress,
     *,
@@ -84,7 +103,7 @@ def show_job(
         _write_manual,
         directory / "assembly.pdf",
         plan,
-        job_facts(job, report.bill, report.estimate),
+        job_facts(job, report.bill, report.estimate, pictures.portrait()),
         job.drawings,
         (job.woven.ribbons, job.weave, job.piece_set.pieces, job.piece_colours),
         step_seconds(plan, report.estimate.assembly),
@@ -108,8 +127,8 @@ def show_job(
                 remeshed=job.woven.source.likeness is not None,
             ),
         ),
-        ("render.png", job.portrait),
-        (LIKENESS, job.likeness),
+        ("render.png", pictures.portrait),
+        (LIKENESS, pictures.likeness),
     ]
     if job.weave.threads.n_crossings <= MOST_VIEWED:
         papers.append(("assembly.html", lambda: job_viewer(job, plan, report.estimate, views)))
@@ -125,7 +144,7 @@ def show_job(
     return tuple(missing)
 
 
-def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
+def job_facts(job: Job, bill: BillOfMaterials, costs: Costs, portrait: bytes) -> Facts:
     """Return what the manual says about a job besides its crossing map."""
     return Facts(
         title=job.woven.title,
@@ -135,7 +154,7 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs) -> Facts:
         material=job.supplies.description,
         bill=bill,
         colours=crossing_colours(job.weave, job.colours),
-        portrait=job.portrait(),
+        portrait=portrait,
         costs=cost_rows(costs),
         beside=tuple((sheets.folder, len(sheets.drawings)) for sheets in job.beside),
     )

@@ -19,7 +19,7 @@ from fabweave.core.parallel.executors import (
     side_workers,
 )
 from fabweave.job.draw import Job, draw_job, start_side_work
-from fabweave.job.papers import show_job
+from fabweave.job.papers import show_job, start_pictures
 from fabweave.job.stations import Stations
 from fabweave.job.write import write_plan, write_proof
 from fabweave.plan.preflight import Preflight
@@ -46,6 +46,7 @@ def write_and_prove(
 
     CannotMakeError is raised if a rule is broken and that was ruled out, or if a check objects.
     """
+    pictures = start_pictures(job, start)
     preflight, report = write_plan(job, folder, progress, start=start)
     progress("verify", 0, 1)
     proof = prove_plan(folder)
@@ -59,7 +60,7 @@ def write_and_prove(
             f"the written files did not pass {len(lines)} checks, so nothing was kept; "
             f"please report this with the mesh and the command:{''.join(lines)}"
         )
-    missing = show_job(job, report, folder, progress, start=start)
+    missing = show_job(job, report, pictures, folder, progress, start=start)
     job_folder.write_contents(folder)
     proof = sealed(proof, folder)
     write_proof(folder, proof)
@@ -101,4 +102,4 @@ def draw_stations(job: Stations, start: Start = at_once) -> Job:
     """Make everything that a job writes; ``start`` does work beside this process."""
     planned = job.buildable
     side = start_side_work(planned, start)
-    return draw_job(planned, job.layout, side, job.progress, job.given, start=start)
+    return draw_job(planned, job.layout, side, job.progress, job.given)

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from fabweave.core.colour_space import Colours
-from fabweave.core.errors import InputError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.job_folder import clear_abandoned
 from fabweave.core.records import to_json
+from fabweave.design.choice import choose_mesh
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Search
 from fabweave.design.tried import Tried
-from fabweave.design.variety import variety
+from fabweave.design.variety import is_free, variety
 from fabweave.estimate.texts import hours_text
 from fabweave.job.figures import figures_of, words
 from fabweave.job.model import YarnOptions, spin_object
@@ -209,10 +210,15 @@ def _packed(told: dict[str, Any], arrays: dict[str, np.ndarray[Any, Any]], have:
 def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps.
 
-    A wish for what is finer gets the sheets alone, nested as they will be.
+    A wish for what is finer gets the sheets alone, nested as they will be. Of a model that is woven
+    on another mesh than its own, that mesh is told.
     """
     stations = stations_for(kept, wish)
     stations.progress = progress_of(tell, "plan")
+    choice = _choice(stations)
+    if choice is not None:
+        tell((choice, {}))
+        return
     planned = stations.planned
     stations.progress = progress_of(tell, "sheets")
     if wish.get("finer"):
@@ -224,6 +230,23 @@ def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     quick = replace(planned, settings=planned.settings.but(effort="quick"))
     tell(_sheets(stations.instead(stations.asked, stations.options).know(planned=quick)))
     tell(_steps(planned))
+
+
+def _choice(stations: Stations) -> dict[str, Any] | None:
+    """Return the options of the mesh on which ``make`` would weave a model, if not on its own."""
+    asked = stations.asked
+    if not is_free(asked):
+        return None
+    search = Search(asked, progress=stations.progress)
+    try:
+        chosen, why = choose_mesh(stations, search, advise=False)
+    except CannotMakeError:
+        return None  # it is shown as it is, with the reasons
+    if not why:
+        return None
+    own, other = (state_of(one).options for one in (asked, chosen.asked))
+    options = {name: value for name, value in other.items() if own.get(name) != value}
+    return {"choice": {"options": options, "why": why}}
 
 
 def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:

@@ -102,7 +102,7 @@ class Placement(msgspec.Struct, frozen=True):
     y_mm: float
 
 
-class Piece(msgspec.Struct, frozen=True):
+class Piece(msgspec.Struct, frozen=True, dict=True):
     """What is cut, in its own coordinates, and where it stands."""
 
     id: str
@@ -134,6 +134,14 @@ class Piece(msgspec.Struct, frozen=True):
     def points(self) -> Floats:
         """Where its stations are, (N, 2)."""
         return np.array([(station.x, station.y) for station in self.stations]).reshape(-1, 2)
+
+    @cached_property
+    def cut_at(self) -> dict[int, list[Cutout]]:
+        """The cut-outs of each station that has any."""
+        cutouts: dict[int, list[Cutout]] = {}
+        for cutout in self.cutouts:
+            cutouts.setdefault(cutout.station, []).append(cutout)
+        return cutouts
 
     @property
     def slots(self) -> list[Floats]:
@@ -350,7 +358,7 @@ class CrossingMap(msgspec.Struct, frozen=True, dict=True):
         return {piece.id: piece for piece in self.pieces}
 
     @cached_property
-    def joint(self) -> dict[int, Joint]:
+    def joint(self) -> dict[int | None, Joint]:
         """Joints by their ids."""
         return {joint.id: joint for joint in self.joints}
 

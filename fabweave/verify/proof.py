@@ -9,36 +9,26 @@ from pathlib import Path
 
 import numpy as np
 
-from fabweave.verify.check.colours import check_colours
-from fabweave.verify.check.drawings import (
-    check_dxf,
-    check_labels,
-    check_lines,
-    check_order,
-    check_svg,
+from fabweave.verify.check import (
+    colours,
+    drawings,
+    fastening,
+    form,
+    former,
+    joints,
+    kerf,
+    notes,
+    pieces,
+    ribbons,
+    rim,
+    service,
+    sheets,
+    source,
+    space,
+    steps,
+    tables,
+    weave,
 )
-from fabweave.verify.check.fastening import check_fastening
-from fabweave.verify.check.form import check_form
-from fabweave.verify.check.former import check_former
-from fabweave.verify.check.joints import check_joints
-from fabweave.verify.check.kerf import check_ready
-from fabweave.verify.check.notes import check_notes
-from fabweave.verify.check.pieces import (
-    check_crossing_holes,
-    check_kinds,
-    check_piece_order,
-    check_simple,
-    check_unfolding,
-)
-from fabweave.verify.check.ribbons import check_bends, check_clearance, check_grain
-from fabweave.verify.check.rim import check_rim
-from fabweave.verify.check.service import check_service
-from fabweave.verify.check.sheets import check_materials, check_offcuts, check_sheets, check_stock
-from fabweave.verify.check.source import check_references, check_source
-from fabweave.verify.check.space import check_space
-from fabweave.verify.check.steps import check_steps
-from fabweave.verify.check.tables import check_cut_list, check_sticks, check_tables
-from fabweave.verify.check.weave import check_over_under, check_pattern, check_walks
 from fabweave.verify.drawing import ReadError, read_text, too_large
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import Tally, VerifyReport
@@ -66,42 +56,42 @@ _FILES = {
 }
 
 _TASKS = (
-    _Task("files", (), check_references),
-    _Task("source", ("mesh",), check_source),
-    _Task("mesh-walks", ("map", "mesh"), check_walks),
-    _Task("over-under", ("map",), check_over_under),
-    _Task("pattern", ("map", "mesh"), check_pattern),
-    _Task("space", ("map", "mesh", "model"), check_space),
-    _Task("clearance", ("map", "model", "ribbons"), check_clearance),
-    _Task("bends", ("map", "model", "ribbons"), check_bends),
-    _Task("grain", ("map", "model", "ribbons"), check_grain),
-    _Task("piece-order", ("map",), check_piece_order),
-    _Task("joints", ("map", "model"), check_joints),
-    _Task("kinds", ("map",), check_kinds),
-    _Task("crossing-holes", ("map",), check_crossing_holes),
-    _Task("fastened", ("map",), check_fastening),
-    _Task("unfolding", ("map", "model"), check_unfolding),
-    _Task("outlines-dxf", ("map",), check_dxf),
-    _Task("outlines-svg", ("map",), check_svg),
-    _Task("lines", ("map",), check_lines),
-    _Task("cut", ("map",), check_ready),
-    _Task("order", ("map",), check_order),
-    _Task("colours", ("map",), check_colours),
-    _Task("labels", ("map",), check_labels),
-    _Task("notes", ("map",), check_notes),
-    _Task("sheets", ("map",), check_sheets),
-    _Task("service", ("map",), check_service),
-    _Task("sticks", ("map",), check_sticks),
-    _Task("cut-list", ("map",), check_cut_list),
-    _Task("tables", ("map",), check_tables),
-    _Task("stock", ("map",), check_stock),
-    _Task("offcuts", ("map",), check_offcuts),
-    _Task("rim", ("map", "mesh"), check_rim),
-    _Task("former", ("map", "mesh"), check_former),
-    _Task("form", ("map",), check_form),
-    _Task("simple", ("map",), check_simple),
-    _Task("materials", ("map",), check_materials),
-    _Task("steps", ("map",), check_steps),
+    _Task("files", (), source.check_references),
+    _Task("source", ("mesh",), source.check_source),
+    _Task("mesh-walks", ("map", "mesh"), weave.check_walks),
+    _Task("over-under", ("map",), weave.check_over_under),
+    _Task("pattern", ("map", "mesh"), weave.check_pattern),
+    _Task("space", ("map", "mesh", "model"), space.check_space),
+    _Task("clearance", ("map", "model", "ribbons"), ribbons.check_clearance),
+    _Task("bends", ("map", "model", "ribbons"), ribbons.check_bends),
+    _Task("grain", ("map", "model", "ribbons"), ribbons.check_grain),
+    _Task("piece-order", ("map",), pieces.check_piece_order),
+    _Task("joints", ("map", "model"), joints.check_joints),
+    _Task("kinds", ("map",), pieces.check_kinds),
+    _Task("crossing-holes", ("map",), pieces.check_crossing_holes),
+    _Task("fastened", ("map",), fastening.check_fastening),
+    _Task("unfolding", ("map", "model"), pieces.check_unfolding),
+    _Task("outlines-dxf", ("map",), drawings.check_dxf),
+    _Task("outlines-svg", ("map",), drawings.check_svg),
+    _Task("lines", ("map",), drawings.check_lines),
+    _Task("cut", ("map",), kerf.check_ready),
+    _Task("order", ("map",), drawings.check_order),
+    _Task("colours", ("map",), colours.check_colours),
+    _Task("labels", ("map",), drawings.check_labels),
+    _Task("notes", ("map",), notes.check_notes),
+    _Task("sheets", ("map",), sheets.check_sheets),
+    _Task("service", ("map",), service.check_service),
+    _Task("sticks", ("map",), tables.check_sticks),
+    _Task("cut-list", ("map",), tables.check_cut_list),
+    _Task("tables", ("map",), tables.check_tables),
+    _Task("stock", ("map",), sheets.check_stock),
+    _Task("offcuts", ("map",), sheets.check_offcuts),
+    _Task("rim", ("map", "mesh"), rim.check_rim),
+    _Task("former", ("map", "mesh"), former.check_former),
+    _Task("form", ("map",), form.check_form),
+    _Task("simple", ("map",), pieces.check_simple),
+    _Task("materials", ("map",), sheets.check_materials),
+    _Task("steps", ("map",), steps.check_steps),
 )
 
 

@@ -9,7 +9,7 @@ import traceback
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -68,7 +68,6 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
 class Measure:
     """The most extreme value of one measured quantity and the limit it was held to."""
 
-    what: str
     value: float
     limit: float
 
@@ -91,8 +90,8 @@ class Check:
         The first few things that are wrong, with ids and numbers.
     found : int
         How many things are wrong altogether.
-    measured : tuple of Measure
-        The most extreme value of each quantity that was measured.
+    measured : dict of Measure
+        The most extreme value of each quantity that was measured, by its name.
     faults : tuple of str
         Tracebacks, where the verifier itself was at fault.
     """
@@ -104,24 +103,20 @@ class Check:
     worst: float | None
     findings: tuple[str, ...]
     found: int
-    measured: tuple[Measure, ...]
+    measured: dict[str, Measure]
     faults: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain values."""
-        return {
-            "name": self.name,
-            "meaning": self.meaning,
-            "ok": self.ok,
-            "count": self.count,
-            "worst": None if self.worst is None else round(self.worst, 9),
-            "findings": list(self.findings),
-            "found": self.found,
-            "measured": {
-                measure.what: {"value": round(measure.value, 9), "limit": round(measure.limit, 9)}
-                for measure in self.measured
-            },
-        }
+        return {name: value for name, value in asdict(self).items() if name != "faults"}
+
+    @property
+    def nearest(self) -> str:
+        """The value that comes nearest to its limit, and that, with their unit."""
+        for quantity, measure in self.measured.items():
+            if measure.value == self.worst:
+                return f"{measure.value:.2g} of {measure.limit:.2g}{_unit(quantity)}"
+        return ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -180,6 +175,8 @@ class VerifyReport:
         )
 
 
+#: What is measured is told with so many decimals.
+_DECIMALS = 9
 #: So many items of a list, and so many letters of a value, are told in a finding.
 _ITEMS, _LETTERS = 5, 120
 #: By the end of a quantity's name: how its unit is written.
@@ -247,7 +244,8 @@ class Tally:
         self._count += 1
         excess = float(limit - value if least else value - limit)
         if quantity not in self._measured or not excess <= self._measured[quantity][0]:
-            self._measured[quantity] = (excess, Measure(quantity, float(value), float(limit)))
+            measure = Measure(round(float(value), _DECIMALS), round(float(limit), _DECIMALS))
+            self._measured[quantity] = (excess, measure)
         return excess <= 0.0  # NaN objects
 
     def result(self) -> Check:
@@ -264,7 +262,7 @@ class Tally:
             worst=max(ranked)[1] if ranked else None,
             findings=tuple(self._findings),
             found=self._found,
-            measured=tuple(measure for _, measure in self._measured.values()),
+            measured={quantity: measure for quantity, (_, measure) in self._measured.items()},
             faults=tuple(self._faults),
         )
 
@@ -367,7 +365,7 @@ class Place:
     ) -> bool:
         good = self._tally.measure(quantity, value, limit, least=least)
         if not good:
-            unit = _UNITS.get(quantity[quantity.rfind("_") :], "")
+            unit = _unit(quantity)
             finding = meaning.replace("{}", f"{value:.4f}{unit}")
             self.fail(f"{finding} (at {'least' if least else 'most'} {limit:g}{unit})")
         return good
@@ -378,6 +376,11 @@ class Place:
             wants = f"{_shown(wanted)}{self._source}"
             self.fail(f"{name} is {_shown(stated)}, but should be {wants}")
         return good
+
+
+def _unit(quantity: str) -> str:
+    """Return how the unit of a quantity is written."""
+    return _UNITS.get(quantity[quantity.rfind("_") :], "")
 
 
 def as_number(value: object) -> float:

@@ -1,5 +1,6 @@
 """The command line as a user meets it: proved jobs, errors that help, nothing half-done."""
 
+import copy
 import json
 import re
 import tomllib
@@ -11,6 +12,7 @@ from jobs import OCTAHEDRON, contents_of, run
 from meshes_shared import mesh_params
 
 from fabweave.cli.main import cli
+from fabweave.cli.make import tell_job
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
@@ -41,6 +43,25 @@ def test_a_finished_job_has_every_file_and_is_proved(tmp_path, capsys):
     assert (told["proved"], told["threads"], told["crossings"]) == (True, 4, 12)
     assert set(MADE) <= set(contents_of(folder))
     assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_the_terminal_shows_what_matters_and_v_shows_every_note(tmp_path, capsys):
+    asked = Settings.of("shape:octahedron", size_mm=90.0, fair=1, effort="quick")
+    made = run_job(Stations(asked), tmp_path / "job")
+    notes = made.job.notes
+    assert {note.detail for note in notes} == {False, True}
+    assert any(note.more for note in notes if not note.detail)
+    for verbose in (False, True):
+        tell_job(made, tmp_path, verbose=verbose)
+        due = [note if verbose else note.text for note in notes if verbose or not note.detail]
+        shown = capsys.readouterr().out.splitlines()
+        assert [line.strip() for line in shown[: len(due)]] == due
+        assert not any(note.text in "".join(shown[len(due) :]) for note in notes)
+    for note in notes:
+        assert re.fullmatch("[a-z-]+", note.rule)
+        again = copy.copy(note)  # as processes do
+        assert (again.rule, again.text, again.more) == (note.rule, note.text, note.more)
+        assert (again, again.detail) == (note, note.detail)
 
 
 @pytest.mark.slow

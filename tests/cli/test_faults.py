@@ -179,7 +179,8 @@ def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatc
         monkeypatch.setattr(split_plan, "rough_nesting", lambda *_: None)
         monkeypatch.setattr("fabweave.nest.nesting.batch_count", lambda _: 2)
     else:
-        monkeypatch.setattr(f"fabweave.job.draw.{what}", die)
+        room = "papers" if what == "portrait_png" else "draw"
+        monkeypatch.setattr(f"fabweave.job.{room}.{what}", die)
     assert run_here(*TETRAHEDRON, "-o", tmp_path / "out") == 1
     said = capfd.readouterr().err
     assert said.startswith("fabweave: part of the work was lost (3 processes ended before")

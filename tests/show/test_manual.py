@@ -11,7 +11,7 @@ import shapely
 from drawn_jobs import drawn_job
 
 from fabweave.estimate.assembly_time import step_seconds
-from fabweave.job.papers import job_facts, manual_pdf
+from fabweave.job.papers import job_facts, manual_pdf, start_pictures
 from fabweave.picture.surfaces import ribbon_triangles
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.bill_of_materials import bill_of_materials
@@ -20,7 +20,8 @@ from fabweave.show.manual.sheets import place_across
 
 
 def facts_of(job):
-    return job_facts(job, bill_of_materials(job.piece_set), job.costs)
+    portrait = start_pictures(job).portrait()
+    return job_facts(job, bill_of_materials(job.piece_set), job.costs, portrait)
 
 
 @cache

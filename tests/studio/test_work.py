@@ -10,8 +10,12 @@ from live_studio import unpacked
 from meshes_shared import shared_mesh
 
 from fabweave.core.errors import FabweaveError
+from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.making import make_or_advise
 from fabweave.job.stations import Stations
+from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.shapes.catalogue import parse_shape
+from fabweave.mesh.subdivide import mid_edge
 from fabweave.options.settings import settings_from_job, settings_from_options
 from fabweave.studio.controls import controls
 from fabweave.studio.state import State, state_of_job
@@ -206,3 +210,25 @@ def test_walks_on_a_found_model_end_in_what_job_toml_says(tmp_path):
     mesh = str(shared_mesh("quad/bob_controlmesh.obj"))
     for state, seen in walked(30, 3, mesh, {"size": "300mm", "remesh": "quads:150"}):
         same_from_its_files(state, seen, tmp_path)
+
+
+@pytest.mark.slow
+def test_a_model_is_shown_on_the_mesh_on_which_make_and_inspect_weave_it(tmp_path):
+    mesh = parse_shape("shape:icosahedron")
+    for _ in range(4):
+        mesh = mid_edge(mesh)
+    away = np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
+    path = tmp_path / "ball.obj"
+    write_mesh(path, mesh.with_vertices(mesh.vertices / away))
+    options = {"size": "90mm", "effort": "quick"}
+    found = [one["choice"] for one in told(plan, str(path), **options) if "choice" in one]
+    made = make_or_advise(Stations.read(str(path), options), tmp_path / "job")
+    facts = inspect_mesh(Stations.read(str(path), options), answer=True).facts
+    (choice,) = found
+    assert choice["why"] == made.chosen == facts["chosen"]
+    assert choice["options"]["remesh"] == made.job.asked.mesh.remesh
+    # What is chosen is chosen once.
+    again = told(plan, str(path), **options, **choice["options"])
+    assert not any("choice" in one for one in again)
+    figures = next(one["figures"] for one in again if "figures" in one)
+    assert figures["pieces"] == facts["pieces"]["count"] == len(made.finished.job.piece_set.pieces)

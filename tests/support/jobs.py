@@ -14,8 +14,9 @@ from fabweave.cli import inspect
 from fabweave.cli.main import cli, main
 from fabweave.cli.options import job_settings
 from fabweave.design import choice, making
-from fabweave.job import draw as drawn
+from fabweave.job import papers
 from fabweave.job import run as pipeline
+from fabweave.job.draw import Job
 from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations
 from fabweave.mesh.polymesh import PolyMesh
@@ -81,7 +82,7 @@ def plan_job(woven: WovenObject, settings: Settings, depth=Depth.SEARCHED) -> Pl
     return stations_of(woven, settings, depth).buildable
 
 
-def make_job(settings: Settings, mesh: PolyMesh | None = None) -> drawn.Job:
+def make_job(settings: Settings, mesh: PolyMesh | None = None) -> Job:
     """Make everything that a job writes."""
     return pipeline.draw_stations(Stations(settings, mesh))
 
@@ -101,8 +102,8 @@ _QUICK = [
     (module, name, quick, getattr(module, name))
     for module, name, quick in (
         (pipeline, "_MOST_WORKERS", 0),
-        (drawn, "portrait_png", _small_portrait),
-        (drawn, "likeness_png", _small_likeness),
+        (papers, "portrait_png", _small_portrait),
+        (papers, "likeness_png", _small_likeness),
         (split_plan, "rough_nesting", lambda *_, **__: None),
         (making, "_TRIES", 4),
         (choice, "_MESHES", 2),

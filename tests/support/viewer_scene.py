@@ -30,7 +30,6 @@ def make_page(shape, size_mm, *, across=2, **settings):
     with (
         quick_jobs(),
         mock.patch("fabweave.nest.pins.nest", laid),
-        mock.patch("fabweave.job.draw.portrait_png"),
         mock.patch("fabweave.job.draw.let_job_go", return_value=None),
     ):
         job = make_job(Settings.of(shape, size_mm=size_mm, effort="quick", **settings))

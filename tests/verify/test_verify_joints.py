@@ -4,7 +4,6 @@ import json
 import shutil
 from dataclasses import replace
 from types import MappingProxyType
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -47,13 +46,7 @@ KINDS = {
 
 
 def write(folder, **options):
-    # Joints are in no picture, and the manual takes longer than all else.
-    with (
-        mock.patch("fabweave.job.draw.portrait_png"),
-        mock.patch("fabweave.job.papers.write_manual"),
-    ):
-        job = replace(make_job(BASE.but(**options)), portrait=lambda: b"")
-        write_plan(job, folder)
+    write_plan(make_job(BASE.but(**options)), folder)
 
 
 @pytest.fixture(scope="module")

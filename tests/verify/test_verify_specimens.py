@@ -45,9 +45,9 @@ def test_the_worst_values_are_those_of_32_bit_rounding(tmp_path):
     # Independent unfoldings of the same strip agree to what float32 metres can hold.
     report = verify_job(write_job(make_specimen(torus(6, 4)), tmp_path))
     measured = {
-        (check.name, measure.what): measure.value
+        (check.name, quantity): measure.value
         for check in report.checks
-        for measure in check.measured
+        for quantity, measure in check.measured.items()
     }
     assert measured["unfolding", "station_mm"] < 1e-4
     assert measured["unfolding", "outline_mm"] < 1e-4

@@ -140,7 +140,7 @@ class Assembled:
         )  # fmt: skip
         closed = self.model.enclosed if closed is None else closed
         mesh = SimpleNamespace(twin=np.array([1, 0] if closed else [-1]))
-        return result_of(check_steps, SimpleNamespace(map=read, mesh=mesh, rim=None))
+        return result_of(check_steps, SimpleNamespace(map=read, mesh=mesh, rings=[]))
 
     @staticmethod
     def _piece(piece, strands):

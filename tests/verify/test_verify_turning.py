@@ -10,7 +10,7 @@ from verify_writers import write_job, write_mesh
 from weaving_meshes import walked
 
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.verify.check.space import Turn, check_turns, turns_after
+from fabweave.verify.check.space import check_turns, turns_after
 from fabweave.verify.measure.walks import Pass, trace_walks
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.mesh import read_obj
@@ -189,5 +189,5 @@ def test_turns_follow_from_a_pass(turning):
     corner = mesh.corner[:4].tolist()
     assert corner == [0, 4, 5, 1]
     across = int(mesh.twin[1])
-    assert turns_after(Pass(across, True), mesh) == [Turn(0, False), Turn(3, False)]
+    assert turns_after(Pass(across, True), mesh) == [Pass(0, False), Pass(3, False)]
     assert turns_after(Pass(across, False), mesh) == []

@@ -85,6 +85,7 @@ class Studio {
     if (head.progress) this.#progress(to, head.progress);
     else if (head.error) this.#failed(to, head.error);
     else if (to === "look" && found) this.#looked(head, found);
+    else if (head.choice) this.#chose(head.choice);
     else if (to === "plan") this.#planned(head, found);
     else if (to === "make" && head.made) this.making.made(head);
     else if (head.design) this.#keep(head.design);
@@ -203,6 +204,12 @@ class Studio {
   set(options, keep = true) {
     const { mesh, options: before } = this.state;
     this.change({ mesh, options: { ...before, ...options } }, keep);
+  }
+
+  /** Go on with the mesh on which make would weave the model. @param {{ options: Options, why: string }} choice */
+  #chose({ options, why }) {
+    this.set(options);
+    hint(why);
   }
 
   /** Undo or do again so many changes. @param {number} steps */

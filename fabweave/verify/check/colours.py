@@ -1,11 +1,8 @@
 """Check what a machine obeys beside the lines: the colours, widths and layers of every drawing."""
 
-from collections.abc import Iterator
-from pathlib import PurePosixPath
-
 from fabweave.verify.crossing_map import Cut
 from fabweave.verify.drawing import LAYERS, OUTLINES, PLAIN_LAYER, Drawing
-from fabweave.verify.read.job_files import FORMER, READY, RIM, SERVICE, Job, required
+from fabweave.verify.read.job_files import SERVICE, Job, required
 from fabweave.verify.read.preset import Preset, wanted_preset
 from fabweave.verify.report import Place, Tally
 
@@ -27,31 +24,15 @@ def check_colours(job: Job, tally: Tally) -> None:
     if preset is None:
         return
     _check_map(required(job.map).cut, preset, tally.at("crossing_map.json", "cut"))
-    for name, drawing in _drawings(job):
+    each = [*job.drawings, *([job.service] if job.service is not None else [])]
+    files = [(name, drawing) for drawings in each for _, name, drawing in drawings.drawn()]
+    for name, drawing in (*files, *job.offcuts.items()):
         place = tally.at(name).against(f"the preset {preset.name}")
         plain = name.startswith(f"{SERVICE}/")
         if name.endswith(".dxf"):
             _check_dxf(drawing, preset, place, plain=plain)
         else:
             _check_svg(drawing, preset, place, plain=plain)
-
-
-def _drawings(job: Job) -> Iterator[tuple[str, Drawing]]:
-    """Yield every drawing that could be read, with the name of its file."""
-    names = {sheet.number: f"sheets/{sheet.name}" for sheet in required(job.map).sheets}
-    for suffix, drawn in ((".dxf", job.dxf), (".svg", job.svg)):
-        yield from ((f"{names[number]}{suffix}", one) for number, one in drawn.items())
-    if (ready := job.ready) is not None:
-        for suffix, cut in ((".dxf", ready.dxf), (".svg", ready.svg)):
-            yield from ((f"{READY}/{ready.name_of(key)}{suffix}", one) for key, one in cut.items())
-    for folder, side in ((RIM, job.rim), (FORMER, job.former), (SERVICE, job.service)):
-        if side is not None:
-            for suffix, own in ((".dxf", side.dxf), (".svg", side.svg)):
-                for key, one in own.items():
-                    # A service's are told by the names of their DXF files.
-                    stem = key.removesuffix(".dxf") if folder == SERVICE else key
-                    yield str(PurePosixPath(folder, f"{stem}{suffix}")), one
-    yield from job.offcuts.items()
 
 
 def _check_map(cut: Cut, preset: Preset, place: Place) -> None:

@@ -22,15 +22,7 @@ from fabweave.verify.drawing import (
     traced,
 )
 from fabweave.verify.measure.geometry import distances
-from fabweave.verify.read.job_files import (
-    FORMER,
-    READY,
-    RIM,
-    Drawings,
-    Job,
-    required,
-    sheet_drawings,
-)
+from fabweave.verify.read.job_files import READY, Job, required, sheet_drawings
 from fabweave.verify.report import Place, Tally
 
 #: Letters keep this far from edges, holes and marks.
@@ -49,7 +41,7 @@ def check_labels(job: Job, tally: Tally) -> None:
             f"whether it is mirrored, with labels {side},", sheet.mirrored, side == "inside"
         )
         # That both formats draw the same is another check.
-        drawing = job.dxf.get(sheet.number) or job.svg.get(sheet.number)
+        drawing = job.sheets.dxf.get(sheet.name) or job.sheets.svg.get(sheet.name)
         if drawing is None:
             tally.fail(f"the labels on {sheet.name} are not checked: no drawing could be read")
             continue
@@ -97,7 +89,7 @@ def check_lines(job: Job, tally: Tally) -> None:
         _check_segments(shapes, place)
     for sheet in required(job.map).sheets:
         if job.ready is not None and (ready := job.ready.dxf.get(sheet.name)) is not None:
-            _check_segments(ready.shapes, tally.at(f"{READY}/{job.ready.name_of(sheet.name)}.dxf"))
+            _check_segments(ready.shapes, tally.at(f"{READY}/{job.ready.stem_of(sheet.name)}.dxf"))
 
 
 def _check_segments(drawn: Sequence[Shape], place: Place) -> None:
@@ -179,7 +171,7 @@ def check_svg(job: Job, tally: Tally) -> None:
             f"{sheet.height_mm:g} mm",
         )
         _check_cuts(drawing, sheet, plan, place)
-        other = job.dxf.get(sheet.number)
+        other = job.sheets.dxf.get(sheet.name)
         if other is None:
             place.fail(f"it is not compared, because {sheet.name}.dxf could not be read")
         else:
@@ -327,27 +319,15 @@ _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
 
 def check_order(job: Job, tally: Tally) -> None:
     """Check the order of cutting, and that a piece's holes and engraving are inside its outline."""
-    for _, drawing, place in sheet_drawings(job, "dxf", tally, needed=True):
-        _check_sequence(drawing, place)
-        _check_inside(drawing, place)
-    for _, drawing, place in sheet_drawings(job, "svg", tally, needed=True):
-        _check_layers(drawing, place)
-        _check_inside(drawing, place)
-    for folder, beside in ((RIM, job.rim), (FORMER, job.former)):
-        if beside is not None:
-            _check_orders(beside, {name: f"{folder}/{name}" for name in beside.dxf}, tally)
-    if (ready := job.ready) is not None:
-        # What pieces share is cut when all of them are engraved.
-        names = ready.dxf.keys() - ready.shared
-        _check_orders(ready, {name: f"{READY}/{ready.name_of(name)}" for name in names}, tally)
-
-
-def _check_orders(drawings: Drawings, stems: dict[str, str], tally: Tally) -> None:
-    """Check the order of drawings that are called by their names, in both formats."""
-    for name, stem in sorted(stems.items()):
-        _check_sequence(drawings.dxf[name], tally.at(f"{stem}.dxf"))
-        if (svg := drawings.svg.get(name)) is not None:
-            _check_layers(svg, tally.at(f"{stem}.svg"))
+    for kind in ("dxf", "svg"):
+        for _, drawing, place in sheet_drawings(job, kind, tally, needed=True):
+            _check_inside(drawing, place)
+    for drawings in job.drawings:
+        for name, file, drawing in drawings.drawn():
+            # What pieces share is cut when all of them are engraved.
+            if name not in drawings.shared:
+                check = _check_sequence if file.endswith(".dxf") else _check_layers
+                check(drawing, tally.at(file))
 
 
 def _check_layers(drawing: Drawing, place: Place) -> None:

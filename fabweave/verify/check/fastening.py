@@ -47,7 +47,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
         for piece in plan.pieces
         for at, station in enumerate(piece.stations)
         if station.hole_mm is not None
-        or any(cutout.path is None and cutout.station == at for cutout in piece.cutouts)
+        or any(cutout.path is None for cutout in piece.cut_at.get(at, ()))
     }
     allowed = _allowed(plan, {one.id for one in plan.crossings if one.fastened}, job)
     for crossing in plan.crossings:

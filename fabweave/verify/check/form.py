@@ -10,14 +10,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from fabweave.verify.check.fastening import hanging
 from fabweave.verify.crossing_map import CrossingMap, FormRecord, StateRecord
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.geometry import lay_steps, panel_bounds, unfold
+from fabweave.verify.measure.walks import joined
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh
@@ -153,12 +152,12 @@ def _bodies_of(mesh: LoadedMesh, plan: CrossingMap) -> list[_Body]:
     """Return the bodies that strips join, each as large as its part of the mesh."""
     count = len(plan.crossings)
     links = np.array([pair for one in plan.threads for pair in pairwise(one.crossings)])
-    owner = _joined(links.reshape(-1, 2), count)
+    owner = joined(links.reshape(-1, 2), count)
     numbers = np.unique(owner[links.reshape(-1, 2)[:, 0]])
     owns = [np.flatnonzero(owner == number) for number in numbers]
     owns = owns if len(owns) > 1 else [np.arange(count)]
     edges = np.stack([mesh.corner, mesh.corner[mesh.next]], axis=1)
-    label = _joined(edges, len(mesh.vertices))
+    label = joined(edges, len(mesh.vertices))
     ground = mesh.vertices[mesh.corner, 2].min()
     found = []
     for own in owns:
@@ -167,13 +166,6 @@ def _bodies_of(mesh: LoadedMesh, plan: CrossingMap) -> list[_Body]:
         size = float(np.ptp(vertices, axis=0).max())
         found.append(_Body(own, size, float(vertices[:, 2].min() - ground)))
     return found
-
-
-def _joined(links: Ints, count: int) -> Ints:
-    """Return numbers that those of so many have alike which links, (N, 2), join."""
-    ones = np.ones(len(links), dtype=np.float64)
-    graph = coo_array((ones, (links[:, 0], links[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def _check_far(place: Place, key: str, told: dict[str, Any], far_mm: float, size_mm: float) -> bool:

@@ -20,10 +20,10 @@ import numpy as np
 import shapely
 
 from fabweave.verify.check.rim import check_side_sheet
-from fabweave.verify.crossing_map import PlateRecord, WayRecord
+from fabweave.verify.crossing_map import FormerRecord, PlateRecord, WayRecord
 from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.measure.nearness import facets
 from fabweave.verify.measure.walks import groups_of
-from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import FORMER, FORMER_RECORD, Job, required
 from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Place, Tally
@@ -71,7 +71,7 @@ def check_former(job: Job, tally: Tally) -> None:
             "a former is asked for, and there is none" if asked else "nobody asked for it",
         )
         return
-    record = job.former.record
+    record: FormerRecord | None = job.former.record
     if record is None:
         return
     for sheet in record["sheets"]:
@@ -91,10 +91,11 @@ def check_former(job: Job, tally: Tally) -> None:
     place.same("plates that are drawn", drawn, sorted(one.record["id"] for one in plates))
     thick = record["thickness_mm"]
     layers = [supply.thickness_mm or 0.0 for supply in job.supplies.values()]
-    facets = _facets(list(required(job.model).values()))
+    strips = [one.rungs.reshape(-1, 3)[facets(one)] for one in required(job.model).values()]
+    triangles = np.concatenate(strips).reshape(-1, 3, 3)
     for plate in plates:
         here = place.at(f"plate {plate.record['id']}")
-        _check_clear(plate, facets, thick, max(layers), here)
+        _check_clear(plate, triangles, thick, max(layers), here)
         _check_names(plate, job, 2.0 * max(layers) + _NEAR_MM, here)
         _check_snaps(plate, record["way_out"], here)
     _check_slots(plates, thick, place)
@@ -104,46 +105,32 @@ def check_former(job: Job, tally: Tally) -> None:
 
 def _read(record: PlateRecord, drawing: Drawing | None, place: Place) -> _Plate | None:
     """Return a plate as it is drawn, if it can be read."""
-    if not place.expect(drawing is not None, f"{record['sheet']}.dxf could not be read"):
+    place.expect(drawing is not None, f"{record['sheet']}.dxf could not be read")
+    if drawing is None:
         return None
-    lines = drawing.of(OUTLINES, record["id"]) if drawing is not None else []
+    lines = drawing.of(OUTLINES, record["id"])
     if not place.expect(len(lines) == 1 and lines[0].closed, "it has not one closed outline"):
         return None
     axes = np.array(record["axes"])
     place.expect(
         np.abs(axes @ axes.T - np.eye(2)).max() < 1e-9, "its axes are not of length 1, and square"
     )
-    inner = [
-        traced(one) for one in (drawing.of(HOLES, record["id"]) if drawing is not None else [])
-    ]
-    area = shapely.Polygon(traced(lines[0]), inner)
+    area = shapely.Polygon(traced(lines[0]), [*map(traced, drawing.of(HOLES, record["id"]))])
     if not place.expect(area.is_valid, "its lines run through one another"):
         return None
-    ticks = drawing.of(_TICKS, record["id"]) if drawing is not None else []
+    ticks = [traced(one) for one in drawing.of(_TICKS, record["id"])]
     frame = np.vstack((axes, np.cross(*axes)))
-    return _Plate(record, area, [traced(one) for one in ticks], np.array(record["origin"]), frame)
+    return _Plate(record, area, ticks, np.array(record["origin"]), frame)
 
 
-def _facets(strips: Sequence[Strip]) -> Floats:
-    """Return the two triangles between neighbouring rungs of all strips, (F, 3, 3)."""
-    found = []
-    for strip in strips:
-        after = np.roll(strip.rungs, -1, axis=0)
-        steps = len(strip.from_right)
-        a, d = strip.rungs[:steps, 0], strip.rungs[:steps, 1]
-        b, c = after[:steps, 0], after[:steps, 1]
-        way = strip.from_right[:, None, None]
-        found.append(np.where(way, np.stack((a, b, c), 1), np.stack((a, b, d), 1)))
-        found.append(np.where(way, np.stack((a, c, d), 1), np.stack((b, c, d), 1)))
-    return np.concatenate(found)
-
-
-def _check_clear(plate: _Plate, facets: Floats, thick: float, layer: float, place: Place) -> None:
+def _check_clear(
+    plate: _Plate, triangles: Floats, thick: float, layer: float, place: Place
+) -> None:
     """Check that no strip, twice as thick at its laps, comes into the plate.
 
     Of each facet that part counts which is no higher above or below the plate than both reach.
     """
-    flat = plate.flat(facets)
+    flat = plate.flat(triangles)
     reach = thick / 2.0 + layer
     height = flat[:, :, 2]
     flat = flat[(height.min(axis=1) < reach) & (height.max(axis=1) > -reach)]
@@ -198,24 +185,22 @@ def _to_lines(place: Floats, start: Floats, end: Floats) -> float:
 def _check_slots(plates: Sequence[_Plate], thick: float, place: Place) -> None:
     """Check that plates do not run into one another, and that slots hold all of them together."""
     pairs = []
+    ends = {
+        (plate.record["id"], slot["plate"]): plate.raised(np.array(slot["end"]))
+        for plate in plates
+        for slot in plate.record["slots"]
+    }
     for one, other in combinations(plates, 2):
         here = place.at(f"plates {one.record['id']} and {other.record['id']}")
         into = _into(one, other, thick)
         here.at_most("into_mm", into, _INTO_MM, "they run {} into one another")
-        named = [
-            other.record["id"] in [slot["plate"] for slot in one.record["slots"]],
-            one.record["id"] in [slot["plate"] for slot in other.record["slots"]],
-        ]
-        here.expect(named[0] == named[1], "only one of them has a slot for the other")
-        if all(named):
-            ends = [
-                plate.raised(np.array([slot["end"] for slot in plate.record["slots"]
-                                       if slot["plate"] == partner.record["id"]]))
-                for plate, partner in ((one, other), (other, one))
-            ]  # fmt: skip
-            gap = float(np.linalg.norm(ends[0][0] - ends[1][0]))
+        pair = one.record["id"], other.record["id"]
+        there, back = ends.get(pair), ends.get(pair[::-1])
+        here.expect((there is None) == (back is None), "only one of them has a slot for the other")
+        if there is not None and back is not None:
+            gap = float(np.linalg.norm(there - back))
             here.at_most("slot_mm", gap, _INTO_MM, "their slots end {} from one another")
-            pairs.append((one.record["id"], other.record["id"]))
+            pairs.append(pair)
     groups = groups_of([*pairs, *((one.record["id"], one.record["id"]) for one in plates)])
     place.expect(len(set(groups.values())) <= 1, "its plates do not hang together")
 

@@ -12,7 +12,6 @@ from fabweave.verify.crossing_map import CrossingMap, Joint
 from fabweave.verify.drawing import Floats, ring_points
 from fabweave.verify.measure.development import (
     KINDS,
-    Development,
     kind_of,
     lap_rungs,
     lapped_stations,
@@ -62,8 +61,7 @@ def check_joints(job: Job, tally: Tally) -> None:
         _check_statement(joint, job.layers.get(joint.crossing, (0, nan))[1], place)
         # A ring that is cut from one piece may wind back to its joint elsewhere, if it is wavy.
         if joint.pieces[0] != joint.pieces[1] or job.options.get("strips") == "straight":
-            thickness = job.supplies[plan.piece[joint.pieces[0]].thread].thickness_mm
-            pair = _Pair(plan, joint, first, second, motion, slack, thickness)
+            pair = _Pair(job, joint, motion, slack)
             for fit in kind_of(joint).fits:
                 _FITS[fit](pair, place)
     check_layers(plan, developments, tally)
@@ -114,19 +112,11 @@ def _check_statement(joint: Joint, layers_mm: float, place: Place) -> None:
 class _Pair:
     """The two pieces of a joint as areas, the second laid on the first."""
 
-    def __init__(
-        self,
-        plan: CrossingMap,
-        joint: Joint,
-        first: Development,
-        second: Development,
-        motion: Motion,
-        slack: float,
-        thickness: float | None,
-    ) -> None:
-        ends, begins = (plan.piece[name] for name in joint.pieces)
+    def __init__(self, job: Job, joint: Joint, motion: Motion, slack: float) -> None:
+        ends, begins = (required(job.map).piece[name] for name in joint.pieces)
+        first, second = (job.developments[name] for name in joint.pieces)
         self.joint, self.begins, self.development = joint, begins, second
-        self.slack, self.thickness, self.lap_mm = slack, thickness, joint.lap_mm
+        self.slack, self.thickness = slack, job.supplies[ends.thread].thickness_mm
         self.panel = first.panels[-1]
         middle = self.panel.reshape(2, 2, 2).mean(axis=1)
         self.centre = middle.mean(axis=0)
@@ -170,7 +160,7 @@ def _area(ring: Floats) -> shapely.Geometry:
 
 def _check_lap(pair: _Pair, place: Place) -> None:
     """Check that two laps are the same figure, as long as the map says."""
-    if pair.lap_mm is None:
+    if pair.joint.lap_mm is None:
         return
     # What both cover is the ribbon itself, half the lap to either side of the crossing's middle.
     shared = _part_near(_intersection(pair.first, pair.second), pair.centre)
@@ -179,8 +169,8 @@ def _check_lap(pair: _Pair, place: Place) -> None:
         "lap_mm",
         off / shapely.length(pair.lap),
         EDGE_MM + pair.slack,
-        f"its laps do not lie on one another over {pair.lap_mm:g} mm: {off:.3f} mm² stand out, in "
-        "the mean by {}",
+        f"its laps do not lie on one another over {pair.joint.lap_mm:g} mm: {off:.3f} mm² stand "
+        "out, in the mean by {}",
     )
 
 

@@ -31,7 +31,7 @@ def check_ready(job: Job, tally: Tally) -> None:
         return
     for sheet in plan.sheets:
         rings = {piece.id: piece.placed_ring(piece.path) for piece in plan.on_sheet(sheet.number)}
-        _check_sheet(ready, sheet.name, job.dxf.get(sheet.number), rings, tally)
+        _check_sheet(ready, sheet.name, job.sheets.dxf.get(sheet.name), rings, tally)
     altered = bool(ready.kerf_mm) or ready.micro is not None
     for beside in (job.rim, job.former) if altered else ():
         for name, nominal in (beside.dxf if beside is not None else {}).items():
@@ -48,7 +48,7 @@ def _check_sheet(
     tally: Tally,
 ) -> None:
     """Check a sheet: the nominal one, and the DXF and the SVG that are to be cut."""
-    name = f"{READY}/{ready.name_of(sheet)}"
+    name = f"{READY}/{ready.stem_of(sheet)}"
     dxf, svg = ready.dxf.get(sheet), ready.svg.get(sheet)
     if nominal is None or dxf is None or svg is None:
         tally.fail(f"{name} is not checked, because it or its sheet could not be read")
@@ -63,7 +63,10 @@ def _check_sheet(
     if shared:
         _check_common(rings, dxf, ready.kerf_mm / 2.0, of_dxf)
     for piece, ring in rings.items():
-        _check_piece(piece, ring, dxf, nominal, ready, of_dxf.at(f"piece {piece}"), shared=shared)
+        place, runs = of_dxf.at(f"piece {piece}"), dxf.of(OUTLINES, piece)
+        if not shared and _check_runs(runs, ready, place):
+            _check_offset(_joined(runs), ring, ready.kerf_mm / 2.0, place.at("outline"))
+        _check_cutouts(dxf.of(HOLES, piece), nominal.of(HOLES, piece), ready, place)
 
 
 def _check_common(rings: dict[str, Floats], drawing: Drawing, half_mm: float, place: Place) -> None:
@@ -109,22 +112,9 @@ def _check_same(drawing: Drawing, nominal: Drawing, place: Place, *, shared: boo
             )
 
 
-def _check_piece(
-    piece: str,
-    ring: Floats,
-    drawing: Drawing,
-    nominal: Drawing,
-    ready: Ready,
-    place: Place,
-    *,
-    shared: bool,
-) -> None:
-    """Check the outline and the cut-outs of a piece; ``ring`` is its nominal outline."""
+def _check_cutouts(cut: list[Shape], whole: list[Shape], ready: Ready, place: Place) -> None:
+    """Check the cut-outs of a piece against those on the nominal sheet."""
     half = ready.kerf_mm / 2.0
-    runs = drawing.of(OUTLINES, piece)
-    if not shared and _check_runs(runs, ready, place):
-        _check_offset(_joined(runs), ring, half, place.at("outline"))
-    cut, whole = (sheet.of(HOLES, piece) for sheet in (drawing, nominal))
     if not place.equal("the number of cut-outs", len(cut), len(whole)):
         return
     for hole, wanted in zip(cut, whole, strict=True):

@@ -8,7 +8,7 @@ import shapely
 
 from fabweave.verify.check.drawings import lines_of
 from fabweave.verify.drawing import NOTES, OUTLINES, Drawing, Floats, traced
-from fabweave.verify.read.job_files import FORMER, RIM, Job, sheet_drawings
+from fabweave.verify.read.job_files import Job, sheet_drawings
 from fabweave.verify.report import Place, Tally
 
 #: A frame has lost the short sides of its sheet; what is rounded shares less with a piece.
@@ -25,12 +25,11 @@ def check_notes(job: Job, tally: Tally) -> None:
     """Check the notes of every sheet as its DXF has them; the SVG draws the same."""
     for sheet, drawing, place in sheet_drawings(job, "dxf", tally):
         _check_sheet(drawing, sheet.outline, place)
-    for folder, beside in ((RIM, job.rim), (FORMER, job.former)):
-        for name, drawing in beside.dxf.items() if beside is not None else ():
-            if (declared := beside.svg.get(name) if beside is not None else None) is not None:
-                wide, high = declared.width_mm or 0.0, declared.height_mm or 0.0
-                corners = np.array([[0.0, 0.0], [wide, 0.0], [wide, high], [0.0, high]])
-                _check_sheet(drawing, corners, tally.at(folder, f"{name}.dxf"))
+    for beside in (one for one in (job.rim, job.former) if one is not None):
+        for name in (name for name in beside.dxf if name in beside.svg):
+            wide, high = beside.svg[name].width_mm or 0.0, beside.svg[name].height_mm or 0.0
+            corners = np.array([[0.0, 0.0], [wide, 0.0], [wide, high], [0.0, high]])
+            _check_sheet(beside.dxf[name], corners, tally.at(beside.folder, f"{name}.dxf"))
 
 
 def _check_sheet(drawing: Drawing, outline: Floats, place: Place) -> None:

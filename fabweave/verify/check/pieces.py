@@ -111,23 +111,19 @@ def check_cutouts(plan: CrossingMap, tally: Tally) -> None:
     joint_at = {joint.crossing: joint for joint in plan.joints}
     for piece in plan.pieces:
         place = tally.at(f"piece {piece.id}")
-        of_station: list[list[Cutout]] = [[] for _ in piece.stations]
         for cutout in piece.cutouts:
-            if place.expect(
-                0 <= cutout.station < len(of_station),
+            place.expect(
+                0 <= cutout.station < len(piece.stations),
                 f"a cut-out is at station {cutout.station}, which does not exist",
-            ):
-                of_station[cutout.station].append(cutout)
-        for at, (cutouts, station) in enumerate(zip(of_station, piece.stations, strict=True)):
+            )
+        for at, station in enumerate(piece.stations):
             here = place.at(f"station {at} (crossing {station.crossing})")
-            _check_station(piece, at, cutouts, joint_at.get(station.crossing), here)
+            _check_station(piece, at, joint_at.get(station.crossing), here)
 
 
-def _check_station(
-    piece: Piece, at: int, cutouts: list[Cutout], joint: Joint | None, place: Place
-) -> None:
+def _check_station(piece: Piece, at: int, joint: Joint | None, place: Place) -> None:
     """Check the cut-outs of one station."""
-    station = piece.stations[at]
+    station, cutouts = piece.stations[at], piece.cut_at.get(at, [])
     slots = [cutout.path for cutout in cutouts if cutout.path is not None]
     circles = [(c.x, c.y, c.diameter_mm) for c in cutouts if c.path is None]
     if slots:
@@ -193,19 +189,13 @@ def check_layers(plan: CrossingMap, developments: dict[str, Development], tally:
         development = developments.get(piece.id)
         if development is None:
             continue
-        of_station: dict[int, list[tuple[float, float]]] = {}
-        for cutout in piece.cutouts:
-            station = (
-                piece.stations[cutout.station] if cutout.station < len(piece.stations) else None
-            )
-            if cutout.path is None or (station is not None and station.hole_mm is not None):
-                of_station.setdefault(cutout.station, []).append(cutout.centre)
-        for at, centres in of_station.items():
-            if at < len(development.space):
-                panel = development.space[at]
+        for at, station in enumerate(piece.stations):
+            drilled = station.hole_mm is not None
+            cutouts = [one for one in piece.cut_at.get(at, ()) if one.path is None or drilled]
+            if cutouts:
+                panel, centres = development.space[at], [one.centre for one in cutouts]
                 there = _lifted(np.array(centres), development.panels[at], panel)
-                crossing = piece.stations[at].crossing
-                layers.setdefault(crossing, []).append(
+                layers.setdefault(station.crossing, []).append(
                     (piece.id, there, panel, development.slack_mm + piece.fitted_mm)
                 )
     for crossing, strands in layers.items():
@@ -325,7 +315,7 @@ def _check_joint(
     if follower is None:
         place.equal("its joint", number, None)
         return
-    joint = plan.joint.get(number) if number is not None else None
+    joint = plan.joint.get(number)
     if not place.expect(joint is not None, f"there is no joint to {follower.id}") or joint is None:
         return
     place = place.at(f"joint {joint.id}")

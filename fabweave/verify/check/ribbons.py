@@ -93,10 +93,8 @@ def measure_bending(strip: Strip, widths: Floats) -> Bending:
     )
 
 
-def _spans(
-    strip: Strip, middle: Floats, length: Floats, twist: Floats, widths: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Return for each station the radius, twist and length of the way to the next one's panel."""
+def _spans(strip: Strip, middle: Floats, length: Floats, twist: Floats, widths: Floats) -> Floats:
+    """Return radius, twist and length, (3, K), of the way from each panel to the next one."""
     rungs, count = strip.rungs, len(strip.rungs)
     panel = np.column_stack((strip.entry, strip.exit))
     normal = _unit(
@@ -138,13 +136,10 @@ def _spans(
         onward &= dot(level, along) > _ONWARD * _size(level)
     with np.errstate(divide="ignore"):
         radius = np.where(onward | ~upright, way_mm / need, np.nan)
-    missing = np.zeros(len(panel), dtype=bool)
-    missing[-1] = not strip.closed
-    return (
-        np.where(missing, np.nan, radius),
-        np.where(missing, np.nan, turned * broad / way_mm),
-        np.where(missing, np.nan, way_mm),
-    )
+    spans = np.stack([radius, turned * broad / way_mm, way_mm])
+    if not strip.closed:
+        spans[:, -1] = np.nan
+    return spans
 
 
 def _span_of_rungs(strip: Strip) -> Ints:
@@ -231,10 +226,9 @@ def rung_widths(strip: Strip) -> Floats:
     steps = np.diff(middle, axis=0, append=middle[:1])
     if not strip.closed:
         steps[-1] = 0.0
-    way = steps / np.maximum(np.linalg.norm(steps, axis=1), 1e-300)[:, None]
-    way = way + np.roll(way, 1, axis=0)
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
-    return np.asarray(np.linalg.norm(np.cross(strip.rungs[:, 1] - strip.rungs[:, 0], way), axis=1))
+    way = _unit(steps)
+    way = _unit(way + np.roll(way, 1, axis=0))
+    return _size(np.cross(strip.rungs[:, 1] - strip.rungs[:, 0], way))
 
 
 def check_bends(job: Job, tally: Tally) -> None:
@@ -383,24 +377,23 @@ def _grain_bends(job: Job, along: dict[int, float]) -> tuple[Flags, Flags, Float
 
     The angle is that to the line across the grain, at the worst that the rotations allow.
     """
-    plan, model = required(job.map), required(job.model)
+    plan = required(job.map)
     tight, sure, off = [np.zeros(0, bool)], [np.zeros(0, bool)], [np.zeros(0)]
     radii: dict[int, tuple[Floats, Floats]] = {}
     for piece in plan.pieces:
-        thread = plan.thread.get(piece.thread)
-        strip = model.get(thread.label) if thread is not None else None
-        start = station_run(thread, piece) if thread is not None else None
-        if thread is None or strip is None or start is None or thread.id not in along:
+        key, strip = piece.thread, job.strips.get(piece.thread)
+        start = station_run(plan.thread[key], piece) if strip is not None else None
+        if strip is None or start is None or key not in along:
             continue
-        if thread.id not in radii:
+        if key not in radii:
             bending = measure_bending(strip, rung_widths(strip))
             radius = bending.span_radius_mm
             slack = 2.0 * radius**2 * bending.doubt_rad / bending.span_mm + _SHARE * radius
-            radii[thread.id] = radius, slack
-        radius, slack = radii[thread.id]
+            radii[key] = radius, slack
+        radius, slack = radii[key]
         ways = (start + np.arange(len(piece.stations) - 1)) % len(radius)
-        tight.append(radius[ways] < along[thread.id] + slack[ways])
-        sure.append(radius[ways] < along[thread.id] - slack[ways])
+        tight.append(radius[ways] < along[key] + slack[ways])
+        sure.append(radius[ways] < along[key] - slack[ways])
         step = np.abs(np.diff(piece.points, axis=0))
         off.append(
             np.degrees(np.arctan2(step[:, 1], step[:, 0])) + plan.layout.rotations.tolerance_deg

@@ -56,10 +56,10 @@ def check_rim(job: Job, tally: Tally) -> None:
         )
         return
     openings = [one for one in job.openings if "diameter_mm" in one]
-    sides = [ring.get("side") for ring in job.rim.rings]
+    sides = [ring.get("side") for ring in job.rings]
     if not place.equal("openings with a ring", sides, [one.get("side") for one in openings]):
         return
-    for ring, opening in zip(job.rim.rings, openings, strict=True):
+    for ring, opening in zip(job.rings, openings, strict=True):
         _check_ring(job, ring, opening, place.at(str(ring["side"])))
     for name, drawing in job.rim.dxf.items():
         place = tally.at(RIM, name)

@@ -1,5 +1,6 @@
 """Check that sheets are those of the stock in the settings, and pieces at allowed angles."""
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -173,39 +174,29 @@ def _check_entries(plan: CrossingMap, options: dict[str, Any], tally: Tally) -> 
     """Check each sheet against its entry in the settings, and how many there are."""
     entries: dict[tuple[str, float, float], dict[str, Any]] = {}
     quantities: Counter[tuple[str, float, float]] = Counter()
-    for text in options.get("sheet", []):
-        # A sheet may be for one bunch only, which is checked with the materials.
-        match = _PLAIN.fullmatch(text.rpartition("=")[2])
-        if not tally.at("job.toml").expect(match, f"sheet {text!r} is no size in mm"):
-            continue
-        width, height, quantity = match.groups() if match else ("0", "0", None)
-        key = ("", float(width), float(height))
-        entries[key] = {}
-        quantities[key] += int(quantity) if quantity else 10**9
+    # A sheet may be for one bunch only, which is checked with the materials.
+    told: list[dict[str, Any]] = [
+        {"size": text.rpartition("=")[2]} for text in options.get("sheet", [])
+    ]
     stock = options.get("stock", [])
-    # Rolls of which there is nothing to know but their size are texts beside the tables.
-    rolls = [text for text in stock if isinstance(text, str)] if isinstance(stock, list) else []
-    listed = [one for one in stock if isinstance(one, dict)] if isinstance(stock, list) else [stock]
-    for text in rolls:
-        match = _ROLL.fullmatch(text)
-        if tally.at("job.toml").expect(match, f"{text!r} is no roll") and match:
-            key = ("", float(match[2]), float(match[1]))
-            entries[key] = {"roll": text}
-            quantities[key] += int(match[3] or 10**9)
-    for tables in (tables for one in listed for tables in one.values()):
-        for entry in tables:
-            points = entry.get("outline")
-            if "roll" in entry:
-                match = _ROLL.fullmatch(entry["roll"])
-                width, height = (float(match[2]), float(match[1])) if match else (0.0, 0.0)
-            elif points is None:
-                match = _PLAIN.fullmatch(entry["size"])
-                width, height = (float(match[1]), float(match[2])) if match else (0.0, 0.0)
-            else:
-                width, height = np.ptp(np.array(points, dtype=float), axis=0).tolist()
-            key = (str(entry["name"]), round(width, 6), round(height, 6))
-            entries[key] = entry
-            quantities[key] += int(entry.get("quantity", 10**9))
+    for one in stock if isinstance(stock, list) else [stock]:
+        # Rolls of which there is nothing to know but their size are texts beside the tables.
+        told += [{"roll": one}] if isinstance(one, str) else itertools.chain(*one.values())
+    tally.count(sum("name" not in entry for entry in told))
+    for entry in told:
+        count = None
+        pattern, text = (_ROLL, entry["roll"]) if "roll" in entry else (_PLAIN, entry.get("size"))
+        if "outline" in entry:
+            width, height = np.ptp(np.array(entry["outline"], dtype=float), axis=0).tolist()
+        elif match := pattern.fullmatch(str(text)):
+            count = match[3]
+            width, height = map(float, match.group(2, 1) if "roll" in entry else match.group(1, 2))
+        else:
+            tally.at("job.toml").fail(f"{text!r} is neither a sheet nor a roll, in mm")
+            continue
+        key = (str(entry.get("name", "")), round(width, 6), round(height, 6))
+        entries[key] = entry
+        quantities[key] += int(entry.get("quantity", count or 10**9) or 0)
     used: Counter[tuple[str, float, float]] = Counter()
     for sheet in plan.sheets:
         place = tally.at(sheet.name)

@@ -9,6 +9,7 @@ import scipy
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.measure.walks import joined
 from fabweave.verify.read.job_files import Job, length_of, required
 from fabweave.verify.read.mesh import LoadedMesh, SourceMesh
 from fabweave.verify.report import Place, Tally, stated_number
@@ -111,17 +112,14 @@ def check_source(job: Job, tally: Tally) -> None:
             place.at_most("its greatest extent", extent, size * (1.0 + _SIZE), "the size")
         else:
             place.number("its greatest extent", extent, size, within=_SIZE * size)
-    openings = job.openings
-    if asked or openings:
-        _check_openings(
-            mesh, asked, openings, tally.at("job.toml", "outcome", "openings"),
-            halved=options.get("pattern") == "triaxial",
-        )  # fmt: skip
-    finer = bool(options.get("refine")) or options.get("pattern") == "triaxial"
+    halved = options.get("pattern") == "triaxial"
+    if asked or job.openings:
+        _check_openings(job, asked, tally.at("job.toml", "outcome", "openings"), halved=halved)
+    finer = bool(options.get("refine")) or halved
     if options.get("remesh", "none") != "none" or finer or options.get("bodies", "all") != "all":
         return
     if job.source is not None:
-        _check_faces(job.source, mesh, options, openings, place.against(job.source.name))
+        _check_faces(job, job.source, place.against(job.source.name))
 
 
 def _extent(points: Floats) -> float:
@@ -129,9 +127,7 @@ def _extent(points: Floats) -> float:
     return float(np.ptp(points, axis=0).max())
 
 
-def _check_openings(
-    mesh: LoadedMesh, asked: str, openings: list[dict[str, Any]], place: Place, *, halved: bool
-) -> None:
+def _check_openings(job: Job, asked: str, place: Place, *, halved: bool) -> None:
     """Check that what was asked for was left out, and that each opening has its rim.
 
     Some boundary has as many vertices as a rim, none further off the circle than stated, and with
@@ -142,11 +138,12 @@ def _check_openings(
     numbers = len({side for side, colon, _ in parts if not colon})
     wanted = [*(["faces"] if numbers else []), *diameters]
     if not place.equal(
-        "what was left out, by side,", [one.get("side") for one in openings], wanted
+        "what was left out, by side,", [one.get("side") for one in job.openings], wanted
     ):
         return
+    mesh = required(job.mesh)
     loops = _boundaries(mesh)
-    for one in openings:
+    for one in job.openings:
         side = str(one["side"])
         here = place.at(side)
         if side == "faces":
@@ -186,18 +183,13 @@ def _boundaries(mesh: LoadedMesh) -> list[Ints]:
     return loops
 
 
-def _check_faces(
-    source: SourceMesh,
-    mesh: LoadedMesh,
-    options: dict[str, Any],
-    openings: list[dict[str, Any]],
-    place: Place,
-) -> None:
+def _check_faces(job: Job, source: SourceMesh, place: Place) -> None:
     """Check that the faces are those of the mesh that was given: centred, turned upright, scaled.
 
     Those that were left out are not there; faces at rims were drawn to their circles; what lay on
     another face, or hung on nothing, may have gone.
     """
+    mesh, options, openings = required(job.mesh), job.options, job.openings
     faces = [face for face in source.faces if len(face) > 2]
     turn = _upright(str(options.get("up", "z")))
     if turn is None:
@@ -262,11 +254,7 @@ def _excused(faces: list[Floats], near: float) -> tuple[Ints, set[int], set[int]
     """
     corners = np.concatenate(faces)
     pairs = scipy.spatial.KDTree(corners).query_pairs(near, output_type="ndarray")
-    links = scipy.sparse.coo_array(
-        (np.ones(len(pairs)), tuple(pairs.T)), shape=(len(corners), len(corners))
-    )
-    labels = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
-    rings = np.split(labels, np.cumsum([len(face) for face in faces])[:-1])
+    rings = np.split(joined(pairs, len(corners)), np.cumsum([len(face) for face in faces])[:-1])
     sides = Counter(
         frozenset(side)
         for ring in rings

@@ -1,13 +1,18 @@
 """Check in the model that the over strand lies outside, on its partner and in its place."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fabweave.verify.crossing_map import Crossing, CrossingMap
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.development import kind_of, lapped_stations
-from fabweave.verify.measure.walks import Panels, Pass, edge_quads, follows_walk, measure_panels
+from fabweave.verify.measure.walks import (
+    Panels,
+    Pass,
+    edge_quads,
+    follows_walk,
+    measure_panels,
+    turns_back,
+)
 from fabweave.verify.read.glb import Strip
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh
@@ -17,25 +22,16 @@ from fabweave.verify.report import Place, Tally
 STRAY_MM = 0.01
 
 
-@dataclass(frozen=True)
-class Turn:
-    """A strand turning back at a boundary side, along it (forward) or against it."""
-
-    side: int
-    forward: bool
-
-
-def turns_after(step: Pass, mesh: LoadedMesh) -> list[Turn]:
+def turns_after(step: Pass, mesh: LoadedMesh) -> list[Pass]:
     """Return where a strand turns back between a pass and its next one.
 
-    Having crossed a side forward, a strand goes on to the side before that in the face beyond,
-    and otherwise to the one after; it passes boundary sides until it meets an inner one.
+    Each is a boundary side, which it goes along (forward) or against, until it meets an inner one.
     """
     onward = mesh.prev if step.forward else mesh.next
     side = int(onward[mesh.twin[step.side]])
     turns = []
     while mesh.twin[side] < 0:
-        turns.append(Turn(side, not step.forward))
+        turns.append(Pass(side, not step.forward))
         side = int(onward[side])
     return turns
 
@@ -51,9 +47,9 @@ def check_turns(
     right ends lie towards the side if it is walked forward, else their left ends.
     """
     place, count = tally.at(f"thread {strip.label}"), len(strip.rungs)
-    turns: list[Turn] = []
+    turns: list[Pass] = []
     rungs, owners = [], []
-    for at in _places_before_turns(passes, mesh) if turning else ():
+    for at in np.flatnonzero(turns_back(passes, mesh)).tolist() if turning else ():
         bends = turns_after(passes[at], mesh)
         first = int(strip.exit[at]) + 1
         between = (int(strip.entry[(at + 1) % len(passes)]) - first) % count
@@ -87,14 +83,6 @@ def check_turns(
         here.at_most("stray_mm", farthest[number], STRAY_MM, "the ribbon leaves its triangle by {}")
         here.expect(not returns[number], "the ribbon does not follow the edge")
         here.expect(outward[number], "the ribbon looks inward, or right and left are exchanged")
-
-
-def _places_before_turns(passes: tuple[Pass, ...], mesh: LoadedMesh) -> list[int]:
-    """Return the places along a thread after which it turns."""
-    beyond = mesh.twin[np.array([step.side for step in passes], dtype=np.int64)]
-    forward = np.array([step.forward for step in passes], dtype=np.bool_)
-    onward = np.where(forward, mesh.prev[beyond], mesh.next[beyond])
-    return np.asarray(np.flatnonzero(mesh.twin[onward] < 0)).tolist()
 
 
 def _places(rungs: Floats, sides: Ints, mesh: LoadedMesh) -> tuple[Floats, Floats]:
@@ -144,14 +132,14 @@ def check_space(job: Job, tally: Tally) -> None:
     turn back at the boundary, their ribbons follow the boundary edges, each within its own
     triangle.
     """
-    plan, mesh, model = required(job.map), required(job.mesh), required(job.model)
+    plan, mesh = required(job.map), required(job.mesh)
     passes, _ = job.passes
     panels: dict[int, Panels] = {}
     for thread in plan.threads:
-        strip = model.get(thread.label)
+        strip = job.strips.get(thread.id)
         if not thread.crossings:
             continue
-        if strip is None or len(strip.entry) != len(thread.crossings):
+        if strip is None:
             tally.fail(f"thread {thread.label} is not checked: the model has not its panels")
             continue
         panels[thread.id] = measure_panels(strip)

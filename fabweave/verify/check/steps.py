@@ -113,25 +113,19 @@ def _find_ends(table: _Table, sets: dict[int, int]) -> list[_End]:
     for piece in (table.plan.piece[name] for name in table.placed):
         half = max(math.ceil(len(piece.stations) / 2), 2)
         for stations in (piece.stations[:half], piece.stations[-half:]):
-            over, under = (
-                min(
-                    (
-                        table.placed[name]
-                        for station in stations
-                        for name, above in table.lies[station.crossing]
-                        if station.over is way and above is not way and name != piece.id
-                    ),
-                    default=math.inf,
-                )
-                for way in (True, False)
-            )
+            others = {True: math.inf, False: math.inf}
+            for station in stations:
+                for name, above in table.lies[station.crossing]:
+                    if above is not station.over and name != piece.id:
+                        others[station.over] = min(others[station.over], table.placed[name])
             crossings = {station.crossing for station in stations}
+            fastened = [sets[key] for key in crossings if key in sets]
             ends.append(
                 _End(
                     piece.id,
                     crossings,
-                    since=max(table.placed[piece.id], min(over, under)),
-                    held=min([max(over, under), *(sets[key] for key in crossings if key in sets)]),
+                    since=max(table.placed[piece.id], min(others.values())),
+                    held=min([max(others.values()), *fastened]),
                 )
             )
     return ends
@@ -150,14 +144,13 @@ def check_steps(job: Job, tally: Tally) -> None:
     says = any(step.clips or step.unclips or step.outside for step in plan.steps)
     table = _Table(plan, shuts=says and bool(np.all(required(job.mesh).twin >= 0)))
     first: list[str] = []
-    rings = job.rim.rings if job.rim is not None else []
     held = {key for step in plan.steps if step.ring is not None for key in step.fasten}
     laid = [step for step in plan.steps if step.ring is not None]
     assembly.expect(
-        laid == list(plan.steps[len(plan.steps) - len(laid) :]) and len(laid) == len(rings),
+        laid == list(plan.steps[len(plan.steps) - len(laid) :]) and len(laid) == len(job.rings),
         "the last steps lay not each one of the rings",
     )
-    for step, ring in zip(laid, rings, strict=False):
+    for step, ring in zip(laid, job.rings, strict=False):
         _check_ring(step, ring, tally.at(f"step {step.step}"))
     for step in plan.steps[: len(plan.steps) - len(laid)]:
         events = [table.place(plan.piece[name]) for name in step.pieces if name not in table.placed]

@@ -7,21 +7,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabweave.verify.crossing_map import CrossingMap, Strand
+from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Ints
-from fabweave.verify.measure.walks import Pass
+from fabweave.verify.measure.walks import Pass, turns_back
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh, edge_keys
 from fabweave.verify.report import Place, Tally
 
 
 def broken_conditions(
-    plan: CrossingMap,
-    mesh: LoadedMesh,
-    edges: dict[int, int],
-    passes: dict[int, tuple[Pass, ...]],
-    sense: dict[int, bool],
-    tally: Tally,
+    job: Job, sense: dict[int, bool], tally: Tally
 ) -> tuple[tuple[int, int, int], int]:
     """Count the broken edge, face and vertex conditions of a 2/2 twill, and what breaks at turns.
 
@@ -35,19 +30,20 @@ def broken_conditions(
     ----------
     Akleman et al., "Cyclic twill-woven objects" (2011), definition 5.1.
     """
+    mesh, (passes, _) = required(job.mesh), job.passes
     twist = np.array([sense.get(key, -1) for key in edge_keys(mesh).tolist()], dtype=np.int64)
     broken = turned = 0
-    for thread in plan.threads:
-        along = [sense.get(edges.get(crossing, -1), -1) for crossing in thread.crossings]
+    for thread in required(job.map).threads:
+        along = [sense.get(job.edges.get(crossing, -1), -1) for crossing in thread.crossings]
         count = len(along)
-        straight = _straight(passes.get(thread.id, ()), mesh) or [True] * count
+        turns = turns_back(passes[thread.id], mesh) if thread.id in passes else [False] * count
         for at in range(count if thread.closed else count - 2):
             tally.count()
             alike = along[at] == along[(at + 2) % count]
-            if straight[at] and straight[(at + 1) % count]:
-                broken += alike
-            else:
+            if turns[at] or turns[(at + 1) % count]:
                 turned += alike
+            else:
+                broken += alike
     totals = [broken]
     for turn in gap_turns(mesh):
         windows = twist[four_along(turn)]
@@ -55,16 +51,6 @@ def broken_conditions(
         tally.count(len(a))
         totals.append(int(np.count_nonzero((b != c) & (a != d))))
     return (totals[0], totals[1], totals[2]), turned
-
-
-def _straight(steps: tuple[Pass, ...], mesh: LoadedMesh) -> list[bool]:
-    """Return for each pass whether the next one follows without a turn at the boundary."""
-    result = []
-    for step, after in zip(steps, (*steps[1:], *steps[:1]), strict=True):
-        across = int(mesh.twin[step.side])
-        side = mesh.prev[across] if step.forward else mesh.next[across]
-        result.append(after == Pass(int(side), not step.forward))
-    return result
 
 
 def gap_turns(mesh: LoadedMesh) -> tuple[Ints, Ints]:
@@ -105,9 +91,7 @@ def read_fabric(pattern: str) -> tuple[int, int, int] | None:
     return over, under, shift
 
 
-def check_fabric(
-    plan: CrossingMap, mesh: LoadedMesh, edges: dict[int, int], keys: list[int], tally: Tally
-) -> None:
+def check_fabric(job: Job, tally: Tally) -> None:
     """Check that the labels of the crossings make the fabric that the map claims.
 
     Warp crosses weft and nothing else. Labels modulo the repeat step by one along the weft and by
@@ -121,7 +105,8 @@ def check_fabric(
     Grünbaum and Shephard, "Satins and twills: an introduction to the geometry of fabrics",
     Mathematics Magazine 53(3), 1980.
     """
-    fabric = read_fabric(plan.weave.pattern)
+    plan, mesh, edges = required(job.map), required(job.mesh), job.edges
+    keys, fabric = edge_keys(mesh).tolist(), read_fabric(plan.weave.pattern)
     if fabric is None:
         tally.fail(f"no rule is known to prove the pattern {plan.weave.pattern!r}")
         return
@@ -261,22 +246,10 @@ def check_over_under(job: Job, tally: Tally) -> None:
             [thread for thread, _ in passes],
         )
         for strand, over in ((crossing.over, True), (crossing.under, False)):
-            named[strand.piece, strand.station] = (crossing.id, over)
-            _check_strand(plan, crossing.id, strand, over, tally)
+            name, at = strand.piece, strand.station
+            place.expect((name, at) not in named, f"another names station {at} of {name}, too")
+            named[name, at] = (crossing.id, over)
     _check_stations(plan, named, tally)
-
-
-def _check_strand(
-    plan: CrossingMap, crossing: int, strand: Strand, over: bool, tally: Tally
-) -> None:
-    """Check that the piece and station that a crossing names are what it says."""
-    piece = plan.piece[strand.piece]
-    station = piece.stations[strand.station]
-    tally.at(f"piece {piece.id}", f"station {strand.station}").equal(
-        "its thread, crossing and way",
-        (piece.thread, station.crossing, _way(station.over)),
-        (strand.thread, crossing, _way(over)),
-    )
 
 
 def _check_stations(
@@ -289,15 +262,14 @@ def _check_stations(
             crossing = plan.crossing[station.crossing]
             strand = crossing.over if station.over else crossing.under
             other = crossing.under if station.over else crossing.over
-            begins = False
-            if at == 0 and station.joint is not None and station.joint in plan.joint:
-                # Where a piece begins, the crossing names the piece that ends there.
-                begins = plan.joint[station.joint].pieces == (strand.piece, piece.id)
+            # Where a piece begins, the crossing names the piece that ends there.
+            joint = plan.joint.get(station.joint) if at == 0 else None
+            begins = joint is not None and joint.pieces == (strand.piece, piece.id)
+            named_here = named.get((piece.id, at)) == (station.crossing, station.over)
             place.expect(
-                named.get((piece.id, at)) == (station.crossing, station.over)
-                or (begins and strand.thread == piece.thread),
-                f"it lies {_way(station.over)}, but the crossing names station {strand.station} of "
-                f"piece {strand.piece} there",
+                strand.thread == piece.thread and (named_here or begins),
+                f"it lies {_way(station.over)} in thread {piece.thread}, but the crossing names "
+                f"thread {strand.thread}, station {strand.station} of piece {strand.piece} there",
             )
             place.equal("its partner", station.partner, other.piece)
 
@@ -316,9 +288,9 @@ def check_pattern(job: Job, tally: Tally) -> None:
     if plan.weave.pattern == "plain":
         _check_plain(plan, sense, tally)
     elif plan.weave.pattern in _TWILLS:
-        counts, turned = broken_conditions(plan, mesh, job.edges, passes, sense, tally)
+        counts, turned = broken_conditions(job, sense, tally)
     else:
-        check_fabric(plan, mesh, job.edges, edge_keys(mesh).tolist(), tally)
+        check_fabric(job, tally)
     for (name, claimed), counted in zip(sorted(plan.weave.broken.items()), counts, strict=True):
         weave.equal(f"the number of broken {name} conditions", claimed, counted)
     weave.equal("the rhythm broken at turns", plan.weave.broken_at_turns, turned)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.crossing_map import CrossingMap, Joint, Piece
-from fabweave.verify.drawing import Floats, Ints
+from fabweave.verify.drawing import Floats
 from fabweave.verify.measure.geometry import (
     Motion,
     Steps,
@@ -94,7 +94,7 @@ class Reach:
 
 def reaches(plan: CrossingMap, piece: Piece) -> tuple[Reach, Reach]:
     """Return how far a piece reaches beyond its first and its last crossing."""
-    start, end = (plan.joint.get(key) if key is not None else None for key in piece.joints)
+    start, end = map(plan.joint.get, piece.joints)
     return _reach(start, 1), _reach(end, 0)
 
 
@@ -115,25 +115,34 @@ def lap_reach(joint: Joint) -> tuple[float | None, float | None]:
     return joint.lap_mm - ahead, ahead
 
 
-def cut_rungs(rungs: Floats, first: int, last: int, ends: tuple[Reach, Reach]) -> Floats:
+def _cut_rungs(
+    rungs: Floats, whole: tuple[int, int], panels: tuple[int, int], ends: tuple[Reach, Reach]
+) -> Floats:
     """Return the rungs of a piece, cut off straight where its reaches say.
 
     Parameters
     ----------
     rungs : (N, 2, 2) float array
         Laid rungs, at least as far as the piece goes.
-    first, last : int
+    whole : pair of int
+        The first and the last rung of what is not cut off.
+    panels : pair of int
         The rungs where the ribbon enters the first panel, and where it enters the last one.
     ends : pair of Reach
-        Both with a length in millimetres.
     """
-    middle = rungs.mean(axis=1)
-    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(middle, axis=0).T))])
-    begin = (run[first] + run[first + 1]) / 2.0 - (ends[0].mm or 0.0)
-    end = (run[last] + run[last + 1]) / 2.0 + (ends[1].mm or 0.0)
+    run = _along_middle(rungs)
+    begin, end = (
+        run[at] if reach.mm is None else (run[panel] + run[panel + 1]) / 2.0 + way * reach.mm
+        for at, panel, reach, way in zip(whole, panels, ends, (-1.0, 1.0), strict=True)
+    )
     inside = rungs[(run > begin + 1e-9) & (run < end - 1e-9)]
-    corners = [_at(run, rungs, place)[None] for place in (begin, end)]
-    return np.concatenate([corners[0], inside, corners[1]])
+    return np.concatenate([_at(run, rungs, begin), inside, _at(run, rungs, end)])
+
+
+def _along_middle(rungs: Floats) -> Floats:
+    """Return how far along the middle line each rung is."""
+    steps = np.hypot(*np.diff(rungs.mean(axis=1), axis=0).T)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def lap_rungs(window: Floats, panel: Floats, joint: Joint) -> Floats:
@@ -149,7 +158,7 @@ def lap_rungs(window: Floats, panel: Floats, joint: Joint) -> Floats:
     """
     behind, ahead = (Reach(mm or 0.0) for mm in lap_reach(joint))
     entered = int(np.argmin(np.hypot(*(window[:, 0] - panel[0]).T)))
-    return cut_rungs(window, entered, entered, (behind, ahead))
+    return _cut_rungs(window, (0, -1), (entered, entered), (behind, ahead))
 
 
 def ring_of_rungs(rungs: Floats) -> Floats:
@@ -158,9 +167,9 @@ def ring_of_rungs(rungs: Floats) -> Floats:
 
 
 def _at(run: Floats, rungs: Floats, place: float) -> Floats:
-    """Return the cross-line at a distance along the middle, (2, 2)."""
+    """Return the cross-line at a distance along the middle, (1, 2, 2)."""
     flat = rungs.reshape(len(rungs), 4)
-    return np.array([np.interp(place, run, column) for column in flat.T]).reshape(2, 2)
+    return np.array([np.interp(place, run, column) for column in flat.T]).reshape(1, 2, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,126 +208,81 @@ class Development:
     @property
     def outline(self) -> Floats:
         """The rails as one ring: along the right one and back along the left one."""
-        return np.concatenate([self.rungs[:, 0], self.rungs[::-1, 1]])
+        return ring_of_rungs(self.rungs)
 
 
 def lapped_stations(development: Development, joint: Joint) -> int:
     """Return how many crossings after its first one the piece that begins at a joint laps over."""
-    middle, panels = development.rungs.mean(axis=1), development.panels
-    run = np.append(0.0, np.cumsum(np.hypot(*np.diff(middle, axis=0).T)))
-    sides = panels.reshape(-1, 2, 2, 2).mean(axis=2)
+    middle, run = development.rungs.mean(axis=1), _along_middle(development.rungs)
+    sides = development.panels.reshape(-1, 2, 2, 2).mean(axis=2)
     at = np.hypot(*np.moveaxis(sides[:, :, None] - middle, -1, 0)).argmin(axis=2)
     ahead = run[at[:, 1]] - run[at[0]].mean()
     return int(np.count_nonzero(ahead[1:] <= (lap_reach(joint)[1] or 0.0) + _LAPPED_MM))
 
 
-def develop_pieces(plan: CrossingMap, model: dict[str, Strip]) -> dict[str, Development]:
+def develop_pieces(plan: CrossingMap, strips: dict[int, Strip]) -> dict[str, Development]:
     """Unfold each piece's part of the model and lay it on the piece without reflection.
 
     A piece whose stations are no run of its thread is left out.
     """
-    steps_of: dict[str, Steps] = {}
+    steps = {key: lay_steps(strip) for key, strip in strips.items()}
     result = {}
     for piece in plan.pieces:
-        thread = plan.thread.get(piece.thread)
-        strip = model.get(thread.label) if thread is not None else None
-        if thread is None or strip is None or strip.closed != thread.closed:
-            continue
-        if len(strip.entry) != len(thread.crossings):
-            continue
-        start = station_run(thread, piece)
-        if start is None:
-            continue
-        if thread.label not in steps_of:
-            steps_of[thread.label] = lay_steps(strip)
-        result[piece.id] = _develop(
-            piece,
-            strip,
-            steps_of[thread.label],
-            start,
-            reaches(plan, piece),
-            _panels_on(plan, piece),
-        )
+        thread, strip = plan.thread.get(piece.thread), strips.get(piece.thread)
+        start = station_run(thread, piece) if thread is not None else None
+        if thread and strip and strip.closed == thread.closed and start is not None:
+            result[piece.id] = _develop(plan, piece, strip, steps[piece.thread], start)
     return result
 
 
-def _panels_on(plan: CrossingMap, piece: Piece) -> int:
-    """Return how many panels on from its last one a piece is looked at."""
-    joint = plan.joint.get(piece.joints[1]) if piece.joints[1] is not None else None
-    return 1 if joint is None or joint.ahead_mm is None else 2 * kind_of(joint).crossings
-
-
 def _develop(
-    piece: Piece,
-    strip: Strip,
-    steps: Steps,
-    start: int,
-    ends: tuple[Reach, Reach],
-    panels_on: int,
+    plan: CrossingMap, piece: Piece, strip: Strip, steps: Steps, start: int
 ) -> Development:
     """Unfold one piece and lay it on itself by its stations."""
     begin, end = panel_bounds(strip, start, len(piece.stations))
-    first = int(begin[0])
-    last = int(end[-1])
+    size, count, final = len(strip.entry), len(strip.rungs), start + len(piece.stations) - 1
     # The ends of an open thread reach beyond their last crossing.
-    if not strip.closed and start == 0:
-        first = 0
-    if not strip.closed and start + len(piece.stations) == len(strip.entry):
-        last = len(strip.rungs) - 1
+    opens, ends = (not strip.closed and at_end for at_end in (start == 0, final == size - 1))
+    first, last = 0 if opens else int(begin[0]), count - 1 if ends else int(end[-1])
     # Laps may go on to the panels before and after.
-    size, count = len(strip.entry), len(strip.rungs)
-    final = start + len(piece.stations) - 1
     before, after = first, last
-    if strip.closed or start > 0:
+    if not opens:
         before -= int((strip.entry[start] - strip.exit[(start - 1) % size]) % count)
+    joint = plan.joint.get(piece.joints[1])
+    panels_on = 1 if joint is None or joint.ahead_mm is None else 2 * kind_of(joint).crossings
     panels_on = min(panels_on, size - 1 - (0 if strip.closed else final))
     after += int((strip.exit[(final + panels_on) % size] - strip.exit[final % size]) % count)
     window = unfold(strip, steps, before, after)
     panels = np.concatenate([window[begin - before], window[end - before]], axis=1)
-    rungs = window[first - before : last - before + 1]
-    if any(end.mm is not None for end in ends):
-        rungs = _cut(window, (first - before, last - before), (begin - before, end - before), ends)
+    whole, reach = (first - before, last - before), reaches(plan, piece)
+    rungs = window[whole[0] : whole[1] + 1]
+    if any(one.mm is not None for one in reach):
+        entered = int(begin[0]) - before, int(begin[-1]) - before
+        rungs = _cut_rungs(window, whole, entered, reach)
     place = np.stack([begin, end], axis=1) % count
     space = strip.rungs[place].reshape(-1, 4, 3)
-    stations = np.array([(station.x, station.y) for station in piece.stations])
     flat = panels.mean(axis=1)
-    motion = fit_most(flat, stations)
-    if len(stations) < 2:
+    motion = fit_most(flat, piece.points)
+    if len(flat) < 2:
         motion = _turn_by_outline(rungs, flat[0], piece)
     width = float(np.min(np.hypot(*(rungs[:, 1] - rungs[:, 0]).T)))
-    length = float(np.sum(np.hypot(*np.diff(rungs.mean(axis=1), axis=0).T)))
+    length = float(_along_middle(rungs)[-1])
     # Each rung's direction is uncertain by about grain / width; the errors walk at random.
     slack = strip.grain_mm * (1.0 + np.sqrt(len(rungs)) * length / max(2.0 * width, 1e-9))
     return Development(
-        rungs=motion.apply(rungs.reshape(-1, 2)).reshape(rungs.shape),
-        panels=motion.apply(panels.reshape(-1, 2)).reshape(panels.shape),
+        rungs=motion.apply(rungs),
+        panels=motion.apply(panels),
         space=space,
         placed=strip.rungs[np.arange(first, last + 1) % count],
-        window=motion.apply(window.reshape(-1, 2)).reshape(window.shape),
+        window=motion.apply(window),
         slack_mm=float(slack),
     )
-
-
-def _cut(
-    window: Floats, whole: tuple[int, int], panels: tuple[Ints, Ints], ends: tuple[Reach, Reach]
-) -> Floats:
-    """Cut a window off at both ends: where the reaches say, or else at whole rungs."""
-    middle = window.mean(axis=1)
-    run = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(middle, axis=0).T))])
-    first, last = int(panels[0][0]), int(panels[0][-1])
-    centres = (run[first] + run[first + 1]) / 2.0, (run[last] + run[last + 1]) / 2.0
-    lengths = centres[0] - run[whole[0]], run[whole[1]] - centres[1]
-    stated = tuple(
-        end if end.mm is not None else Reach(float(length))
-        for end, length in zip(ends, lengths, strict=True)
-    )
-    return cut_rungs(window, first, last, (stated[0], stated[1]))
 
 
 def _turn_by_outline(rungs: Floats, middle: Floats, piece: Piece) -> Motion:
     """Lay a piece with one station: among turns that bring a corner onto a vertex, the best."""
     station = complex(piece.stations[0].x, piece.stations[0].y)
-    ring = np.concatenate([rungs[:, 0], rungs[::-1, 1]])
+    ring = ring_of_rungs(rungs)
     arms = (ring[:, 0] + 1j * ring[:, 1]) - complex(*middle)
     goals = (piece.outline[:, 0] + 1j * piece.outline[:, 1]) - station
     corners = arms[np.argsort(-np.abs(arms), kind="stable")[:4]]

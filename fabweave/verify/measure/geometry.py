@@ -22,9 +22,9 @@ class Motion:
     shift: complex
 
     def apply(self, points: Floats) -> Floats:
-        """Move points, (N, 2)."""
-        moved = self.turn * (points[:, 0] + 1j * points[:, 1]) + self.shift
-        return np.column_stack([moved.real, moved.imag])
+        """Move points, (..., 2)."""
+        moved = self.turn * (points[..., 0] + 1j * points[..., 1]) + self.shift
+        return np.stack([moved.real, moved.imag], axis=-1)
 
 
 def fit_motion(source: Floats, target: Floats) -> Motion:

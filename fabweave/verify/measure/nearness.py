@@ -8,6 +8,7 @@ import shapely
 
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Flags, Floats, Ints
+from fabweave.verify.measure.walks import thread_strips
 from fabweave.verify.read.glb import Strip
 
 _SIDES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
@@ -212,10 +213,9 @@ def cut_steps(plan: CrossingMap, model: dict[str, Strip]) -> Steps:
     """Cut the strips of the map's threads into steps; a thread without its strip is left out."""
     columns: list[tuple[Floats | Ints, ...]] = []
     base = 0
-    for thread in plan.threads:
-        strip = model.get(thread.label)
-        if strip is None or not thread.crossings or len(strip.entry) != len(thread.crossings):
-            continue
+    strips = thread_strips(plan, model)
+    for thread in (thread for thread in plan.threads if thread.id in strips):
+        strip = strips[thread.id]
         columns.append(_cut(thread.id, np.array(thread.crossings), strip, base))
         base += 2 * len(strip.rungs)
     if not columns:
@@ -228,17 +228,23 @@ def cut_steps(plan: CrossingMap, model: dict[str, Strip]) -> Steps:
     return Steps(corner, vertex, owner, part, parts, crossing)
 
 
+def facets(strip: Strip) -> Ints:
+    """Return which ends of rungs the two facets of each step of a strip have, (S, 2, 3).
+
+    The right ends of rungs are the even numbers, and the left ones the odd.
+    """
+    right = 2 * np.arange(len(strip.from_right))
+    left, beyond = right + 1, (right + 2) % (2 * len(strip.rungs))
+    across = beyond + 1
+    near = np.column_stack((right, np.where(strip.from_right, across, beyond), left))
+    far = np.column_stack((beyond, across, np.where(strip.from_right, right, left)))
+    return np.stack((near, far), axis=1)
+
+
 def _cut(thread: int, crossings: Ints, strip: Strip, base: int) -> tuple[Floats | Ints, ...]:
     """Cut one strip into steps."""
     count, n_stations = len(strip.rungs), len(crossings)
-    here = np.arange(count if strip.closed else count - 1)
-    after = (here + 1) % count
-    right, left = 2 * here, 2 * here + 1
-    beyond, across = 2 * after, 2 * after + 1
-    slanted = strip.from_right
-    near = np.column_stack((right, np.where(slanted, across, beyond), left))
-    far = np.column_stack((beyond, across, np.where(slanted, right, left)))
-    vertex = np.stack((near, far), axis=1)
+    here, vertex = np.arange(len(strip.from_right)), facets(strip)
     # How many rungs it is since the panel was entered that was entered last.
     by_entry = np.argsort(strip.entry)
     station = by_entry[np.searchsorted(strip.entry[by_entry], here, side="right") - 1]

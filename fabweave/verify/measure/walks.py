@@ -10,6 +10,8 @@ from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from fabweave.verify.crossing_map import CrossingMap, Piece, Thread
 from fabweave.verify.drawing import Flags, Floats, Ints
@@ -84,6 +86,18 @@ def trace_walks(mesh: LoadedMesh, *, turning: bool = False) -> list[Walk]:
         if not seen[arc]:
             walks.append(Walk(True, tuple(follow(arc, 2 * arc + 1))))
     return walks
+
+
+def turns_back(passes: Sequence[Pass], mesh: LoadedMesh) -> Flags:
+    """Say after which passes a strand comes to the boundary, to turn back or end there.
+
+    Having crossed a side forward, a strand goes on to the side before that in the face beyond, and
+    otherwise to the one after.
+    """
+    beyond = mesh.twin[np.array([step.side for step in passes], dtype=np.int64)]
+    forward = np.array([step.forward for step in passes], dtype=np.bool_)
+    onward = np.where(forward, mesh.prev[beyond], mesh.next[beyond])
+    return np.asarray(mesh.twin[onward] < 0)
 
 
 def turned(step: Pass, mesh: LoadedMesh) -> Pass:
@@ -187,6 +201,16 @@ def follows_walk(panels: Panels, passes: tuple[Pass, ...], mesh: LoadedMesh) -> 
     return (to_beyond > 0.0) & np.where(forward, along_edge > 0.0, along_edge < 0.0)
 
 
+def thread_strips(plan: CrossingMap, model: dict[str, Strip]) -> dict[int, Strip]:
+    """Return the strip of each thread, if it has a panel for each crossing."""
+    strips = {}
+    for thread in plan.threads:
+        strip = model.get(thread.label)
+        if strip is not None and 0 < len(strip.entry) == len(thread.crossings):
+            strips[thread.id] = strip
+    return strips
+
+
 def edge_of_crossings(plan: CrossingMap, mesh: LoadedMesh) -> dict[int, int]:
     """Return the edge (its lesser side) of each crossing that lies on an inner edge."""
     ends = {
@@ -201,7 +225,7 @@ def thread_passes(
     plan: CrossingMap,
     mesh: LoadedMesh,
     edges: dict[int, int],
-    model: dict[str, Strip] | None = None,
+    strips: dict[int, Strip],
     *,
     turning: bool = False,
 ) -> tuple[dict[int, tuple[Pass, ...]], list[Walk]]:
@@ -233,22 +257,16 @@ def thread_passes(
             for passes in lay_walk(claimed, walk, keys, mesh)
         ]
         if ways:
-            at, result[thread.id] = _followed(ways, thread, mesh, model or {})
+            at, result[thread.id] = _followed(ways, strips.get(thread.id), mesh)
             walks.pop(at)
     return result, [walk for walks in shelf.values() for walk in walks]
 
 
 def _followed(
-    ways: list[tuple[int, tuple[Pass, ...]]],
-    thread: Thread,
-    mesh: LoadedMesh,
-    model: dict[str, Strip],
+    ways: list[tuple[int, tuple[Pass, ...]]], strip: Strip | None, mesh: LoadedMesh
 ) -> tuple[int, tuple[Pass, ...]]:
     """Return the way that the thread's ribbon follows at most crossings; the first if equal."""
-    strip = model.get(thread.label)
-    if len(ways) == 1 or not thread.crossings:
-        return ways[0]
-    if strip is None or len(strip.entry) != len(thread.crossings):
+    if len(ways) == 1 or strip is None:
         return ways[0]
     panels = measure_panels(strip)
     return max(ways, key=lambda way: int(follows_walk(panels, way[1], mesh).sum()))
@@ -275,8 +293,15 @@ def station_run(thread: Thread, piece: Piece) -> int | None:
     return min(starts)[1] if starts else None
 
 
-def groups_of(pairs: Iterable[tuple[Hashable, Hashable]]) -> dict[Hashable, Hashable]:
-    """Return for each thing one that stands for all that hang together with it, pair by pair.
+def joined(links: Ints, count: int) -> Ints:
+    """Return numbers, (count,), that those have alike which links, (N, 2), join."""
+    ones = np.ones(len(links), dtype=np.float64)
+    graph = coo_array((ones, (links[:, 0], links[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def groups_of(pairs: Iterable[tuple[Hashable, Hashable]]) -> dict[Hashable, int]:
+    """Return for each thing a number that all have which hang together with it, pair by pair.
 
     Examples
     --------
@@ -284,14 +309,7 @@ def groups_of(pairs: Iterable[tuple[Hashable, Hashable]]) -> dict[Hashable, Hash
     >>> group["b"] == group["c"] != group["a"]
     True
     """
-    above: dict[Hashable, Hashable] = {}
-
-    def top(thing: Hashable) -> Hashable:
-        while above.setdefault(thing, thing) != thing:
-            above[thing] = above[above[thing]]
-            thing = above[thing]
-        return thing
-
-    for one, other in pairs:
-        above[top(one)] = top(other)
-    return {thing: top(thing) for thing in above}
+    number: dict[Hashable, int] = {}
+    links = [[number.setdefault(thing, len(number)) for thing in pair] for pair in pairs]
+    groups = joined(np.array(links, dtype=np.int64).reshape(-1, 2), len(number))
+    return dict(zip(number, groups.tolist(), strict=True))

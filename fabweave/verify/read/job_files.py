@@ -6,7 +6,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,13 @@ from fabweave.verify.crossing_map import (
 )
 from fabweave.verify.drawing import PLAIN_LAYER, Drawing, ReadError, read_text
 from fabweave.verify.measure.development import Development, develop_pieces
-from fabweave.verify.measure.walks import Pass, Walk, edge_of_crossings, thread_passes
+from fabweave.verify.measure.walks import (
+    Pass,
+    Walk,
+    edge_of_crossings,
+    thread_passes,
+    thread_strips,
+)
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.glb import Strip, read_model
 from fabweave.verify.read.mesh import LoadedMesh, SourceMesh, read_obj, read_source
@@ -51,8 +57,6 @@ SERVICE, TABLE = "service", "parts.csv"
 #: What the plan has, as tables for people; and what else is written with every plan.
 PIECES, STATIONS, CROSSINGS = "pieces.csv", "stations.csv", "crossing_map.csv"
 _BESIDE = ("waste.json", "preflight.json", VERDICT)
-#: What people are told of rings, and of a former.
-_RIM_TEXT, _FORMER_TEXT = "rim/rim.txt", "former/former.txt"
 #: The list of offcuts as stock.
 OFFCUT_STOCK = "offcuts/stock.toml"
 #: Where drawings may lie: a machine may get any.
@@ -67,15 +71,28 @@ _MICRO = re.compile(r"(\d+):([\d.]+)mm")
 class Drawings:
     """The drawings of a folder in both formats, by the names of what they draw."""
 
+    folder: str
     dxf: dict[str, Drawing] = field(default_factory=dict)
     svg: dict[str, Drawing] = field(default_factory=dict)
+    #: Those on which what pieces share is cut once.
+    shared: frozenset[str] = frozenset()
 
-    def add(self, key: str, stem: str, read: Read) -> None:
+    def stem_of(self, name: str) -> str:
+        """Return what the files of a name are to be called, without suffix."""
+        return name
+
+    def add(self, name: str, read: Read) -> None:
         """Read both drawings of a name; one that cannot be read is left out."""
         for suffix, reader, kept in ((".dxf", read_dxf, self.dxf), (".svg", read_svg, self.svg)):
-            drawing = read(f"{stem}{suffix}", reader)
+            drawing = read(f"{self.folder}/{self.stem_of(name)}{suffix}", reader)
             if drawing is not None:
-                kept[key] = drawing
+                kept[name] = drawing
+
+    def drawn(self) -> Iterator[tuple[str, str, Drawing]]:
+        """Yield every drawing with its name and that of its file."""
+        for suffix, drawn in ((".dxf", self.dxf), (".svg", self.svg)):
+            for name, drawing in drawn.items():
+                yield name, f"{self.folder}/{self.stem_of(name)}{suffix}", drawing
 
 
 @dataclass(frozen=True)
@@ -85,33 +102,24 @@ class Ready(Drawings):
     kerf_mm: float = 0.0
     #: How many interruptions an outline has at most, and how wide the bridges are.
     micro: tuple[int, float] | None = None
-    #: The sheets on which what pieces share is cut once.
-    shared: frozenset[str] = frozenset()
 
-    def name_of(self, sheet: str) -> str:
+    def stem_of(self, name: str) -> str:
         """Return what the files of a sheet are to be called, without suffix."""
-        words = [sheet]
+        words = [name]
         if self.kerf_mm:
             words.append(f"kerf{self.kerf_mm:g}mm")
         if self.micro is not None:
             words.append(f"micro{self.micro[0]}x{self.micro[1]:g}mm")
-        if sheet in self.shared:
+        if name in self.shared:
             words.append("common")
         return "_".join(words)
 
 
 @dataclass(frozen=True)
-class Rim(Drawings):
-    """The rings that are told of, and the drawings of their sheets."""
+class Beside(Drawings):
+    """The sheets of rings, or of a former, and the record of what is on them."""
 
-    rings: list[dict[str, Any]] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Former(Drawings):
-    """What is said of a former, and the drawings of its sheets."""
-
-    record: FormerRecord | None = None
+    record: Any = None
 
 
 @dataclass(frozen=True)
@@ -120,6 +128,10 @@ class Service(Drawings):
 
     rows: list[dict[str, str]] = field(default_factory=list)
     files: tuple[str, ...] = ()
+
+    def stem_of(self, name: str) -> str:
+        """Return what files are called whose DXF has a name."""
+        return name.removesuffix(".dxf")
 
 
 def read_ready(
@@ -142,40 +154,41 @@ def read_ready(
     straight = options.get("strips") == "straight"
     common = straight and micro is None and gaps == {kerf}
     sheets = list(sheets)
-    ready = Ready(kerf_mm=kerf, micro=micro, shared=frozenset(sheets if common else ()))
+    shared = frozenset(sheets if common else ())
+    ready = Ready(READY, kerf_mm=kerf, micro=micro, shared=shared)
     asked = bool(kerf) or micro is not None
     beside = sorted(
         path.stem for folder in (RIM, FORMER) for path in (directory / folder).glob("*.dxf")
     )
     drawn = [*(sheets if asked or common else ()), *(beside if asked else ())]
-    names = {name: ready.name_of(name) for name in drawn}
-    for name, stem in names.items():
-        ready.add(name, f"{READY}/{stem}", read)
-    for path in sorted((directory / READY).iterdir()) if (directory / READY).is_dir() else ():
-        # A sheet left over from an earlier run would be cut too.
-        tally.at(READY, path.name).expect(path.stem in names.values(), "it is no sheet of this job")
-    return ready if names else None
+    for name in drawn:
+        ready.add(name, read)
+    _find_strange(directory / READY, set(map(ready.stem_of, drawn)), tally)
+    return ready if drawn else None
 
 
-def read_rim(directory: Path, read: Read) -> Rim | None:
-    """Read all that is in the folder of rings; None if there is none."""
-    if not (directory / RIM).is_dir():
+def _find_strange(folder: Path, known: Collection[str], tally: Tally) -> None:
+    """Tell of what is in a folder beside: a sheet left over from an earlier run would be cut."""
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        named = path.stem in known or path.name in known
+        tally.at(folder.name, path.name).expect(named, "it is no sheet of this job")
+
+
+def read_beside(
+    directory: Path, name: str, kind: type[Any], read: Read, tally: Tally
+) -> Beside | None:
+    """Read all that is in the folder of rings, or of a former; None if there is none."""
+    folder = directory / name
+    if not folder.is_dir():
         return None
-    record = read(RIM_RECORD, lambda path: read_json(path, RimRecord))
-    rim = Rim(rings=record["rings"] if record else [])
-    for path in sorted((directory / RIM).glob("*.dxf")):
-        rim.add(path.stem, f"{RIM}/{path.stem}", read)
-    return rim
-
-
-def read_former(directory: Path, read: Read) -> Former | None:
-    """Read all that is in the folder of a former; None if there is none."""
-    if not (directory / FORMER).is_dir():
-        return None
-    former = Former(record=read(FORMER_RECORD, lambda path: read_json(path, FormerRecord)))
-    for path in sorted((directory / FORMER).glob("*.dxf")):
-        former.add(path.stem, f"{FORMER}/{path.stem}", read)
-    return former
+    record, told = f"{name}.json", f"{name}.txt"
+    beside = Beside(name, record=read(f"{name}/{record}", lambda path: read_json(path, kind)))
+    read(f"{name}/{told}", read_text)
+    sheets = sorted(path.stem for path in folder.glob("*.dxf"))
+    for sheet in sheets:
+        beside.add(sheet, read)
+    _find_strange(folder, {*sheets, record, told}, tally)
+    return beside
 
 
 def read_offcuts(directory: Path, read: Read) -> dict[str, Drawing]:
@@ -196,6 +209,7 @@ def read_service(directory: Path, fail: Callable[[str], None]) -> Service:
     rows = read_table(directory / TABLE)
     paths = (path for path in directory.rglob("*") if path.is_file())
     service = Service(
+        SERVICE,
         rows=rows,
         files=tuple(sorted(path.relative_to(directory).as_posix() for path in paths)),
     )
@@ -221,18 +235,6 @@ class Supply:
     material: str | None = None
     thickness_mm: float | None = None
     gap_mm: float | None = None
-
-
-def thread_supplies(options: Mapping[str, Any], plan: CrossingMap) -> dict[int, Supply]:
-    """Return the supply of each thread, by its id."""
-    settings = {key: by_bunch(options.get(key)) for key in ("material", "thickness", "gap")}
-    supplies = {}
-    for thread in plan.threads:
-        material, thickness, gap = (
-            values.get(thread.bunch, values.get(None)) for values in settings.values()
-        )
-        supplies[thread.id] = Supply(material, length_of(thickness), length_of(gap))
-    return supplies
 
 
 def by_bunch(text: object) -> dict[int | None, str]:
@@ -273,8 +275,8 @@ class Job:
     map: CrossingMap | None = None
     mesh: LoadedMesh | None = None
     model: dict[str, Strip] | None = None
-    dxf: dict[int, Drawing] = field(default_factory=dict)
-    svg: dict[int, Drawing] = field(default_factory=dict)
+    #: The nominal sheets.
+    sheets: Drawings = Drawings("sheets")
     settings: dict[str, Any] | None = None
     ribbons: RibbonReport | None = None
     #: The sheets that are to be cut, where they are not the nominal ones.
@@ -288,9 +290,9 @@ class Job:
     #: The drawings of offcuts, by where they are.
     offcuts: dict[str, Drawing] = field(default_factory=dict)
     #: The rings around openings, if there is such a folder.
-    rim: Rim | None = None
+    rim: Beside | None = None
     #: The former, if there is such a folder.
-    former: Former | None = None
+    former: Beside | None = None
     #: How it is when it was let go, the model of that, and what is said of it; none of large ones.
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
@@ -306,6 +308,17 @@ class Job:
     def options(self) -> dict[str, Any]:
         """What job.toml says the job was asked for; empty if nothing."""
         return _options(self.settings)
+
+    @property
+    def drawings(self) -> list[Drawings]:
+        """All sheets that machines may get, by the folders in which they lie."""
+        each = (self.sheets, self.ready, self.rim, self.former)
+        return [drawings for drawings in each if drawings is not None]
+
+    @property
+    def rings(self) -> list[dict[str, Any]]:
+        """What is said of the rings around openings."""
+        return self.rim.record["rings"] if self.rim is not None and self.rim.record else []
 
     @property
     def openings(self) -> list[dict[str, Any]]:
@@ -327,7 +340,12 @@ class Job:
         if self.map is None or self.mesh is None:
             return {}, []
         turning = self.boundary == "turn"
-        return thread_passes(self.map, self.mesh, self.edges, self.model, turning=turning)
+        return thread_passes(self.map, self.mesh, self.edges, self.strips, turning=turning)
+
+    @cached_property
+    def strips(self) -> dict[int, Strip]:
+        """The model's strip of each thread, where it has the panels of that."""
+        return {} if self.map is None else thread_strips(self.map, self.model or {})
 
     @property
     def boundary(self) -> object:
@@ -337,7 +355,12 @@ class Job:
     @cached_property
     def supplies(self) -> dict[int, Supply]:
         """What each thread is cut from, as the settings say."""
-        return {} if self.map is None else thread_supplies(self.options, self.map)
+        settings = [by_bunch(self.options.get(key)) for key in ("material", "thickness", "gap")]
+        supplies = {}
+        for thread in self.map.threads if self.map is not None else ():
+            material, *lengths = (each.get(thread.bunch, each.get(None)) for each in settings)
+            supplies[thread.id] = Supply(material, *map(length_of, lengths))
+        return supplies
 
     @cached_property
     def layers(self) -> dict[int, tuple[int, float]]:
@@ -352,7 +375,7 @@ class Job:
             for station in piece.stations:
                 count, total = layers.get(station.crossing, (0, 0.0))
                 layers[station.crossing] = (count + 1, total + thick)
-        for ring in self.rim.rings if self.rim is not None else ():
+        for ring in self.rings:
             for hole in (hole for piece in ring["pieces"] for hole in piece["holes"]):
                 count, total = layers.get(hole["crossing"], (0, 0.0))
                 layers[hole["crossing"]] = (count + 1, total + ring["thickness_mm"])
@@ -367,9 +390,7 @@ class Job:
     @cached_property
     def developments(self) -> dict[str, Development]:
         """The development of each piece's part of the model, laid on the piece."""
-        if self.map is None or self.model is None:
-            return {}
-        return develop_pieces(self.map, self.model)
+        return {} if self.map is None else develop_pieces(self.map, self.strips)
 
 
 def _options(settings: dict[str, Any] | None) -> dict[str, Any]:
@@ -392,9 +413,9 @@ def sheet_drawings(
 
     One that could not be read is left out, and a finding where it is needed.
     """
-    drawings = job.dxf if kind == "dxf" else job.svg
+    drawings = job.sheets.dxf if kind == "dxf" else job.sheets.svg
     for sheet in required(job.map).sheets:
-        drawing = drawings.get(sheet.number)
+        drawing = drawings.get(sheet.name)
         if drawing is not None:
             yield sheet, drawing, tally.at(f"{sheet.name}.{kind}")
         elif needed:
@@ -438,42 +459,32 @@ def load_job(directory: Path, tally: Tally) -> Job:
         return read(name, reader) if (directory / name).exists() else None
 
     plan = read("crossing_map.json", read_crossing_map)
-    drawn = Drawings()
-    number = {sheet.name: sheet.number for sheet in plan.sheets} if plan is not None else {}
-    for name in number:
-        drawn.add(name, f"sheets/{name}", read)
-    if plan is not None and (directory / "sheets").is_dir():
-        for path in sorted((directory / "sheets").iterdir()):
-            # A sheet left over from an earlier run would be cut too.
-            tally.at("sheets", path.name).expect(path.stem in number, "it is no sheet of this job")
+    sheets = Drawings("sheets")
+    names = dict.fromkeys(sheet.name for sheet in plan.sheets) if plan is not None else {}
+    for name in names:
+        sheets.add(name, read)
+    if plan is not None:
+        _find_strange(directory / sheets.folder, names, tally)
     settings = read("job.toml", _read_toml)
     options = _options(settings)
     tables = {name: read(name, read_table) for name in (PIECES, STATIONS, CROSSINGS)}
     for name in _BESIDE:
         tally.at(name).expect((directory / name).is_file(), "it is missing")
-    for text, record in ((_RIM_TEXT, RIM_RECORD), (_FORMER_TEXT, FORMER_RECORD)):
-        if (folder := (directory / text).parent).is_dir():
-            read(text, read_text)
-            stems = {path.stem for path in folder.glob("*.dxf")}
-            for path in sorted(folder.iterdir()):
-                named = path.stem in stems or f"{folder.name}/{path.name}" in (text, record)
-                tally.at(folder.name, path.name).expect(named, "it is no sheet of this job")
     _find_strays(directory, tally)
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),
         model=read("model.glb", read_model),
-        dxf={number[name]: drawing for name, drawing in drawn.dxf.items()},
-        svg={number[name]: drawing for name, drawing in drawn.svg.items()},
+        sheets=sheets,
         settings=settings,
         ribbons=read("ribbons.json", lambda path: read_json(path, RibbonReport)),
         source=read_source(directory, options, read),
-        ready=read_ready(directory, options, number, read, tally),
+        ready=read_ready(directory, options, names, read, tally),
         service=if_there(SERVICE, lambda path: read_service(path, tally.fail)),
         sticks=if_there(STICKS, read_table),
         offcuts=read_offcuts(directory, read),
-        rim=read_rim(directory, read),
-        former=read_former(directory, read),
+        rim=read_beside(directory, RIM, RimRecord, read, tally),
+        former=read_beside(directory, FORMER, FormerRecord, read, tally),
         form=if_there(FORM, lambda path: read_json(path, FormRecord)),
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
