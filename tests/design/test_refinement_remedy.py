@@ -16,6 +16,7 @@ def checked(mesh: str, *, tried: bool = True, **options) -> RibbonCheck:
     return job.check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "options", "rule"),
     [

@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipk
 from strips_net import POISSON, YOUNG, chain, even_inner, fixing, net_of, screw_state
 
 from fabweave.form.net import energy, section_stiffness, strains, turned
-from fabweave.form.relax import Solver, dissection, relax, soft_modes
+from fabweave.form.relax import Solver, relax, soft_modes
 from fabweave.form.screw import Frames, exponential
 
 LENGTH = 200.0
@@ -244,10 +244,3 @@ def test_a_rigid_motion_changes_nothing():
     assert energy(net, moved) == pytest.approx(energy(net, state), rel=1e-12)
     force, other = (solver.system(one, 0.0)[0] for one in (state, moved))
     assert np.abs(force - other).max() < 1e-10
-
-
-def test_an_order_has_every_point_once():
-    random = np.random.default_rng(0)
-    places = random.random((500, 3))
-    pairs = random.integers(0, 500, (1500, 2))
-    assert sorted(dissection(pairs, places)) == list(range(500))

@@ -16,7 +16,7 @@ from fabweave.piece import joined_object
 
 pytestmark = [pytest.mark.usefixtures("quick_jobs"), pytest.mark.slow]
 ENDS = ("proved", "cannot be made", "bad input")
-MANY = int(os.environ.get("FABWEAVE_FUZZ", "10"))
+MANY = int(os.environ.get("FABWEAVE_FUZZ", "6"))
 
 
 #: Small ones are made quickly, of seeds that others do not have.

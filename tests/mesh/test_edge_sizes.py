@@ -79,14 +79,3 @@ def test_corners_and_edges_of_a_solid_stay_where_they_are():
     gap = np.linalg.norm(fewer.vertices[:, None] - corners[None], axis=2).min(axis=0)
     assert gap.max() == 0.0
     assert area(fewer) == pytest.approx(area(cube), rel=1e-12)
-
-
-def test_nothing_vanishes_where_that_would_spoil_the_surface():
-    # Each edge of a tetrahedron is short; without one it would be no surface.
-    solid = solids.tetrahedron()
-    model = model_of(solid, 4)
-    assert collapse_short(model, solid, 1e9) == solid
-    # Of a slender ring, no more than a ring can lose.
-    ring = triangulate(grids.torus(12, 3, 35.0, 2.0))
-    thin = collapse_short(model_of(ring, ring.n_vertices), ring, 1e9)
-    assert kind(thin) == kind(ring)

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
-from fabweave.mesh.triangulate import area_samples, plain_triangles
 
 
 def spiked(at=(20.0, -20.0, 40.0), top=1.8):
@@ -52,19 +50,3 @@ def test_two_lost_spikes_are_two_features_and_the_greater_comes_first():
 
 
 # --- samples ------------------------------------------------------------------------------------
-
-
-def test_samples_lie_on_the_surface_by_area():
-    # Two squares of which one has three times the area.
-    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    points += [[5, 0, 0], [5, 3, 0], [5, 3, 1], [5, 0, 1]]
-    mesh = PolyMesh.from_faces(points, [[0, 1, 2, 3], [4, 5, 6, 7]])
-    places, normals = area_samples(*plain_triangles(mesh), 4000)
-    flat = places[:, 0] < 2
-    assert flat.sum() == 1000
-    assert np.allclose(places[flat, 2], 0)
-    assert np.allclose(normals[flat], [0, 0, 1])
-    assert np.allclose(places[~flat, 0], 5)
-    # Even: each quarter of the first square has its share.
-    quarter = (places[flat, 0] > 0.5) + 2 * (places[flat, 1] > 0.5)
-    assert np.all(np.abs(np.bincount(quarter) - 250) < 15)

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.nest.layout import Placement
 from fabweave.nest.nesting import nest
 from fabweave.nest.pins import Pin, nest_around, parse_pins
 from fabweave.plan.nest_pieces import check_layout
@@ -42,15 +41,6 @@ def test_without_pins_and_with_those_of_others_nothing_changes():
     plain = nest(outlines, SHEETS, ids=IDS, **HOW)
     for pins in ((), (Pin("B1", 0, 50.0, 50.0, 0.0),)):
         assert nest_around(pins, outlines, SHEETS, ids=IDS, **HOW) == plain
-
-
-def test_all_can_be_pinned():
-    pins = [Pin(name, 0, 20.0, 10.0 + 17.0 * at, 0.0) for at, name in enumerate(IDS[:7])]
-    layout = nest_around(pins, [BAR] * 7, SHEETS, ids=IDS[:7], **HOW)
-    assert len(layout.sheets) == 1
-    assert layout.placements == tuple(
-        Placement(at, 0, 0.0, 20.0, 10.0 + 17.0 * at) for at in range(7)
-    )
 
 
 def test_sheets_are_counted_through_and_those_that_are_not_there_are_refused():

@@ -80,15 +80,6 @@ def test_what_rolls_do_not_hold_is_refused(stock):
         nest_strips([bar(80.0, 9.0)] * 2, rolls, margin_mm=0.0, gap_mm=0.0)
 
 
-def test_what_is_no_strip_is_left_to_others():
-    triangle = np.array([[0.0, 0.0], [50.0, 0.0], [0.0, 9.0]])
-    bent = bar(50.0, 9.0)
-    bent[2] += 1.0
-    for outlines in ([triangle], [bent], [bar(50.0, 9.0), bar(50.0, 8.0)]):
-        sheets = [SheetSize(100.0, 100.0)]
-        assert nest_strips(outlines, sheets, margin_mm=0.0, gap_mm=0.0) is None
-
-
 def strip(length, width=8.0, turn=0.0):
     corners = np.array([[0.0, 0.0], [length, 0.0], [length, width], [0.0, width]])
     return Placement(0, 0, turn, 3.0, -2.0).apply(corners)

@@ -11,9 +11,7 @@ import pytest
 import trimesh
 from jobs import laid
 
-from fabweave.job.ask import complete_settings
-from fabweave.options.settings import Settings
-from fabweave.picture.bodies import clashing_facets, ribbon_bodies, yarn_bodies
+from fabweave.picture.bodies import ribbon_bodies, yarn_bodies
 from fabweave.picture.model_files import model_bytes
 from fabweave.picture.yarns import spin_yarns
 from fabweave.weave.strand_colours import thread_colours
@@ -169,14 +167,6 @@ def test_solid_ribbons_are_closed_and_as_heavy_as_their_sheets(shape, boundary):
         assert mesh.body_count == 1
         area = trimesh.Trimesh(sheet.vertices, sheet.all_triangles, process=False).area
         assert mesh.volume == pytest.approx(area * THICKNESS, rel=0.05)
-
-
-@pytest.mark.parametrize("shape", SOLID)
-def test_solid_ribbons_of_the_material_keep_clear_of_one_another(shape):
-    _, solids, _ = solid_and_sheet(
-        shape, thickness=complete_settings(Settings.of("shape:cube"))[1].only.thickness_mm
-    )
-    assert len(clashing_facets(solids)) == 0
 
 
 def test_a_solid_panel_is_exactly_as_thick_as_asked():

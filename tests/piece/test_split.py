@@ -19,7 +19,7 @@ from fabweave.piece.outline import RigidMotion, resting_frame, strip_outline, st
 from fabweave.piece.piece import Joint, find_owners
 from fabweave.piece.pieces import PieceSet, build_pieces
 from fabweave.piece.split import splitting
-from fabweave.piece.split.candidates import MOST_PASSES, Sites, list_sites
+from fabweave.piece.split.candidates import MOST_PASSES, list_sites
 from fabweave.ribbon.project import Ribbons, project_ribbons
 from fabweave.stock.sheet_size import SheetSize
 from fabweave.weave.pattern import Weave, plain_weave
@@ -210,10 +210,3 @@ def test_steps_from_site_to_site_lead_once_around_a_ring(name):
     around = np.bincount(sites.thread, sites.steps, len(sites.closed))
     assert sites.closed.all()
     assert around.tolist() == sites.lengths.tolist()
-
-
-def test_steps_end_with_an_open_thread():
-    position = np.array([0, 3, 5, 0, 1])
-    sites = Sites(np.array([0, 3, 3, 5]), position, position, np.array([False, True, True]),
-                  np.array([6, 0, 4]))  # fmt: skip
-    assert sites.steps.tolist() == [3, 2, 0, 1, 3]

@@ -80,16 +80,3 @@ def test_spoiled_notes_are_named_as_notes(sheet):
     bad = outline([[1, 1], [np.nan, 1]], Layer.NOTES, closed=False)
     with pytest.raises(InputError, match="in the notes"):
         check_drawing(replace(sheet, notes=(bad,)))
-
-
-@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), 1e6])
-def test_a_sheet_without_a_size_is_refused(size, sheet):
-    for spoiled in (replace(sheet, width_mm=size), replace(sheet, height_mm=size)):
-        with pytest.raises(InputError, match=r"sheet_01.*measures"):
-            check_drawing(spoiled)
-
-
-def test_many_offenders_are_counted_and_a_few_named(sheet_of):
-    pieces = [PieceDrawing(f"P{k}", ()) for k in range(20)]
-    with pytest.raises(InputError, match=r"^20 piece.*P7 and 12 more"):
-        check_drawing(sheet_of(pieces))

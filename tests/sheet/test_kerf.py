@@ -126,13 +126,6 @@ def test_what_is_narrower_than_the_kerf_is_named(inner):
         compensated(sheet(inner, square(20.0)), 0.3)
 
 
-def test_a_notch_narrower_than_the_kerf_is_named():
-    notch = [[10.1, 10], [10.1, 3], [9.9, 3], [9.9, 10]]
-    comb = np.array([[0.0, 0], [20, 0], [20, 10], *notch, [0, 10]])
-    with pytest.raises(CannotMakeError, match="A1"):
-        compensated(sheet(Polyline(Layer.CUT_OUTER, comb, closed=True)), 0.3)
-
-
 def test_pieces_must_be_two_kerfs_apart():
     check_kerf(0.25, 0.5)
     with pytest.raises(InputError, match=r"use --gap 0\.6mm or more"):
