@@ -40,6 +40,7 @@ from fabweave.sheet.labels.texts import kind_name
 from fabweave.sheet.rim_sheets import ring_sheets
 from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
+from fabweave.stock.hardware import sort_asked
 
 
 class SideWork(NamedTuple):
@@ -264,7 +265,7 @@ def draw_job(
     rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
     plates = former_on_sheets(planned, laid, told)
     beside = tuple(sheets for sheets in (rim, plates) if sheets is not None)
-    hardware = settings.pieces.hardware
+    hardware = sort_asked(settings.pieces.fastener)
     steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
     let_go = side.form()

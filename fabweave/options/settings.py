@@ -127,12 +127,13 @@ class Settings:
         On a built-in shape they take a share of their room, as its faces are alike, or get larger
         and smaller by degrees.
         """
-        from fabweave.ribbon.width import EVEN, PROPORTIONAL, parse_width  # noqa: PLC0415 - not for help
+        from fabweave.ribbon.width import EVEN, PROPORTIONAL, WidthRule  # noqa: PLC0415 - not for help
 
         if self.ribbons.width is not None:
             return self.ribbons.width
         if self.stock.rolls:
-            return parse_width(f"{self.stock.rolls[0].height_mm:.10g}mm")
+            width_mm = self.stock.rolls[0].height_mm
+            return WidthRule(least_mm=width_mm, most_mm=width_mm)
         regular = self.mesh.source.startswith("shape:") and self.mesh.remesh is None
         return PROPORTIONAL if regular else EVEN
 

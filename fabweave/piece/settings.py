@@ -30,14 +30,6 @@ class PieceSettings:
     label_side: str
 
     @property
-    def hardware(self) -> str | None:
-        """The name of the fastener to be used; None for any that fits."""
-        from fabweave.stock.hardware import parse_fastener  # noqa: PLC0415 - not for help
-
-        sort = parse_fastener(self.fastener).sort
-        return None if sort is None else sort.name
-
-    @property
     def mirrored(self) -> bool:
         """Whether sheets are drawn mirrored, since the inside is engraved."""
         return self.label_side == "inside"

@@ -148,3 +148,9 @@ def parse_fastener(text: str | None) -> Fastener:
             f"{sort.hole_mm[1]:g} mm"
         )
     return Fastener(sort, hole)
+
+
+def sort_asked(text: str | None) -> str | None:
+    """Return the name of the sort that a text for a fastener asks for; None for any that fits."""
+    sort = parse_fastener(text).sort
+    return None if sort is None else sort.name

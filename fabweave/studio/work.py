@@ -40,6 +40,7 @@ from fabweave.plan.steps import build_steps
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.remedy import Depth
+from fabweave.stock.hardware import sort_asked
 from fabweave.studio.controls import controls
 from fabweave.studio.state import state_of
 from fabweave.studio.worker import Told
@@ -327,7 +328,7 @@ def _steps(planned: PlannedJob) -> Told:
         enclosed=bool(np.all(woven.halfedges.twin >= 0)), effort="quick",
         seed=planned.settings.search.seed,
     )  # fmt: skip
-    steps = build_steps(piece_set, order, planned.settings.pieces.hardware)
+    steps = build_steps(piece_set, order, sort_asked(planned.settings.pieces.fastener))
     return {"steps": [{"pieces": list(step.pieces), "text": step.text} for step in steps]}, {}
 
 
