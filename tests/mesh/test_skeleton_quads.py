@@ -15,7 +15,7 @@ from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh, face_centres
-from fabweave.mesh.remesh import engines, tubes
+from fabweave.mesh.remesh import engines, skeleton_quads
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
@@ -135,7 +135,7 @@ def test_a_missing_library_is_named(star, monkeypatch) -> None:
 @pytest.mark.slow
 @needs_pygel
 def test_what_has_no_tubes_is_refused_in_one_message(star, monkeypatch) -> None:
-    monkeypatch.setattr(tubes, "check_remeshed", lambda *_: ("it is a pity",))
+    monkeypatch.setattr(skeleton_quads, "check_remeshed", lambda *_: ("it is a pity",))
     with pytest.raises(CannotMakeError, match=r"it is a pity\. What may help: "):
         remesh_tubes(star, 100)
 
