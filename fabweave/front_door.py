@@ -591,7 +591,7 @@ class Weave(_Shown):
     @property
     def notes(self) -> tuple[str, ...]:
         """What is worth knowing about the mesh and its weave."""
-        return (*self.woven.source.notes, *self.woven.result.notes)
+        return self.woven.notes
 
     def ribbons(self, **options: Any) -> Ribbons:
         """Lay a ribbon along every thread.

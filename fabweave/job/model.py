@@ -150,7 +150,7 @@ def _facts(path: Path, kind: str, woven: WovenMesh) -> dict[str, Any]:
         "kind": kind,
         "threads": woven.weave.threads.n_threads,
         "crossings": woven.weave.threads.n_crossings,
-        "notes": [*woven.source.notes, *woven.result.notes],
+        "notes": list(woven.notes),
     }
 
 

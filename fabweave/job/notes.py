@@ -67,8 +67,7 @@ def job_notes(
     plan, rolls = planned.split_plan, planned.supplies.rolls
     reason = splitting_reason(plan.chosen.record(), plan.prefer, len(plan.choices))
     return (
-        *woven.source.notes,
-        *woven.result.notes,
+        *woven.notes,
         *fastening_notes(planned.fasten, settings.pieces.fasten, pieces),
         *_weave_notes(woven.weave),
         Note("ribbons", _width_text(measure_bends(woven.ribbons).width_mm), detail=True),

@@ -129,7 +129,7 @@ def _seen(
         "crossings": woven.weave.threads.n_crossings,
         "faces": woven.mesh.n_faces,
         "broken": woven.weave.broken.total,
-        "notes": [*woven.source.notes, *woven.result.notes],
+        "notes": [note.text for note in woven.notes if not note.detail],
         "better": better,
         "turn": turn_of(woven.source.upward).tolist(),
         "command": long_command(settings),

@@ -58,6 +58,11 @@ class WovenMesh:
         return self.source.title
 
     @property
+    def notes(self) -> tuple[Note, ...]:
+        """What is worth knowing about the mesh and its weave."""
+        return (*self.source.notes, *self.result.notes)
+
+    @property
     def weave(self) -> Weave:
         """The weave."""
         return self.result.weave

@@ -538,7 +538,7 @@ def _inspected(
         "mesh": mesh_facts(woven.mesh, woven.halfedges, brief=answer),
         "chosen": chosen,
         "verdict": to_json(verdict),
-        "notes": [*woven.source.notes, *woven.result.notes],
+        "notes": list(woven.notes),
         **(
             _weave_answer(woven)
             if answer

@@ -46,7 +46,7 @@ export function showOutcome(plan) {
 
 /** @param {string[]} texts */
 export function showNotes(texts) {
-  by("notes").innerHTML = texts.slice(0, MOST_NOTES).map((text) => `<p>${escaped(text.split(". ")[0])}</p>`).join("");
+  by("notes").innerHTML = texts.slice(0, MOST_NOTES).map((text) => `<p>${escaped(text)}</p>`).join("");
 }
 
 /** A plan in a few words. @param {Values} plan */
