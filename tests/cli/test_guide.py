@@ -135,7 +135,7 @@ def test_contributing_names_every_room_in_the_order_of_imports():
 def test_the_story_that_contributing_tells_is_the_pipeline():
     text = text_of("CONTRIBUTING.md").partition("excerpt of")[2]
     excerpt = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
-    assert excerpt.count("\n") >= 8
+    assert excerpt.count("\n") >= 3
     assert excerpt in text_of("fabweave/job/run.py")
 
 

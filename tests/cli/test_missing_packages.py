@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from slow import slow_but
 
 import fabweave as fw
 from fabweave.core.errors import InputError
@@ -46,7 +47,7 @@ def said(script, words, folder, code):
     return told
 
 
-@pytest.mark.parametrize("kind", REMESHERS)
+@pytest.mark.parametrize("kind", slow_but(REMESHERS))
 def test_a_remesher_that_is_not_there_is_said_in_one_line_with_what_is(kind, tmp_path):
     words = ("make", "shape:icosahedron", "--remesh", f"{kind}:200", "-o", "out")
     told = said(without(*REMESHERS[kind]), words, tmp_path, 1)

@@ -61,6 +61,7 @@ def test_gains_are_how_distances_fall(shade):
         assert -(gains @ some) == pytest.approx(slope, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_few_fasteners_keep_a_shade_and_none_of_them_is_idle(shade):
     bound_mm = 0.01 * shade.size_mm
     found = chosen(shade, bound_mm)

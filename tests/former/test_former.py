@@ -142,11 +142,13 @@ def test_names_that_have_no_room_are_left_out_and_told():
     assert any(str(len(left)) in note for note in former_notes(laid))
 
 
+@pytest.mark.slow
 def test_what_is_too_flat_for_a_former_is_refused():
     with pytest.raises(CannotMakeError):
         former_of(planned("shape:hypar", size="200mm"))
 
 
+@pytest.mark.slow
 def test_openings_are_closed_and_the_volume_is_that_of_the_half_ball():
     job = planned("shape:hemisphere", size="300mm")
     mesh, halfedges = job.woven.mesh, job.woven.halfedges

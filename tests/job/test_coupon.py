@@ -124,6 +124,7 @@ def test_a_hole_that_no_laser_cuts_is_refused():
         plan_coupon(material_named("birch-ply-3"), hole_mm=1.0)
 
 
+@pytest.mark.slow
 def test_a_job_gives_its_figures(finished, tmp_path):
     folder = finished.copy(tmp_path / "job", *OCTAHEDRON)
     coupon = coupon_for(folder)

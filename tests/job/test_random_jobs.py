@@ -57,7 +57,6 @@ FAULTS = {
     71669: "a neck is measured from its middle",
     72089: "what is flat to the last digit of its model is flat",
     72114: "a slot stays in a lap that is shorter than its panel",
-    74669: "the neck of a slanting lap",
     76619: "two bodies of two slim triangles each: strands run nearly the same way across an edge",
     76674: "the same",
     77583: "the same, on a quad that had to be made convex",

@@ -67,6 +67,7 @@ def test_strands_straighten_near_the_model_while_the_energy_falls(name) -> None:
     assert after.out_mean_mm < before.out_mean_mm
 
 
+@pytest.mark.slow
 def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
     clean, noisy = faired(BALL, ROUND, 20), faired(*ROUGH["sphere"](), 20)
     assert clean.before.turn_deg > 12

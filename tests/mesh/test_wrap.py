@@ -82,6 +82,7 @@ def test_a_wrap_has_no_more_triangles_than_it_must_and_says_how_far_off_they_are
     assert volume(wrapped.mesh) == pytest.approx(volume(dense), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_thinned_soundly_stays_dense(monkeypatch):
     # A remesher that gives another surface, or none at all.
     torus = parse_shape("shape:torus?m=32&n=16")

@@ -25,7 +25,7 @@ from fabweave.ribbon.width import PROPORTIONAL, WidthRule
 from fabweave.stock.ribbon_limits import ribbon_limits
 
 #: Built-in shapes that are large as they come.
-LARGE = ("slit", "bipyramid", "regular")
+LARGE = ("slit", "bipyramid", "regular", "cage")
 
 
 def object_and_limits(mesh: str, **options):

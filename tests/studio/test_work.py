@@ -94,6 +94,7 @@ def test_a_plan_tells_what_the_pieces_are_and_where_they_lie():
     assert sorted(named) == sorted(one["id"] for one in figures["pieces"])
 
 
+@pytest.mark.slow
 def test_sheets_are_nested_finer_when_that_is_asked_for():
     kept, found = {}, []
     wish = {"n": 1, "mesh": TORUS, "options": {"size": "200mm", "effort": "normal"}}

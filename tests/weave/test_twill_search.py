@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from slow import slow_but
 from twill_oracle import broken_by_all, conditions_of, refined, small_meshes
 from weaving_meshes import meshes, walked
 
@@ -266,7 +267,7 @@ def test_sixteen_is_proved_optimal(mesh) -> None:
     assert (bound.least, bound.optimum) == (16, True)
 
 
-@pytest.mark.parametrize(("steps", "at_least", "at_most"), [(2, 28, 32), (3, 40, 64)])
+@pytest.mark.parametrize(("steps", "at_least", "at_most"), slow_but([(2, 28, 32), (3, 40, 64)]))
 def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_most) -> None:
     halfedges, threads = walked(refined(solids.cube(), f"catmull-clark:{steps}"))
     couplings = couple(twill_conditions(halfedges, threads))

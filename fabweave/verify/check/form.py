@@ -10,7 +10,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from fabweave.verify.check.fastening import hanging
 from fabweave.verify.crossing_map import CrossingMap, FormRecord, StateRecord
@@ -135,8 +134,10 @@ def _check_distances(
 
 def nearest(places: Floats, to: Floats) -> Floats:
     """Return places after the rigid motion that brings them nearest to others, (N, 3)."""
-    turn, _ = Rotation.align_vectors(to - to.mean(axis=0), places - places.mean(axis=0))
-    return np.asarray(turn.apply(places - places.mean(axis=0)) + to.mean(axis=0))
+    # Of places on a line many turns do: any of them brings them there.
+    left, _, right = np.linalg.svd((to - to.mean(axis=0)).T @ (places - places.mean(axis=0)))
+    turn = left * (1.0, 1.0, np.sign(np.linalg.det(left @ right))) @ right
+    return np.asarray((places - places.mean(axis=0)) @ turn.T + to.mean(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
