@@ -11,7 +11,12 @@ import shapely
 from fabweave.verify.crossing_map import CrossingMap, Cutout, Joint, Piece, Thread
 from fabweave.verify.drawing import Floats, chords_of, ring_area, ring_points
 from fabweave.verify.measure.development import Development, Reach, kind_of, reaches
-from fabweave.verify.measure.geometry import distances, farthest, fit_motion, widest_miss
+from fabweave.verify.measure.geometry import (
+    distances,
+    farthest,
+    fit_motion,
+    widest_miss,
+)
 from fabweave.verify.measure.walks import station_run
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.report import Place, Tally
@@ -472,7 +477,12 @@ def _apart(piece: Piece, other: Piece, way: int) -> float:
     if len(holes) != len(there) or len(piece.slots) != len(other.slots):
         return np.inf
     source, target = piece.points[::way], other.points
-    motion = fit_motion(source, target)
+    if len(source) == 1:
+        # One place tells no turn; each lies with its thread from left to right.
+        ahead = np.array([[0.0, 0.0], [1.0, 0.0]])
+        motion = fit_motion(source + way * ahead, target + ahead)
+    else:
+        motion = fit_motion(source, target)
     outline = shapely.LinearRing(motion.apply(piece.outline))
     worst = max(
         farthest(motion.apply(source), target),
