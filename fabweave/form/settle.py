@@ -168,7 +168,7 @@ class Form:
     def text(self) -> str:
         """What a maker wants to read of it."""
         if self.collapse:
-            return "; ".join([self.collapse, *self.hanging])
+            return "; ".join([f"does not stand: {self.collapse}", *self.hanging])
         if self.keeps:
             said = f"keeps its form within {_length(self.settles_mm)}"
         else:
