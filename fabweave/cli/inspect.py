@@ -93,6 +93,7 @@ def inspect(
             further_rows,
         )
         from fabweave.job.stations import Stations
+        from fabweave.mesh.shapes.catalogue import is_shape
 
     settings = job_settings(mesh, options)
     for path, suffix in ((png, ".png"), (edges, "")):
@@ -118,7 +119,8 @@ def inspect(
             Stations(settings, progress=progress),
             answer=answer,
             thorough=thorough,
-            n_designs=_DESIGNS if designs or png is not None else 0,
+            # A picture shows designs of models; a built-in shape is as it was asked for.
+            n_designs=_DESIGNS if designs or (png and not is_shape(settings.mesh.source)) else 0,
             looks=png is not None,
             executors=processes(os.cpu_count() or 1),
             told=tell,

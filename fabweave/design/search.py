@@ -78,7 +78,7 @@ class Search:
     ) -> None:
         self.asked, self.given, self.wishes = asked, given, wishes
         self.progress, self.executors, self.looks = progress, executors, looks
-        self.told, self._better, self._partly = told, better, partly
+        self.told, self.better, self._partly = told, better, partly
         self._known: dict[str, Tried] = {}
         self._best = UNBUILT
         #: Whether Ctrl-C ended it.
@@ -132,7 +132,7 @@ class Search:
             if not (self._partly and any(one.makeable for one in some)):
                 raise
             self.stopped = True
-            self._better(STOPPED)
+            self.better(STOPPED)
         self._known |= {name: found[name] for name in names if name in found}
         return [self._known[name] for name in names if name in self._known]
 
@@ -141,7 +141,7 @@ class Search:
         self.told(tried)
         if (away := rank(tried, self.wishes)) < self._best:
             self._best = away
-            self._better(f"best so far: {tried.brief}")
+            self.better(f"best so far: {tried.brief}")
 
     def _one_of_each_mesh(
         self, left: dict[str, Settings], found: dict[str, Tried]

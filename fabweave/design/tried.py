@@ -120,9 +120,13 @@ class Tried:
 
     def record(self) -> dict[str, Any]:
         """Return it as JSON takes it, with the command that makes it."""
-        told = ("name", "verdict", "figures", "excess")
-        command = long_command(self.design)
-        return {"command": command} | {name: to_json(getattr(self, name)) for name in told}
+        return {
+            "name": self.name,
+            "command": long_command(self.design),
+            "verdict": to_json(self.verdict),
+            "figures": None if self.figures is None else to_json(self.figures),
+            "excess": self.excess,
+        }
 
 
 def try_design(

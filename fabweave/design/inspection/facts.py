@@ -38,7 +38,6 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.coarse import cages, paired_quads
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.settings import MeshSettings
-from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
@@ -481,9 +480,9 @@ def inspect_mesh(
         fails = True
     found = _inspected(job, most, chosen, answer=answer, thorough=thorough)
     told(found.facts)
-    if not (n_designs or fails) or is_shape(asked.mesh.source):
+    if not (n_designs or fails):
         return found
-    search.told = told_design
+    search.told, search.better = told_design, tell_nobody
     search = shelf(search, n_designs or _DESIGNS)
     designs = _shown(search, n_designs or _DESIGNS)
     rows = {"designs": [one.record() for one in designs], "designs_why": why_few(search)}
