@@ -197,6 +197,7 @@ def test_where_the_name_is_taken_again_the_older_job_is_kept_aside(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_jobs")
 def test_the_command_line_says_so_and_goes_on(finished, tmp_path, capsys):
     job = finished.copy(tmp_path / "job", *OCTAHEDRON)
     made = tree(job)

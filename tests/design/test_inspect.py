@@ -120,7 +120,7 @@ def test_the_cube_is_exact_only_after_a_mid_edge_subdivision() -> None:
     ],
 )
 def test_real_meshes_are_what_their_table_says(mesh) -> None:
-    facts = facts_of(mesh.path)
+    facts = facts_of(mesh.path, remesh="none")
     found = facts["mesh"]
     assert (found["vertices"], found["edges"], found["faces"]) == (
         mesh.n_vertices, mesh.n_edges, mesh.n_faces,
