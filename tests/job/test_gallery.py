@@ -1,6 +1,7 @@
 """The gallery, the page of figures, the notebook and the finished jobs are those of today."""
 
 import json
+import os
 import re
 import runpy
 import sys
@@ -49,6 +50,12 @@ KEYS = {
 }
 
 
+#: Another processor's linear algebra may round otherwise, and what is kept was made on one.
+where_it_was_made = pytest.mark.skipif(
+    "CI" in os.environ, reason="what is kept is compared on the machine that made it"
+)
+
+
 def test_every_script_has_a_key_and_a_picture_and_is_short():
     scripts = {path.stem for path in GALLERY.glob("*.py")} - {"studio"}
     assert set(MAKER["NAMES"]) == set(KEYS) == scripts - {"scan"}
@@ -79,6 +86,7 @@ def test_links_of_the_pages_lead_somewhere():
 LOOKED_AT = ("koala", "twill_genus_1", "kagome", "yarns")
 
 
+@where_it_was_made
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LOOKED_AT)
 def test_an_object_has_the_figures_and_the_picture_of_the_page(name, monkeypatch, capsys):
@@ -138,6 +146,7 @@ def test_the_page_of_figures_shows_every_figure_with_its_counts():
     assert all(path.stat().st_size < 250_000 for path in pictures)
 
 
+@where_it_was_made
 @pytest.mark.slow
 def test_the_notebook_is_what_its_cells_show_today():
     kept = json.loads((EXAMPLES / "fabweave.ipynb").read_text("utf-8"))
@@ -173,6 +182,7 @@ def test_the_models_are_spheres_but_for_the_knot_and_their_licences_are_told():
         assert path.stat().st_size < 100_000
 
 
+@where_it_was_made
 @pytest.mark.slow
 @pytest.mark.parametrize("name", OUTPUTS["JOBS"])
 def test_a_finished_job_is_what_is_made_today_and_proved(name, tmp_path):
