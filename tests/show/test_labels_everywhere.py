@@ -28,7 +28,10 @@ def lettering(folder, kind):
     job, words = load_job(folder, Tally("files")), {}
     plan = json.loads((folder / "crossing_map.json").read_text())
     labels = {piece["id"]: piece["labels"] for piece in plan["pieces"]}
-    drawings, others = (job.dxf, job.svg) if kind == "dxf" else (job.svg, job.dxf)
+    drawings, others = (
+        {at: drawn[sheet.name] for at, sheet in enumerate(job.map.sheets, start=1)}
+        for drawn in ((job.sheets.dxf, job.sheets.svg)[:: 1 if kind == "dxf" else -1])
+    )
     for half in (0, 1):
         taught = {}
         for piece in job.map.pieces[1 - half :: 2]:
