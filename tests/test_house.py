@@ -23,6 +23,7 @@ def test_nothing_flows_backwards_and_the_proof_stands_apart():
     assert against_the_flow(HOUSE) == []
 
 
+@pytest.mark.slow
 def test_no_imports_run_in_a_circle():
     assert circles(HOUSE) == []
 

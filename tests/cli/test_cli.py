@@ -45,6 +45,7 @@ def test_a_finished_job_has_every_file_and_is_proved(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == [folder]
 
 
+@pytest.mark.slow
 def test_the_terminal_shows_what_matters_and_v_shows_every_note(tmp_path, capsys):
     asked = Settings.of("shape:octahedron", size_mm=90.0, fair=1, effort="quick")
     made = run_job(Stations(asked), tmp_path / "job")

@@ -125,6 +125,7 @@ def test_a_volume_that_becomes_read_only_keeps_the_older_job(when, tmp_path, mon
     assert contents_of(tmp_path) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("inspect", "--png", "a.png"), ("model", "-o", "a.glb")], ids=lambda c: c[0]
 )

@@ -30,6 +30,7 @@ pytestmark = pytest.mark.usefixtures("quick_jobs")
 slow = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("m", "thickness_mm", "size_mm", "told"), [(12, 0.4, 50, 60), (24, 0.12, 36, None)]
 )
@@ -170,6 +171,7 @@ def test_what_is_told_is_what_is_made(settings) -> None:
     assert told == [(one.rule, one.size_mm) for one in job.check.findings]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [

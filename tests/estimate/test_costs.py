@@ -123,6 +123,7 @@ def test_a_better_machine_is_faster_and_a_pierce_rests():
     assert rests == pytest.approx([pierces, pierces], abs=2e-3)
 
 
+@pytest.mark.slow
 def test_calibration_multiplies_the_machine_and_nothing_else():
     job = job_of()
     once, twice = costs_of(job), costs_of(job, calibration=2.0)

@@ -294,6 +294,7 @@ def moved(drawing):
     return replace(drawing, pieces=(PieceDrawing(first.piece_id, entities), *others))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [without_a_run, cut_twice, with_another_cut, moved])
 def test_other_cuts_are_found(spoilt, spoil):
     job, folder = spoilt

@@ -129,6 +129,7 @@ def in_words(told: list[str]) -> bool:
     return all(told) and not any(" at 0x" in words for words in told)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", CALLS)
 def test_odd_values_are_taken_or_refused_in_words(name, steps, tmp_path, monkeypatch):

@@ -77,6 +77,7 @@ def test_walks_are_faces_without_twists_and_threads_with_all(theory, shape):
         assert theory.trace_walks(halfedges, every)[2].max() + 1 == walks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solid", [solids.octahedron, solids.cube])
 def test_drawn_rings_are_linked_as_counted(theory, solid):
     mesh = on_unit_sphere(solid)
@@ -121,6 +122,7 @@ def test_cycles_and_their_parts_are_even(theory, mesh):
     assert len(visits) == np.count_nonzero(met == 2)
 
 
+@pytest.mark.slow
 def test_figure_8_counts_self_crossings(theory):
     _, rows = theory.figure_8()
     assert all(row["self-crossings"] for row in rows)

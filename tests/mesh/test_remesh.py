@@ -292,6 +292,7 @@ def test_unwanted_run_is_stopped(tmp_path):
         run_engine(stub(tmp_path, "time.sleep(600)"), BALL, Run(100, 0, rim=False), stop)
 
 
+@pytest.mark.slow
 @needs_proc
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C is sent as a signal")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])

@@ -35,6 +35,7 @@ def test_result_does_not_depend_on_where_a_piece_was_drawn():
         np.testing.assert_allclose(a.apply(p), b.apply(q), atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", ["quick", "normal", "best"])
 def test_equal_rectangles_use_nearly_the_computed_number_of_sheets(effort):
     # Ten bars of 16 mm and nine gaps of 2 mm are 178 mm: exactly what the margin leaves.

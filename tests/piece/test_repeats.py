@@ -84,6 +84,7 @@ def test_rotations_that_change_the_supply_do_not_count():
     assert with_all.leader.tolist() == repeats.leader.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "kinds"),
     slow_but(

@@ -76,6 +76,7 @@ def test_a_kink_of_a_ribbon_is_narrowed_away(found):
     assert {str(crowded), str(kinked)} <= set(said.split())
 
 
+@pytest.mark.slow
 def test_a_kink_in_a_ribbon_of_given_width_is_refused_with_its_place():
     options = {"size": "1500mm", "sheet": "1200x800mm", "width": 0.65, **BENT}
     mesh = steep_sheet(0, 50)

@@ -45,6 +45,7 @@ def loose_by_hand(pieces, fastened, order):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SMALL)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_lies_loose_is_what_the_words_say(shape, seed):
@@ -61,6 +62,7 @@ def test_nothing_is_loose_at_the_end_if_all_is_fastened():
     assert count_loose(find_holds(made.pieces, every), range(len(made.pieces)))[-1] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "changed"),
     slow_but(

@@ -86,6 +86,7 @@ def effort_by_hand(made, order, *, enclosed):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SMALL)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_effort_is_what_the_model_says(shape, seed):
@@ -196,6 +197,7 @@ def test_the_best_of_all_orders_is_found(shape):
     assert found.cost <= best * 1.02 + 1e-9
 
 
+@pytest.mark.slow
 def test_what_annealing_takes_for_the_effort_is_the_effort():
     """Improving never loses track: more sweeps from the same start end lower than the start."""
     woven = model_of("shape:torus?m=12&n=6", max_length_mm=120.0)
@@ -208,6 +210,7 @@ def test_what_annealing_takes_for_the_effort_is_the_effort():
     assert measure_order(contacts, after, enclosed=True).total < 0.95 * before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "changed"),
     slow_but(

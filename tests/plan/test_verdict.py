@@ -67,6 +67,7 @@ def test_the_worst_comes_first_and_what_is_forced_says_so():
     assert not judge(findings[:1], narrowest_mm=9.0, forced=True).forced
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("material", "good"), [("card", True), ("museum-board", False)])
 def test_a_small_ball_of_board_is_refused_before_it_is_nested(material, good):
     asked = settings_from_options("shape:sphere?n=3", size="110mm", material=material)

@@ -175,6 +175,7 @@ def test_a_width_that_is_left_to_fabweave_is_even_but_on_built_in_shapes() -> No
     )
 
 
+@pytest.mark.slow
 def test_two_layers_fit_at_a_crossing_and_three_at_a_lap() -> None:
     woven, settings, supplies = laid("shape:torus?m=12&n=6", size_mm=400.0, material="museum-board")
     runs = plan_pieces(woven.ribbons, woven.weave, woven.labels, brief_of(settings, supplies)).runs

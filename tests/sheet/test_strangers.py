@@ -94,6 +94,7 @@ def test_meerk40t_cuts_what_we_say(made, planned, file) -> None:
     assert length[INNER] == pytest.approx(holes, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", FILES)
 def test_meerk40t_cuts_holes_before_the_outline_around_them(made, planned, file) -> None:
     job, found = made(file[0]), planned(*file)

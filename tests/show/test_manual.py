@@ -42,6 +42,7 @@ def section(name, **changed):
     return " ".join(page for page in pages_of(**changed) if page.startswith(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "size"), [("a4", (210.0, 297.0)), ("letter", (215.9, 279.4))])
 def test_every_page_has_the_size_of_the_paper(paper, size):
     reader = pypdf.PdfReader(io.BytesIO(manual_of(paper)))

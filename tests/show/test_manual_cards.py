@@ -30,6 +30,7 @@ def cards_of(crossing_map):
             yield pieces[key], step, lay_card(pieces[key], met, WIDE, back=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("job", [SMALL, LARGE])
 def test_cards_tell_each_crossing_and_joint_of_all_steps_once(job):
     crossing_map = drawn_job(**job).plan

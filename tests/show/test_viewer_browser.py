@@ -162,6 +162,7 @@ def pieces_alone(tab, scene):
     return {scene.ids[k] for k, code in enumerate(codes) if code}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("query", ["a", "thread A", "kind 1", "k1", "sheet 2", "sheet_02"])
 def test_threads_kinds_and_sheets_are_shown_alone(tab, torus, query):
     wanted = {
@@ -256,6 +257,7 @@ def test_keys_step_and_tick(tab, torus):
     assert tab.chosen() == ""
 
 
+@pytest.mark.slow
 def test_progress_survives_a_reload(tab):
     tab.go_to(2)
     tab.page.check("#done")
@@ -272,6 +274,7 @@ def test_progress_survives_a_reload(tab):
     assert "2 of" in tab.page.locator("#progress").inner_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "script",
     [

@@ -146,6 +146,7 @@ def tap(tab, x=0.5, y=0.35):
     tab.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
 
 
+@pytest.mark.slow
 def test_a_strand_shows_its_piece_and_a_piece_its_strand(tab):
     for y in (0.3, 0.4, 0.5, 0.6, 0.7):
         tap(tab, 0.42, y)
@@ -164,6 +165,7 @@ def test_a_strand_shows_its_piece_and_a_piece_its_strand(tab):
     assert "step 1" in tab.page.locator("#chosen").inner_text()
 
 
+@pytest.mark.slow
 def test_a_face_is_left_out_and_a_crossing_fastened_by_a_tap(tab):
     tab.page.locator('[data-tool="fasten"]').click()
     for y in (0.3, 0.4, 0.5, 0.6):
@@ -192,6 +194,7 @@ def middle(tab, place):
     return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
 
 
+@pytest.mark.slow
 def test_the_arrow_is_dragged_to_what_is_to_point_up_and_back(tab):
     first, mouse, arrow = tab.state(), tab.page.mouse, tab.page.locator("#arrow")
     assert not arrow.is_visible()

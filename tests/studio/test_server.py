@@ -187,6 +187,7 @@ def test_files_that_are_spoilt_are_refused_in_words(studio, page):
         assert told["error"]
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_that_is_said(tmp_path):
     started = Studio(tmp_path / "studio")
     try:
@@ -198,6 +199,7 @@ def test_where_nothing_can_be_written_that_is_said(tmp_path):
         assert started.end()[0] == 0
 
 
+@pytest.mark.slow
 def test_a_job_that_is_made_is_what_the_command_line_makes_of_job_toml(studio, page, tmp_path):
     mesh = "shape:octahedron"
     options = {"size": "200mm", "width": "even,15mm", "effort": "quick", "fasten": "joints,3"}
@@ -221,6 +223,7 @@ def test_a_job_that_is_made_is_what_the_command_line_makes_of_job_toml(studio, p
     assert new_folder(folder.parent, settings).name == "octahedron-2"
 
 
+@pytest.mark.slow
 def test_the_page_can_end_the_studio(tmp_path):
     started = Studio(tmp_path / "studio")
     assert started.ask("end", "POST")[0] == 200
@@ -229,6 +232,7 @@ def test_the_page_can_end_the_studio(tmp_path):
     assert "ended" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["nothing.obj", "shape:nothing"])
 def test_what_is_not_there_is_one_message(model, tmp_path):
     ran = subprocess.run(

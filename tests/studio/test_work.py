@@ -78,6 +78,7 @@ def test_triangles_that_a_page_has_are_not_sent_again():
     assert set(found[0][1]) - set(found[1][1]) == {"index"}
 
 
+@pytest.mark.slow
 def test_a_plan_tells_what_the_pieces_are_and_where_they_lie():
     figures, cut, sheets, steps = (
         one for one in told(plan, TORUS, size="200mm") if "progress" not in one

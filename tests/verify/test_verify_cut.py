@@ -72,6 +72,7 @@ def moved(entity, layer):
     return replace(entity, points=entity.points + np.array([0.1, 0.0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spoil",
     [

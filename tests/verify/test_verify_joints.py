@@ -331,6 +331,7 @@ def make_otherwise(monkeypatch, name, **changes):
     monkeypatch.setattr(kinds, "KINDS", MappingProxyType(records))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [

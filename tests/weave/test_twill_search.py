@@ -249,6 +249,7 @@ def test_search_never_breaks_more_than_its_start(mesh: PolyMesh, seed: int) -> N
         assert count_broken(conditions, found).total == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mesh", "steps", "known"),
     [(solids.cube, 1, 16), (solids.octahedron, 1, 16), (solids.cube, 2, 32), (solids.cube, 3, 64),
