@@ -18,7 +18,7 @@ os.environ["FABWEAVE_CONFIG_DIR"] = str(Path(__file__).parent / "support" / "no-
 judged = "CI" in os.environ
 settings.register_profile("fabweave", deadline=None, derandomize=judged, max_examples=50)
 # For `make test`: a glance at each property.
-settings.register_profile("glance", deadline=None, derandomize=judged, max_examples=15)
+settings.register_profile("glance", deadline=None, derandomize=judged, max_examples=10)
 settings.load_profile("fabweave")
 
 
