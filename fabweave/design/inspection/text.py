@@ -75,7 +75,7 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
         # How times come about is told by -v.
         *(
-            (name, text.partition(";")[0] if name == "time" else text)
+            (name, f"{text.partition(';')[0]}, as foretold" if name == "time" else text)
             for name, text in (_cost_rows(facts["costs"])[:-1] if built else [])
         ),
         *_form_rows(facts["form_mm"], facts["grade"], collapses=facts["collapses"]),
