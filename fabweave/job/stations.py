@@ -214,14 +214,18 @@ class Stations:
         hold = form_hold(self.joined, self.brief, closely=self.depth == Depth.SEARCHED)
         return joined_pieces(self.joined, self.brief, hold)
 
+    @property
+    def _many(self) -> bool:
+        """Whether there are too many crossings to look for what would help before it is refused."""
+        return self.n_crossings > FEW
+
     @cached_property
     def check(self) -> RibbonCheck:
         """The check of the ribbons as they are cut.
 
         What would help takes long to find on a large object: it is looked for where it is refused.
         """
-        many = self.n_crossings > FEW
-        return self.check_at(min(self.depth, Depth.NEAR) if many else self.depth)
+        return self.check_at(min(self.depth, Depth.NEAR) if self._many else self.depth)
 
     @cached_property
     def planned(self) -> PlannedJob:
@@ -238,7 +242,8 @@ class Stations:
         """The pieces; NotMakeableError if they cannot be built, and are not forced."""
         planned = self.planned
         if planned.verdict.stops and not self.asked.pieces.force:
-            raise NotMakeableError(replace(planned, check=self.check_at(self.depth)).verdict)
+            closely = self.check_at(self.depth) if self._many else self.check
+            raise NotMakeableError(replace(planned, check=closely).verdict)
         return planned
 
     @property
