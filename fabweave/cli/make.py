@@ -144,16 +144,20 @@ def make(
             if not (quiet or as_json):
                 progress.say(line, err=True)
 
+        def chose(text: str) -> None:
+            """Print what was chosen, before it is made."""
+            if not (quiet or as_json):
+                progress.say(text)
+
         job = Stations(settings, progress=progress)
         made, _, chosen = make_or_advise(
-            job, output, workers=workers, replaced=replaced, wishes=wishes, better=better
-        )
+            job, output, workers=workers, replaced=replaced, wishes=wishes,
+            better=better, chose=chose,
+        )  # fmt: skip
     if as_json:
         told = {"chosen": chosen} if chosen else {}
         click.echo(json.dumps(_totals(made, output) | told, indent=1))
     elif not quiet:
-        if chosen:
-            click.echo(chosen)
         tell_job(made, output, verbose=verbose)
     if made.missing:
         sys.exit(1)

@@ -4,6 +4,8 @@ import codecs
 import io
 import os
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
@@ -14,23 +16,48 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 
+#: Where there is no terminal, a line says so often what is being done.
+_EVERY_S = 5.0
+
+
 class Report:
-    """Takes what is being done, and shows it as a bar if there is one.
+    """Takes what is being done, and shows it as a bar if there is one, or as a line now and then.
 
     Parameters
     ----------
     bar : rich.progress.Progress, optional
-        Running; without it, nothing is shown.
+        Running.
     """
 
     def __init__(self, bar: "Progress | None" = None) -> None:
         self._bar = bar
         self._task = bar.add_task("start", total=1) if bar is not None else None
+        self._now = ("start", 0, 1)
 
     def __call__(self, what: str, done: int, total: int) -> None:
         """Show how much of something is done."""
+        self._now = what, done, total
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, description=what, completed=done, total=max(total, 1))
+
+    @contextmanager
+    def in_lines(self) -> Iterator["Report"]:
+        """Print every few seconds what is being done."""
+        over, began = threading.Event(), time.monotonic()
+
+        def tell() -> None:
+            while not over.wait(_EVERY_S):
+                what, done, total = self._now
+                share = f" {done} of {total}" if total > 1 else ""
+                click.echo(f"{time.monotonic() - began:4.0f} s: {what}{share}", err=True)
+
+        telling = threading.Thread(target=tell, daemon=True)
+        telling.start()
+        try:
+            yield self
+        finally:
+            over.set()
+            telling.join()
 
     @contextmanager
     def aside(self) -> Iterator[None]:
@@ -50,13 +77,17 @@ class Report:
 
 @contextmanager
 def progress_bar(silent: bool) -> Iterator[Report]:
-    """Show on the error stream what is being done, or show nothing."""
+    """Show on the error stream what is being done: a bar, lines in a pipe, or nothing."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    if silent or not console.is_terminal:  # in a log, a bar would be but an empty line
+    if silent:
         yield Report()
+        return
+    if not console.is_terminal:  # in a log, a bar would be but an empty line
+        with Report().in_lines() as report:
+            yield report
         return
     columns = (
         SpinnerColumn(),

@@ -8,9 +8,17 @@ import numpy as np
 
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree
-from fabweave.design.beside import SOFT, density, near_rounds, why_few
+from fabweave.design.beside import density, near_rounds, why_few
 from fabweave.design.search import Search
-from fabweave.design.variety import FEWEST, WIDTH_SHARE, is_free, two_digits, variety
+from fabweave.design.tried import Tried
+from fabweave.design.variety import (
+    FEWEST,
+    KAGOME_WIDTH,
+    WIDTH_SHARE,
+    is_free,
+    two_digits,
+    variety,
+)
 from fabweave.design.wishes import score
 from fabweave.job.stations import Stations
 from fabweave.mesh.check import check_mesh, faces_text
@@ -18,44 +26,62 @@ from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.triangulate import surface_area
-from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
 from fabweave.plan.grade import EASY_MM
-from fabweave.plan.verdict import NotMakeableError, judge
+from fabweave.plan.verdict import NotMakeableError
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 
-#: Ribbons of the finest mesh that is tried are about so wide, millimetres; each coarser one has so
-#: many times fewer faces.
-_FINEST_MM, _STEP = 8.5, 2
-#: The finest mesh has no more faces than that: it is some evenings' work. A slender model has as
-#: many as these, if ribbons are easy to handle.
-_MOST, _SLENDER = 600, 240
-#: So many triangles for a quad make ribbons of the same width.
-_TRIANGLES = 0.6
-#: A score at which no coarser mesh need be tried, in the first round and in those after it.
-_FINE, _GOOD = 7.5, 5.0
 #: A model with so many handles, as this Euler number says, has cracks and tunnels of a scan.
 _EULER = -4
-#: So many of the coarser meshes are planned closely, the best first, until one can be built.
+#: Strips of the meshes that are tried first are about so wide, millimetres, and those of a finer
+#: one; a coarser one has so many times fewer faces than the first.
+_FIRST_MM, _FINER_MM, _COARSER = 12.0, 8.5, 2
+#: The first meshes have no more quads than an evening's work, a finer one than some evenings'. A
+#: slender model has as many as the last, if strips are easy to handle.
+_EVENING, _MOST, _SLENDER = 350, 500, 240
+#: So many triangles for a quad make ribbons of the same width, or straight ones.
+_TRIANGLES, _STRAIGHT = 0.6, 0.48
+#: A score at which no other mesh need be tried, in the first rounds and in those after them.
+_FINE, _GOOD = 8.0, 6.0
+#: So many of the meshes are planned closely, the best first, until one can be built.
 _CLOSELY = 4
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
 _MESHES, _TOLD = 4, 3
+#: Strips of a mesh are about such a share of the root of the area of each crossing; its own is not
+#: tried where that is less than so many millimetres, or where it has more crossings.
+_WIDE, _LEAST_MM, _MOST_CROSSINGS = 0.54, 4.0, 1000
+#: Rims longer than this share of the size are rims; shorter ones are cracks, which a wrap closes.
+_RIM = 0.3
+#: Another design is finer if it has so many times the crossings, and quicker in such a share of
+#: the hours.
+_MORE, _LESS = 1.25, 0.75
 
 
 class Choice(NamedTuple):
-    """A job, on the mesh that was chosen for it, and why; empty where all is as it was asked."""
+    """A job, on the mesh that was chosen for it.
+
+    ``why`` is empty where all is as it was asked; ``others`` are lines on what else could be made.
+    """
 
     job: Stations
     why: str = ""
+    others: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """All of that, in lines."""
+        return "\n".join(filter(None, (self.why, *self.others)))
 
 
 def choose_mesh(
     job: Stations, search: Search, *, most_planned: float = np.inf, advise: bool = True
 ) -> Choice:
-    """Return a job on the mesh on which it can be built: as it is asked for, or on a coarser one.
+    """Return a job on the best mesh for it: as it is asked for, or another of its surface.
 
-    A coarser mesh is taken where the mesh is left to fabweave (see :func:`is_free`): the best of
-    those that are tried.
+    Where the mesh is left to fabweave (see :func:`is_free`), its own and others of quads, tubes
+    and triangles compete by the grade that the maker reads, and by hours (see
+    :func:`fabweave.design.wishes.rank`). An evening's work with strips of some 12 mm is tried
+    first; what is finer or coarser only where that is not good.
 
     Parameters
     ----------
@@ -63,7 +89,7 @@ def choose_mesh(
     search : Search
         For designs of that job.
     most_planned : float
-        Of more crossings, no pieces are planned to see whether it can be built.
+        Of more crossings, no pieces are planned to see whether what is asked for can be built.
     advise : bool
         Whether designs are tried where it cannot be built, so that the message names some.
 
@@ -74,108 +100,182 @@ def choose_mesh(
     CannotMakeError
         If it cannot be built as asked; the message tells what was tried instead, and can be built.
     """
-    asked = job.asked
-    refused: CannotMakeError
-    free = is_free(asked)
-    stops = _foreseen(job) if free else []
-    if stops:
-        refused = NotMakeableError(judge(stops, narrowest_mm=np.inf))
-        why = needs(stops[0])
-    elif job.n_crossings > most_planned:
-        return Choice(job)
-    else:
+    if not is_free(job.asked):
+        return _as_asked(job, search, most_planned, advise=advise)
+    unfit = _unfit(job)
+    search.run(mesh_rounds(search, job.loaded, own=not unfit))
+    for one in islice(search.ranked, _CLOSELY):
+        own = one.design == job.asked
+        taken = job if own else job.instead(one.design).know(loaded=one.loaded)
         try:
-            _ = job.buildable
-        except (NotMakeableError, TooFineError) as error:
-            refused, why = error, f"cannot be built ({error.reason})"
-        else:
-            return Choice(job)
-    if not (free and has_coarser(job.loaded)):
-        ways = what_can_be_built(search) if advise else ""
-    else:
-        search.run(mesh_rounds(search, job.loaded))
-        for one in islice(search.ranked, _CLOSELY):
-            taken = job.instead(one.design).know(loaded=one.loaded)
-            try:
-                _ = taken.buildable
-            except (NotMakeableError, TooFineError):
-                continue
-            return Choice(taken, told(asked, job.loaded, one.design, why))
-        ways = _none_of_them(asked)
-    if isinstance(refused, NotMakeableError):
-        raise NotMakeableError(refused.verdict, ways)
-    raise CannotMakeError(f"{refused}\n{ways.rstrip()}") from None
+            _ = taken.buildable
+        except (NotMakeableError, TooFineError):
+            continue
+        why = "" if own else told(job.loaded, one, unfit or _fares(search))
+        return Choice(taken, why, beside_it(search, one))
+    return _as_asked(job, search, advise=advise)
 
 
-def _foreseen(job: Stations) -> list[BrokenRule]:
-    """Find why a mesh obviously cannot be built, within a second or so for 20,000 triangles."""
-    asked = job.asked
-    if asked.ribbons.straight:
-        return []  # it takes longer to say
+def _as_asked(
+    job: Stations, search: Search, most_planned: float = np.inf, *, advise: bool
+) -> Choice:
+    """Return a job as it is asked for, if it can be built; else say what can."""
+    if job.n_crossings > most_planned:
+        return Choice(job)
+    try:
+        _ = job.buildable
+    except (NotMakeableError, TooFineError) as error:
+        # Where other meshes were tried, the nearest of them is tried larger, thinner and softer.
+        ways = ""
+        if advise:
+            ways = f"{why_few(search)}\n" if search.tried else what_can_be_built(search)
+        if isinstance(error, NotMakeableError):
+            raise NotMakeableError(error.verdict, ways) from None
+        raise CannotMakeError(f"{error}\n{ways.rstrip()}") from None
+    return Choice(job)
+
+
+def _unfit(job: Stations) -> str:
+    """Say why a model's own mesh need not be tried; empty if it may be good."""
+    crossings = job.n_crossings
+    wide = _WIDE * float(np.sqrt(surface_area(job.loaded.mesh) / max(crossings, 1)))
+    if wide < _LEAST_MM:
+        return f"would need strips of some {max(wide, 0.1):.1f} mm"
+    if crossings > _MOST_CROSSINGS:
+        return f"would have {crossings} crossings"
+    if job.asked.ribbons.straight:
+        return ""  # it takes longer to say
     # How strands go over and under changes no width; a twill would be searched for long.
-    plain = job.instead(asked.but(pattern="plain")) if asked.weave.pattern == "twill" else job
-    found = plain.foreseen
-    job.know(loaded=plain.loaded)
-    return found
+    twill = job.asked.weave.pattern == "twill"
+    plain = job.instead(job.asked.but(pattern="plain")) if twill else job
+    try:
+        stops = plain.foreseen
+    except CannotMakeError as error:
+        return f"cannot be woven ({error.reason})"
+    return needs(stops[0]) if stops else ""
 
 
-def has_coarser(model: LoadedMesh) -> bool:
-    """Tell whether there are coarser meshes: a model of very few faces was drawn face by face."""
-    return model.mesh.n_faces >= _STEP * FEWEST
+def _fares(search: Search) -> str:
+    """Say what the model's own mesh came to."""
+    own = next(one for one in search.tried if one.design == search.asked)
+    if own.figures is None or not own.makeable:
+        return f"cannot be built ({own.verdict.reasons[0].text})"
+    return f"would come to {own.figures.pieces} pieces of grade {own.figures.grade or 0.0:.1f}"
 
 
-def mesh_rounds(search: Search, model: LoadedMesh) -> Iterator[list[Settings]]:
-    """Yield coarser meshes for a model, round after round, until one is good.
+def mesh_rounds(
+    search: Search, model: LoadedMesh, *, own: bool = False
+) -> Iterator[list[Settings]]:
+    """Yield meshes for a model, round after round, until one is good.
 
-    First quads and tubes of the finest mesh; of a model that runs through itself, or has several
-    bodies or many handles, all wrapped as one. Then coarser ones, wrapped if none could be made at
-    all, and triangles.
+    Its own comes first, then quads and tubes whose strips are some 12 mm wide, for an evening; then
+    finer and coarser ones of the better kind; at last triangles. A closed model of which none could
+    be made at all, or that runs through itself, has several bodies or many handles, is wrapped as
+    one: never one that is open, as it would become a bag.
 
     Parameters
     ----------
     search : Search
     model : LoadedMesh
         As it comes.
+    own : bool
+        Whether its own mesh is tried.
     """
     asked = search.asked
-    most = min(_MOST, model.mesh.n_faces / _STEP)
+    if own:
+        yield [asked]
+        if _is_good(search, _FINE):
+            return
     area = surface_area(model.mesh)
-    finest, slender = (area / (mm / WIDTH_SHARE) ** 2 for mm in (_FINEST_MM, EASY_MM))
-    finest = min(most, max(finest, min(slender, _SLENDER)))
-    wanted = () if asked.weave.pattern in ("kagome", "triaxial") else ("quads", "tubes")
-    ways = [way for way in wanted if not lacking(way)] or ["triangles"]
-    kind = ways[0]
+    first, finer, slender = (
+        area / (mm / WIDTH_SHARE) ** 2 for mm in (_FIRST_MM, _FINER_MM, EASY_MM)
+    )
+    first, finer = min(first, _EVENING), max(min(finer, _MOST), min(slender, _SLENDER))
+    ways = _kinds(asked, model)
+    straight = asked.ribbons.straight
+    base = asked.but(width=KAGOME_WIDTH) if straight and asked.ribbons.width is None else asked
     bodies = asked.mesh.bodies
-    report = check_mesh(model.mesh)
-    if bodies == "all" and (model.clashes or report.n_components > 1 or report.euler < _EULER):
+    report, is_open = check_mesh(model.mesh), _is_open(model)
+    many = report.n_components > 1 or report.euler < _EULER
+    closed = bodies == "all" and not is_open
+    if closed and many:
         bodies = "wrap"
 
-    def mesh(kind: str, step: float) -> Settings:
-        share = _TRIANGLES if kind == "triangles" else 1.0
-        number = two_digits(share * max(finest / _STEP**step, FEWEST))
-        return asked.but(remesh=f"{kind}:{number}", bodies=bodies)
+    def mesh(kind: str, number: float) -> Settings:
+        share = 1.0 if kind != "triangles" else _STRAIGHT if straight else _TRIANGLES
+        return base.but(remesh=f"{kind}:{two_digits(share * max(number, FEWEST))}", bodies=bodies)
 
-    rounds = [
-        [(way, 0.0) for way in ways],
-        [(way, 1.0) for way in ways],
-        [(kind, 2.0), *((way, 0.5) for way in ways)],
-        [("triangles", 0.0), ("triangles", 1.0), (kind, 3.0)],
-    ]
-    for at, some in enumerate(rounds):
-        yield [mesh(*one) for one in some if _may_make(search, one[0])]
-        if bodies == "all" and all(one.loaded is None for one in search.tried):
-            # A wrap closes cracks and cavities, which is no small change: only where it helps.
-            bodies = "wrap"
-            yield [mesh(*one) for one in some]
-        best = next(iter(search.ranked), None)
-        if best is not None and best.like and score(best) >= (_GOOD if at else _FINE):
+    yield [mesh(way, first) for way in ways]
+    if _is_good(search, _FINE):
+        return
+    if closed and not many and (model.clashes or not any(_made(search, way) for way in ways)):
+        # A wrap closes cracks and cavities, which is no small change: only where it helps.
+        bodies = "wrap"
+        yield [mesh(way, first) for way in ways]
+        if _is_good(search, _FINE):
             return
+    coarser, between = first / _COARSER, float(np.sqrt(first * finer))
+    best = next(iter(search.ranked), None)
+    if best is not None:
+        bodies = best.design.mesh.bodies
+    able = [way for way in ways if _made(search, way)] or ways
+    kind = (density(best.design)[0] if best is not None else "") or able[0]
+    others = [way for way in able if way != kind and best is None]
+    numbers = (between, finer, coarser)
+    yield [*(mesh(kind, number) for number in numbers), *(mesh(way, coarser) for way in others)]
+    if _is_good(search, _GOOD):
+        return
+    yield [
+        *(mesh(way, between) for way in able if way != kind),
+        mesh("triangles", first),
+        mesh("triangles", coarser),
+        mesh(kind, coarser / _COARSER),
+    ]
 
 
-def _may_make(search: Search, way: str) -> bool:
-    """Tell whether a way may make a mesh: one that failed to make any fails again."""
-    known = [one for one in search.tried if density(one.design)[0] == way]
-    return not known or any(one.loaded is not None for one in known)
+def _kinds(asked: Settings, model: LoadedMesh) -> list[str]:
+    """Return the kinds of meshes that are tried, the likeliest first."""
+    if asked.ribbons.straight or asked.weave.pattern in ("kagome", "triaxial"):
+        return ["triangles"]
+    wanted = ["quads"] if _is_open(model) else ["quads", "tubes"]
+    return [way for way in wanted if not lacking(way)] or ["triangles"]
+
+
+def _is_open(model: LoadedMesh) -> bool:
+    """Tell whether a model has rims, and no cracks alone."""
+    mesh, halfedges = model.mesh, model.halfedges
+    rim = halfedges.twin < 0
+    ends = mesh.vertices[halfedges.head[rim]] - mesh.vertices[halfedges.tail[rim]]
+    length = float(np.linalg.norm(ends, axis=1).sum())
+    return length > _RIM * float(np.ptp(mesh.vertices, axis=0).max())
+
+
+def _is_good(search: Search, least: float) -> bool:
+    """Tell whether the best that was tried is good enough."""
+    best = next(iter(search.ranked), None)
+    return best is not None and best.like and not best.daunting and score(best) >= least
+
+
+def _made(search: Search, way: str) -> bool:
+    """Tell whether a way made any mesh."""
+    return any(one.loaded is not None for one in search.tried if density(one.design)[0] == way)
+
+
+def beside_it(search: Search, chosen: Tried) -> tuple[str, ...]:
+    """Return lines on the next best that were tried: one that is finer, and one that is quicker."""
+    mine = chosen.figures
+    if mine is None:
+        return ()
+    lines: dict[str, str] = {}
+    for one in search.ranked:
+        other = one.figures
+        if other is None or not one.like or one.daunting:
+            continue
+        if other.crossings > _MORE * mine.crossings:
+            lines.setdefault("finer", one.brief)
+        elif max(other.hours or (0.0,)) < _LESS * max(mine.hours or (0.0,)):
+            lines.setdefault("quicker", one.brief)
+    return tuple(f"  {name}: {brief}" for name, brief in lines.items())
 
 
 def shelf(search: Search, count: int, *, first: int | None = None) -> Search:
@@ -219,26 +319,24 @@ def what_can_be_built(search: Search) -> str:
     return "These were tried, and can be built:\n" + "".join(lines)
 
 
-def told(asked: Settings, model: LoadedMesh, chosen: Settings, why: str) -> str:
-    """Say on which mesh a model is woven, and why not on its own.
+def told(model: LoadedMesh, chosen: Tried, why: str) -> str:
+    """Say on which mesh a model is woven, what that comes to, and why not on its own.
 
     Parameters
     ----------
-    asked : Settings
     model : LoadedMesh
         As it comes.
-    chosen : Settings
-        With the mesh that it is woven on.
+    chosen : Tried
+        On the mesh that it is woven on.
     why : str
-        What its own mesh would need, or that it cannot be built.
+        What its own mesh would need, or come to.
     """
-    options = changed_options(chosen, asked)
     own = f"the model's own {faces_text(model.mesh)}"
-    gone = len(parse_leave_out(chosen.mesh.leave_out).faces)
+    gone = len(parse_leave_out(chosen.design.mesh.leave_out).faces)
     left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
     lacks = [f"; {lack}" for lack in map(lacking, ("quads", "tubes")) if lack]
     return (
-        f"woven on a coarser mesh ({options}), as {own} {why}; --remesh none keeps the mesh"
+        f"chosen: {chosen.brief}. {own[0].upper()}{own[1:]} {why}; --remesh none keeps the mesh"
         f"{left if gone else ''}{''.join(lacks)}"
     )
 
@@ -254,12 +352,3 @@ def needs(finding: BrokenRule) -> str:
     length = f"{finding.value:.0f}" if finding.value >= 1.0 else f"{finding.value:.1g}"
     bent = "bent to a radius " if finding.rule == "bend" else ""
     return f"would need strips {bent}of {length} mm"
-
-
-def _none_of_them(settings: Settings) -> str:
-    """Return what may help where no coarser mesh can be built."""
-    softer = "" if settings.stock.material == SOFT else f", or --material {SOFT},"
-    return (
-        "Coarser meshes of quads, tubes and triangles were tried, and cannot be built either. A "
-        f"larger --size{softer} leaves more room.\n"
-    )

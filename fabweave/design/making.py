@@ -67,12 +67,13 @@ def make_or_advise(
     replaced: Collection[Path] = (),
     wishes: Wishes = NO_WISHES,
     better: Callable[[str], None] = tell_nobody,
+    chose: Callable[[str], None] = tell_nobody,
 ) -> Made:
-    """Make a job as ``run_job`` does; where it cannot be built, on a coarser mesh, or say what can.
+    """Make a job as ``run_job`` does, on the best mesh for it; or say what can be made instead.
 
     Where something is wished for, the design that comes nearest to it is made. ``better`` is told
-    each that is better than those before (see :func:`choose_mesh`). The files are those that its
-    settings make when they are asked for.
+    each that is better than those before (see :func:`choose_mesh`), and ``chose`` what was chosen
+    and why. The files are those that its settings make when they are asked for.
 
     Raises
     ------
@@ -90,6 +91,9 @@ def make_or_advise(
     if wishes:
         design, nearest = meet_wishes(searching(job.asked, wishes=wishes))
         job = job.instead(design)
-    chosen, why = choose_mesh(job, searching(job.asked))
-    finished = run_job(chosen, directory, workers=workers, replaced=replaced)
-    return Made(finished, chosen, "\n".join(filter(None, (nearest, why))))
+    choice = choose_mesh(job, searching(job.asked))
+    chosen = "\n".join(filter(None, (nearest, choice.text)))
+    if chosen:
+        chose(chosen)
+    finished = run_job(choice.job, directory, workers=workers, replaced=replaced)
+    return Made(finished, choice.job, chosen)

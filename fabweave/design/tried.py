@@ -22,6 +22,7 @@ from fabweave.options.settings import Settings
 from fabweave.picture.camera import View
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
+from fabweave.plan.grade import lost_limbs
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import FAR
@@ -39,8 +40,10 @@ _REFUSED = 1000.0
 #: Faces are left out so often, and no more than this share of them, or so many.
 _OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 #: What is farther off in the mean, as a share of its size, is hardly the model, however well it is
-#: built; a feature that is farther away than the second share is a limb that is lost.
-_POOR, _LIMB = 0.01, 0.05
+#: built.
+_POOR = 0.01
+#: Strips narrower than that, and more crossings, are not taken unasked: nobody begins with that.
+_LEAST_MM, _MOST_CROSSINGS = 5.0, 1000
 
 
 @frozen_value
@@ -85,14 +88,21 @@ class Tried:
     @property
     def limbs(self) -> int:
         """How many features of the model are far away: limbs, horns, ears."""
-        like = self.loaded.likeness if self.loaded is not None else None
-        return 0 if like is None else sum(x.lost_mm > _LIMB * like.size_mm for x in like.lost)
+        return lost_limbs(None if self.loaded is None else self.loaded.likeness)
 
     @property
     def like(self) -> bool:
         """Whether it is like the model."""
         like = self.loaded.likeness if self.loaded is not None else None
         return like is None or (like.loss <= _POOR and not self.limbs)
+
+    @property
+    def daunting(self) -> bool:
+        """Whether its strips are too narrow, or its crossings too many, to be taken unasked."""
+        figures = self.figures
+        return figures is not None and (
+            figures.median_mm < _LEAST_MM or figures.crossings > _MOST_CROSSINGS
+        )
 
     @property
     def opened(self) -> float:

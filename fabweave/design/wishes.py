@@ -10,6 +10,7 @@ from fabweave.core.messages import closest_first, shown
 from fabweave.core.units import parse_length
 from fabweave.design.tried import Tried
 from fabweave.job.figures import Figures
+from fabweave.plan.grade import BEST
 
 #: Nobody wishes for more of anything.
 MOST_WISHED = 1e9
@@ -166,10 +167,10 @@ def rank(tried: Tried, wishes: Wishes) -> tuple[int, float]:
 
     First come those that meet all wishes, good ones before others. Where a wish cannot be met, what
     is nearest is often what is worst: then all that are good come before those that are not. Where
-    nothing is wished for, those that are like the model go first, by their score.
+    nothing is wished for, those that are like the model and do not daunt go first, by their score.
     """
     if not wishes and tried.makeable:
-        return 2 * (not tried.like), -score(tried)
+        return 2 * tried.daunting + (not tried.like), -score(tried)
     away = distance(tried, wishes)
     if tried.figures is None or math.isinf(away):
         return UNBUILT
@@ -184,15 +185,15 @@ def rank(tried: Tried, wishes: Wishes) -> tuple[int, float]:
 def score(tried: Tried) -> float:
     """Return how good a design is that can be built, beside others of its model.
 
-    It is the grade that the maker reads; limbs that are lost, faces that are left open and more
-    than an evening's work take points from it.
+    It is the grade that the maker reads; faces that are left open and more than an evening's work
+    take points from it.
     """
     figures = tried.figures
-    if figures is None or figures.grade is None:
+    if figures is None or figures.points_lost is None:
         return 0.0
     hours = max(figures.hours or (0.0,))
     late = math.log2(max(hours / EVENING_H, 1.0))
-    return figures.grade - tried.limbs - tried.opened / _OPENED - late
+    return BEST - figures.points_lost - tried.opened / _OPENED - late
 
 
 def values_text(figures: Figures, wishes: Wishes) -> str:

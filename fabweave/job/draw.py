@@ -20,6 +20,7 @@ from fabweave.job.letting_go import LetGo, let_job_go
 from fabweave.job.notes import job_notes
 from fabweave.job.planned import PlannedJob
 from fabweave.job.ribbon_report import hole_findings
+from fabweave.mesh.one_rings import irregular_share
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
@@ -166,7 +167,10 @@ class Job(PlannedJob):
     @property
     def grade(self) -> Grade:
         """How good it is, out of 10."""
-        return grade(self.piece_set.pieces, self.verdict, self.woven.source.likeness, self.form)
+        return grade(
+            self.piece_set.pieces, self.verdict, self.woven.source.likeness, self.form,
+            irregular=irregular_share(self.woven.mesh),
+        )  # fmt: skip
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:

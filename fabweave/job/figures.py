@@ -13,6 +13,7 @@ from fabweave.estimate.texts import hours_text
 from fabweave.form.settle import BOUND, STANDS
 from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations
+from fabweave.mesh.one_rings import irregular_share
 from fabweave.piece.stock_fit import rough_nesting
 from fabweave.plan.grade import grade
 from fabweave.stock.material import Material
@@ -31,7 +32,8 @@ class Figures:
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
     foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
-    that; and ``grade`` is foretold from all of that. ``hours`` are those of the assembly,
+    that; and ``grade`` is foretold from all of that: ``points_lost`` were taken, maybe more than
+    there are of what is worst. ``hours`` are those of the assembly,
     ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a range, None
     where it is not known.
     """
@@ -54,6 +56,7 @@ class Figures:
     lost: tuple[str, ...]
     form_mm: float | None = optional()
     grade: float | None = optional()
+    points_lost: float | None = optional()
     collapses: bool | None = optional()
     hours: tuple[float, float] | None
     cutting_h: tuple[float, float] | None
@@ -74,6 +77,8 @@ def figures_of(stations: Stations) -> Figures:
     far = None
     if form is not None:
         far = form.settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
+    irregular = irregular_share(planned.woven.mesh)
+    found = grade(pieces, planned.verdict, like, foretold=far, irregular=irregular)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -92,7 +97,8 @@ def figures_of(stations: Stations) -> Figures:
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
         form_mm=None if form is None else round(min(form.most_mm, most_mm), 2),
-        grade=grade(pieces, planned.verdict, like, foretold=far).score,
+        grade=found.score,
+        points_lost=round(sum(one.points for one in found.lost), 2),
         collapses=collapses or None,
         hours=_rounded(costs.assembly.hours),
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),

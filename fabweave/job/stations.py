@@ -161,7 +161,7 @@ class Stations:
     @property
     def n_crossings(self) -> int:
         """How many crossings there are."""
-        return self.weave.weave.threads.n_crossings
+        return self.loaded.n_crossings
 
     @cached_property
     def ribbons(self) -> WovenObject:

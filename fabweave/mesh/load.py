@@ -110,6 +110,11 @@ class LoadedMesh:
         return points if self.origin_mm is None else frozen(points + self.origin_mm)
 
     @property
+    def n_crossings(self) -> int:
+        """How many crossings its weave has: one at each edge between two faces."""
+        return int(np.count_nonzero(self.halfedges.twin >= 0)) // 2
+
+    @property
     def rims(self) -> tuple[Opening, ...]:
         """The openings that get a ring."""
         return tuple(one for one in self.openings if self.ringed and one.diameter_mm is not None)

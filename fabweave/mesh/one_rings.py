@@ -95,6 +95,47 @@ def find_irregular(mesh: PolyMesh, regular: int = 4) -> Irregular:
     return Irregular(vertex, valence[vertex], mesh.vertices[vertex], boundary[vertex])
 
 
+#: How many edges meet at a vertex, by the corners of the faces, where a mesh is a regular grid.
+_GRIDS = {3: 6, 4: 4, 6: 3}
+
+
+def irregular_share(mesh: PolyMesh) -> float:
+    """Return which share of a mesh is irregular beyond what its surface asks for.
+
+    A grid is of triangles, of quads or of hexagons, whichever most of the faces are. Irregular are
+    vertices of another valence than such a grid has, and faces of another kind. A closed surface,
+    or one that branches, cannot do without: their curvatures, by index, add up to its Euler
+    characteristic, so quads need 4 |chi| of valence 3 or 5, triangles 6 |chi|. Discs and annuli
+    need none.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold mesh.
+
+    Returns
+    -------
+    float
+        Of vertices, or of hexagons; from 0 for a regular grid.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import hypar, sphere, torus
+    >>> irregular_share(torus(7, 5, 3.0, 1.0)), irregular_share(hypar(4, 4, 1.0, 1.0))
+    (0.0, 0.0)
+    >>> irregular_share(sphere(4, 1.0))  # eight corners of a cube, as it must have
+    0.0
+    """
+    size = max(_GRIDS, key=lambda one: np.count_nonzero(mesh.face_sizes == one))
+    odd = len(find_irregular(mesh, _GRIDS[size])) + int(np.count_nonzero(mesh.face_sizes != size))
+    halfedges = build_halfedges(mesh)
+    n_vertices = np.count_nonzero(np.bincount(mesh.indices, minlength=mesh.n_vertices))
+    euler = int(n_vertices - halfedges.n_edges + mesh.n_faces)
+    closed = bool((halfedges.twin >= 0).all())
+    needed = abs(euler) * (4 if size == 4 else 6) if closed or euler < 0 else 0
+    return max(odd - needed, 0) / max(mesh.n_faces if size == 6 else int(n_vertices), 1)
+
+
 def irregular_note(irregular: Irregular) -> Note:
     """Say how many irregular vertices there are, of which valences, and where.
 

@@ -15,8 +15,9 @@ from fabweave.plan.verdict import Verdict
 
 #: The schema of ``verdict.json``.
 VERDICT = "fabweave.verdict/1"
-#: The best grade, and the most that one rule takes from it.
-BEST, _MOST_LOST = 10.0, 2.0
+#: The best grade, and the most that one rule takes from it; those that spoil an object to the eye
+#: take more.
+BEST, _MOST_LOST, _SPOILS = 10.0, 2.0, 4.0
 #: The widest place of a strip may be so many times the narrowest; a point goes for so much more.
 _EVEN, _UNEVEN = 1.15, 0.25
 #: Strips of so many millimetres are handled with ease; a point goes for such a share that is not.
@@ -29,6 +30,11 @@ _NEAR = 0.004
 #: Under its own weight and load it may sag by such a share of its size; a point goes for as much
 #: again: by the same share, what settles keeps its form. To the eye, a hundredth is a dent.
 _SAGS = BOUND
+#: Such a share of the vertices may be irregular beyond what its surface needs; a point goes for so
+#: much more. To the eye, a hundredth is masterly, a tenth is patched, and a half is no weave.
+_REGULAR, _IRREGULAR = 0.04, 0.08
+#: A feature that is lost by more than this share of the size is a limb, and takes a point.
+LIMB = 0.05
 #: So many places are named.
 _PLACES = 5
 
@@ -88,6 +94,7 @@ def grade(
     like: Likeness | None = None,
     form: Form | None = None,
     foretold: tuple[float, float] | None = None,
+    irregular: float = 0.0,
 ) -> Grade:
     """Grade a job by its pieces, its verdict, how like its model it is and how it keeps its form.
 
@@ -102,6 +109,8 @@ def grade(
     foretold : (float, float), optional
         Else, how far it is to settle, as a share of what keeps its form, and to sag, as a share of
         its size.
+    irregular : float
+        The share of its mesh that is irregular without need.
 
     Examples
     --------
@@ -111,11 +120,19 @@ def grade(
     widths = [station_widths(piece) for piece in pieces]
     turns = [station_turns(piece) for piece in pieces]
     lost = [
-        one for one in _lost(widths, turns, verdict, like, form, foretold) if one.points >= 0.05
+        one
+        for one in _lost(widths, turns, verdict, like, form, foretold, irregular)
+        if one.points >= 0.05
     ]
     lost.sort(key=lambda one: -one.points)
-    score = 0.0 if verdict.stops else round(BEST - sum(one.points for one in lost), 1)
+    left = max(BEST - sum(one.points for one in lost), 0.0)
+    score = 0.0 if verdict.stops else round(left, 1)
     return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
+
+
+def lost_limbs(like: Likeness | None) -> int:
+    """Return how many features of the model are far away: limbs, horns, ears."""
+    return 0 if like is None else sum(one.lost_mm > LIMB * like.size_mm for one in like.lost)
 
 
 def verdict_json(verdict: Verdict, grade: Grade, form: Form | None) -> dict[str, Any]:
@@ -148,11 +165,12 @@ def _lost(
     like: Likeness | None,
     form: Form | None,
     foretold: tuple[float, float] | None,
+    irregular: float,
 ) -> Iterator[Lost]:
     """Yield what each rule takes."""
 
-    def lose(rule: str, points: float, text: str) -> Lost:
-        return Lost(rule=rule, points=round(min(max(points, 0.0), _MOST_LOST), 2), text=text)
+    def lose(rule: str, points: float, text: str, most: float = _MOST_LOST) -> Lost:
+        return Lost(rule=rule, points=round(min(max(points, 0.0), most), 2), text=text)
 
     if widths:
         ratio = float(np.median([each.max() / each.min() for each in widths]))
@@ -167,15 +185,24 @@ def _lost(
             "narrow",
             narrow / _NARROW_SHARE,
             f"{narrow:.0%} of the crossings are of strips narrower than {EASY_MM:g} mm",
+            _SPOILS,
         )
         yield lose(
             "smooth",
             (kink - _SMOOTH_DEG) / _KINK_DEG,
             f"strips are wavy: their turn changes by {kink:.1f}° from crossing to crossing",
         )
+    yield lose(
+        "regular",
+        (irregular - _REGULAR) / _IRREGULAR,
+        f"the weave is patched: {irregular:.0%} of its mesh is irregular without need",
+        _SPOILS,
+    )
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
-        yield lose("likeness", like.loss / _NEAR - 1, text)
+        yield lose("likeness", like.loss / _NEAR - 1, text, _SPOILS)
+        limbs = lost_limbs(like)
+        yield lose("limbs", limbs, agree(limbs, "{n} [limb is|limbs are] lost"), _SPOILS)
     if form is not None and form.collapse:
         yield lose("sag", _MOST_LOST, form.collapse)
     elif form is not None or foretold is not None:

@@ -240,14 +240,14 @@ def _choice(stations: Stations) -> dict[str, Any] | None:
         return None
     search = Search(asked, progress=stations.progress)
     try:
-        chosen, why = choose_mesh(stations, search, advise=False)
+        choice = choose_mesh(stations, search, advise=False)
     except CannotMakeError:
         return None  # it is shown as it is, with the reasons
-    if not why:
+    if not choice.why:
         return None
-    own, other = (state_of(one).options for one in (asked, chosen.asked))
+    own, other = (state_of(one).options for one in (asked, choice.job.asked))
     options = {name: value for name, value in other.items() if own.get(name) != value}
-    return {"choice": {"options": options, "why": why}}
+    return {"choice": {"options": options, "why": choice.text}}
 
 
 def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:

@@ -11,6 +11,8 @@ def figures(**changes):
               "sheets": 2, "use": 0.5, "narrowest_mm": 5.0, "median_mm": 10.0, "widest_mm": 20.0,
               "longest_mm": 300.0, "likeness_mm": None, "likeness_mean_mm": None, "lost": (),
               "hours": None, "cutting_h": None, "price": None}  # fmt: skip
+    if "grade" in changes:
+        values["points_lost"] = 10.0 - changes["grade"]
     return Figures(**(values | changes))
 
 

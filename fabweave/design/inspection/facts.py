@@ -475,7 +475,8 @@ def inspect_mesh(
     own.depth = _depth(count, answer=answer, thorough=thorough)
     fails, chosen = False, ""
     try:
-        job, chosen = choose_mesh(own, search, most_planned=most, advise=False)
+        choice = choose_mesh(own, search, most_planned=most, advise=False)
+        job, chosen = choice.job, choice.text
     except CannotMakeError:
         fails = True
     found = _inspected(job, most, chosen, answer=answer, thorough=thorough)

@@ -292,8 +292,9 @@ def _left_out_rows(left_out: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _chosen_rows(chosen: str) -> list[tuple[str, str]]:
-    """Say on which mesh it is woven, where that is not its own."""
-    return [("choice", chosen)] if chosen else []
+    """Say on which mesh it is woven, where that is not its own, and what else could be made."""
+    lines = [line.strip() for line in chosen.splitlines()]
+    return [("" if number else "choice", line) for number, line in enumerate(lines)]
 
 
 def _verdict_rows(verdict: Mapping[str, Any], most: int | None = None) -> list[tuple[str, str]]:
