@@ -88,7 +88,7 @@ def symmetrise(mesh: PolyMesh, noise: Sequence[float] = _NOISE) -> Symmetrised:
             f"{noise[-1]:.0%} of its size and face on face; leave out --symmetrise, or remesh it "
             "(--remesh keeps the mirror symmetry of a model)"
         )
-    images = _vertex_images(group, halfedges, mesh.n_vertices)
+    images = vertex_images(group, halfedges, mesh.n_vertices)
     size, places = largest_dimension(mesh), mesh.vertices - group.centre
     used = np.unique(halfedges.tail)
     for _ in range(_MOST_ROUNDS):
@@ -105,7 +105,7 @@ def symmetrise(mesh: PolyMesh, noise: Sequence[float] = _NOISE) -> Symmetrised:
     return Symmetrised(mesh.with_vertices(vertices), group, moved)
 
 
-def _vertex_images(group: Symmetry, halfedges: Halfedges, n_vertices: int) -> IntArray:
+def vertex_images(group: Symmetry, halfedges: Halfedges, n_vertices: int) -> IntArray:
     """Return where every motion takes each vertex, (G, V); those of no face stay."""
     images = np.tile(np.arange(n_vertices), (group.order, 1))
     count = halfedges.n_halfedges

@@ -32,7 +32,6 @@ from fabweave.mesh.polymesh import PolyMesh, used_vertices
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
     cut_surface,
-    edge_lengths,
     finished_quads,
     ready_source,
     sound_faults,
@@ -400,8 +399,7 @@ def even_lines(chart: Chart, u: FloatArray, v: FloatArray, stay: BoolArray) -> L
         rows, columns = lines.widths
         new_u = _spaced(lines.u, rows)
         parts = [
-            _spaced(lines.v[a : b + 1], columns[a:b])[:-1]
-            for a, b in pairwise(marks.tolist())
+            _spaced(lines.v[a : b + 1], columns[a:b])[:-1] for a, b in pairwise(marks.tolist())
         ]
         new_v = np.concatenate([*parts, lines.v[-1:]])
         moved = max(np.abs(new_u - lines.u).max(), np.abs(new_v - lines.v).max())
