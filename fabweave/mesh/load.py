@@ -22,6 +22,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.fit import model_of
+from fabweave.mesh.remesh.grid import remesh_grid
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
@@ -361,6 +362,8 @@ def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) 
         return remesh_quads(mesh, wanted.count, seed=seed, progress=progress)
     if wanted.kind == "triangles":
         return remesh_triangles(mesh, wanted.count, progress=progress)
+    if wanted.kind == "grid":
+        return remesh_grid(mesh, wanted.count, progress=progress)
     return remesh_tubes(mesh, wanted.count, progress=progress)
 
 

@@ -1,9 +1,6 @@
 """Find the plane in which a surface is most nearly its own image, and work on half of it."""
 
-from dataclasses import replace
-
 import numpy as np
-from scipy.spatial import KDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, flags, frozen_value, unit
 from fabweave.mesh.check import check_mesh
@@ -25,8 +22,6 @@ _WORTH = 0.999
 #: size, and 95 % of it within this. Measured: spot, bob and suzanne 0.003, homer and cow 0.1 and
 #: 0.2; armadillo and duck 1.5, bunny and fandisk 2.8 and more.
 _RMS_PERCENT, _QUANTILE_PERCENT = 0.25, 0.5
-#: A vertex is the image of another within this share of the size.
-_SAME = 1e-6
 
 
 @frozen_value
@@ -111,42 +106,6 @@ def find_mirror(mesh: PolyMesh) -> Mirror:
         100.0 * float(np.sqrt(np.mean(distance**2))) / size,
         100.0 * float(np.quantile(distance, 0.95)) / size,
     )
-
-
-def find_partners(mesh: PolyMesh) -> tuple[Mirror, IntArray] | None:
-    """Find the mirror in which each vertex of a mesh has another, or itself, as its image.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        Faces with an area.
-
-    Returns
-    -------
-    mirror : Mirror
-    partner : (V,) int array
-        The vertex at the image of each; or None if some vertex has none.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.shapes.grids import torus
-    >>> mirror, partner = find_partners(torus(24, 12, 35.0, 15.0))
-    >>> bool(np.all(partner[partner] == np.arange(24 * 12)))
-    True
-    """
-    mirror, number = find_mirror(mesh), np.arange(mesh.n_vertices)
-    points, size = mesh.vertices, float(np.ptp(mesh.vertices, axis=0).max())
-    partner = np.asarray(KDTree(points).query(mirror.image(points))[1], dtype=np.int64)
-    if not mirror.symmetric or np.any(partner[partner] != number):
-        return None
-    # The surface was sampled; its vertices tell the plane exactly.
-    across = points - points[partner]
-    normal = np.linalg.eigh(across.T @ across)[1][:, -1]
-    mirror = replace(
-        mirror, point=points.mean(axis=0), normal=normal * np.sign(normal @ mirror.normal)
-    )
-    away = np.linalg.norm(mirror.image(points) - points[partner], axis=1)
-    return (mirror, partner) if away.max() < _SAME * size else None
 
 
 def _off(

@@ -1,5 +1,7 @@
 """Make a mesh exactly symmetric that is so but for noise."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
@@ -47,17 +49,19 @@ class Symmetrised:
         )
 
 
-def symmetrise(mesh: PolyMesh) -> Symmetrised:
+def symmetrise(mesh: PolyMesh, noise: Sequence[float] = _NOISE) -> Symmetrised:
     """Move the vertices of a mesh as little as need be, so that it is exactly symmetric.
 
     The largest group of motions is taken that maps the faces onto one another and corners to
-    within 2 % of the mesh's size; of two of one order, that of the lesser noise. Each vertex then
-    gets to the mean of where all motions would have it.
+    within the most noise; of two of one order, that of the lesser noise. Each vertex then gets to
+    the mean of where all motions would have it.
 
     Parameters
     ----------
     mesh : PolyMesh
         In millimetres.
+    noise : sequence of float
+        How far corners may be off, as shares of the mesh's size, rising.
 
     Raises
     ------
@@ -76,15 +80,15 @@ def symmetrise(mesh: PolyMesh) -> Symmetrised:
     48
     """
     halfedges = build_halfedges(mesh)
-    groups = [find_symmetry(mesh, halfedges, tolerance=noise) for noise in _NOISE]
+    groups = [find_symmetry(mesh, halfedges, tolerance=share) for share in noise]
     group = max(groups, key=lambda one: one.order)  # the first of the largest
     if group.order == 1:
         raise CannotMakeError(
             "no rotation or reflection maps the mesh onto itself, to within "
-            f"{_NOISE[-1]:.0%} of its size and face on face; leave out --symmetrise, or remesh it "
+            f"{noise[-1]:.0%} of its size and face on face; leave out --symmetrise, or remesh it "
             "(--remesh keeps the mirror symmetry of a model)"
         )
-    images = _vertex_images(group, halfedges, mesh.n_vertices)
+    images = vertex_images(group, halfedges, mesh.n_vertices)
     size, places = largest_dimension(mesh), mesh.vertices - group.centre
     used = np.unique(halfedges.tail)
     for _ in range(_MOST_ROUNDS):
@@ -101,7 +105,7 @@ def symmetrise(mesh: PolyMesh) -> Symmetrised:
     return Symmetrised(mesh.with_vertices(vertices), group, moved)
 
 
-def _vertex_images(group: Symmetry, halfedges: Halfedges, n_vertices: int) -> IntArray:
+def vertex_images(group: Symmetry, halfedges: Halfedges, n_vertices: int) -> IntArray:
     """Return where every motion takes each vertex, (G, V); those of no face stay."""
     images = np.tile(np.arange(n_vertices), (group.order, 1))
     count = halfedges.n_halfedges

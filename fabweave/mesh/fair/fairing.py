@@ -18,9 +18,10 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
+from fabweave.mesh.automorphisms import find_symmetry
 from fabweave.mesh.fair.energy import Energy, QuadraticModel, Wish
+from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.mirror import Mirror, find_partners
 from fabweave.mesh.polymesh import (
     PolyMesh,
     corner_sines,
@@ -31,6 +32,7 @@ from fabweave.mesh.polymesh import (
     previous_corner,
 )
 from fabweave.mesh.remesh.fit import Model
+from fabweave.mesh.symmetrise import vertex_images
 from fabweave.mesh.triangulate import fans
 
 #: Steps that are worth their time: after six, nine tenths of the gain are there.
@@ -136,8 +138,8 @@ def fair_mesh(
 
     Each step solves the damped normal equations of :class:`~fabweave.mesh.fair.energy.Energy`
     (Levenberg and Marquardt); none is taken that does not lower it. Vertices whose step would turn
-    a face over, or let two run through one another that did not before, are held. A mesh that is
-    its own mirror image stays so.
+    a face over, or let two run through one another that did not before, are held. Rotations and
+    reflections that map the mesh onto itself still do so afterwards.
 
     Parameters
     ----------
@@ -173,13 +175,13 @@ def fair_mesh(
         energy = Energy(mesh, model, wish, course)
     except ValueError as error:
         raise InputError(f"the mesh cannot be faired: {error}") from error
-    guard, partners = Guard(mesh), find_partners(mesh) if steps else None
+    guard, motions = Guard(mesh), motions_of(mesh) if steps else None
     here = energy.at(mesh.vertices)
     energies, damping, small = [here.value], CONFIG.damping, 0
     held = np.zeros(mesh.n_vertices, dtype=bool)
     while len(energies) <= steps and small < CONFIG.most_small:
         progress("fairing", len(energies) - 1, steps)
-        there, kept, damping = _step(energy, guard, partners, here, damping)
+        there, kept, damping = _step(energy, guard, motions, here, damping)
         if there is None:
             break
         small = small + 1 if there.value > (1.0 - CONFIG.small) * here.value else 0
@@ -206,7 +208,7 @@ def _waviness(energy: Energy, positions: FloatArray) -> Waviness:
 def _step(
     energy: Energy,
     guard: "Guard",
-    partners: tuple[Mirror, IntArray] | None,
+    motions: "Motions | None",
     here: QuadraticModel,
     damping: float,
 ) -> tuple[QuadraticModel | None, BoolArray, float]:
@@ -216,12 +218,11 @@ def _step(
         move = _solve(here, damping, held)
         long = np.linalg.norm(move, axis=1) / guard.reach(here.positions)
         tried = here.positions + move / np.maximum(long, 1.0)[:, None]
-        if partners is not None:
-            mirror, partner = partners
-            tried = (tried + mirror.image(tried[partner])) / 2.0
+        if motions is not None:
+            tried = motions.mean(tried)
         bad = guard.spoilt(tried)
-        if partners is not None:
-            bad |= bad[partner]
+        if motions is not None:
+            bad = np.any(bad[motions.images], axis=0)
         bad &= ~held
         if bad.any():
             held |= bad
@@ -249,6 +250,46 @@ def _solve(here: QuadraticModel, damping: float, held: BoolArray) -> FloatArray:
         M=sparse.diags_array(1.0 / ((1.0 + damping) * stiff)),
     )
     return np.asarray(move.reshape(3, -1).T)
+
+
+@frozen_value
+class Motions:
+    """The motions that map a mesh onto itself.
+
+    Parameters
+    ----------
+    images : (G, V) int array
+        Where each takes every vertex.
+    matrix : (G, 3, 3) float array
+        Orthogonal matrices.
+    centre : (3,) float array
+        The point that all leave in place.
+    """
+
+    images: IntArray
+    matrix: FloatArray
+    centre: FloatArray
+
+    def mean(self, positions: FloatArray) -> FloatArray:
+        """Return the mean of where all motions would have each vertex, (V, 3)."""
+        there = (positions - self.centre)[self.images] @ self.matrix
+        return np.asarray(self.centre + there.mean(axis=0))
+
+
+def motions_of(mesh: PolyMesh) -> Motions | None:
+    """Find the motions that map a mesh onto itself; None where only that does which moves nothing.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> len(motions_of(cube()).images)
+    48
+    """
+    halfedges = build_halfedges(mesh)
+    group = find_symmetry(mesh, halfedges)
+    if group.order == 1:
+        return None
+    return Motions(vertex_images(group, halfedges, mesh.n_vertices), group.matrix, group.centre)
 
 
 class Guard:

@@ -97,6 +97,27 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
     return mesh
 
 
+def split_longer(mesh: PolyMesh, most_mm: float) -> PolyMesh:
+    """Split the edges of triangles until none is longer than a length.
+
+    Examples
+    --------
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    >>> square = PolyMesh.from_faces(corners, [[0, 1, 2], [0, 2, 3]])
+    >>> split_longer(square, 1.0).n_faces
+    4
+    """
+    while True:
+        halfedges = build_halfedges(mesh)
+        # Rounded, so that a turned copy is split in the same places.
+        length = np.round(edge_lengths(mesh)[halfedges.edge_halfedge] / most_mm, 9)
+        longest = _longest_of_both(halfedges, length)
+        long = longest[length[longest] > 1.0]
+        if not len(long):
+            return mesh
+        mesh = _split(mesh, halfedges, long)
+
+
 def _longest_of_both(halfedges: Halfedges, length: FloatArray) -> IntArray:
     """Return the edges that are the longest of their triangles; the first of equal ones."""
     edges = halfedges.edge.reshape(-1, 3)
