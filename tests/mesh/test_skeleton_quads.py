@@ -16,12 +16,12 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.remesh import skeleton_quads
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
+from fabweave.mesh.remesh.limbs import pillowed
 from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
 from fabweave.mesh.remesh.skeleton_quads import (
     Skeleton,
     find_chords,
     lengthened,
-    pillowed,
     pruned,
     remesh_tubes,
     split_chords,

@@ -31,6 +31,7 @@ from fabweave.mesh.likeness import likeness
 from fabweave.mesh.one_rings import find_irregular
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
 from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults
 
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
@@ -298,8 +299,9 @@ _SPREAD = 0.04
 _FAR = 3.0
 #: Results are as near to the given surface as one another up to this factor, or this difference.
 _ALIKE, _ALIKE_PERCENT = 1.1, 0.02
-#: Rounds of fitting; results of more quads follow the surface well enough without.
-_ROUNDS, _MOST_FITTED = 10, 20_000
+#: Rounds of fitting, at first and after a change; results of more quads follow the surface well
+#: enough without.
+_ROUNDS, _REFIT, _MOST_FITTED = 10, 4, 20_000
 #: Runs at the same time.
 _AT_ONCE = 2
 
@@ -329,6 +331,8 @@ class Candidate:
         size.
     irregular, clashes : int
         How many irregular vertices, and pairs of faces that run through one another, there are.
+    drawn : bool
+        Whether it has long edges (see `drawn_out`).
     """
 
     engine: Engine
@@ -337,6 +341,7 @@ class Candidate:
     off: float
     irregular: int
     clashes: int
+    drawn: bool = False
 
     @property
     def note(self) -> Note:
@@ -366,7 +371,7 @@ def best_run(
     Each result is fitted to the given surface, and checked. On an open mesh new edges must follow
     the boundary, unless no such run passes the check. Of the results that pass:
 
-    1. those that do not run through themselves are taken first;
+    1. those that do not run through themselves are taken first, then those without long edges;
     2. of these, those that are nearest to the given surface: all that are nearly as near as the
        nearest one (root mean square; 10 %, or 0.02 % of the size) are equally good;
     3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
@@ -458,11 +463,14 @@ def _fitted(
     model: Model | None, source: PolyMesh, wanted: int, result: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
+    spikes: tuple[str, ...] = ()
     if model is not None and not surface_faults(source, result):
         fitted = fit(model, result, _ROUNDS)
-        if not check_remeshed(source, fitted):
+        fitted, spikes = with_limbs(source, fitted, partial(fit, model, rounds=_REFIT), wanted)
+        if not spikes and not check_remeshed(source, fitted):
             result = fitted
     faults = check_remeshed(source, result)
+    faults = (*spikes, *faults) if faults else ()
     if not wanted / _FAR <= result.n_faces <= wanted * _FAR:
         faults += (f"{result.n_faces} quads, far from the {wanted} wanted",)
     return result, faults
@@ -472,12 +480,14 @@ def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -
     """Measure a result."""
     like = likeness(source, result)
     irregular, clashes = len(find_irregular(result)), len(self_intersections(result))
-    return Candidate(engine, result, run, like.percent(like.in_rms_mm), irregular, clashes)
+    off, drawn = like.percent(like.in_rms_mm), drawn_out(result)
+    return Candidate(engine, result, run, off, irregular, clashes, drawn)
 
 
 def _best(good: Sequence[Candidate], wanted: int) -> Candidate:
     """Return the best of some results (see best_run)."""
     sound = [item for item in good if not item.clashes] or good
+    sound = [item for item in sound if not item.drawn] or sound
     near = min(item.off for item in sound)
     alike = [item for item in sound if item.off <= max(near * _ALIKE, near + _ALIKE_PERCENT)]
     return min(alike, key=lambda item: (item.irregular, abs(item.mesh.n_faces - wanted)))

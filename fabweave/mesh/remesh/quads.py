@@ -1,6 +1,7 @@
 """Turn a mesh of triangles into a mesh of quads."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -34,6 +35,7 @@ from fabweave.mesh.remesh.engines import (
     runs_of,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
@@ -100,26 +102,27 @@ def symmetric_quads(
     size = float(np.ptp(surface.vertices, axis=0).max())
     reach = np.inf if check_mesh(source).closed else _REACH * size
     model = model_of(source, wanted)
-    good: list[tuple[bool, float, PolyMesh]] = []
+    good: list[tuple[tuple[bool, bool, float], PolyMesh]] = []
     why: list[str] = []
     runs = runs_of(engine, wanted // 2, seed, rim=True, large=half.n_faces > LARGE)
 
     def joined(found: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
         result, faults = _joined(found, half, mirror, reach)
         if not faults:
-            result = _fitted(model, result, mirror)
-            faults = check_remeshed(source, result)
+            refit = partial(_fitted, model, mirror)
+            result, faults = with_limbs(source, refit(result), refit, wanted)
+            faults = (*faults, *check_remeshed(source, result))
         return result, faults
 
     for _, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
         if isinstance(result, AttemptFailedError):
             why.append(str(result))
             continue
-        clashes = len(self_intersections(result)) > 0
-        good.append((clashes, likeness(source, result).in_rms_mm, result))
+        clashes, drawn = len(self_intersections(result)) > 0, drawn_out(result)
+        good.append(((clashes, drawn, likeness(source, result).in_rms_mm), result))
     if not good:
         return None, min(why, key=len)
-    return min(good, key=lambda one: one[:2])[2], ""
+    return min(good, key=lambda one: one[0])[1], ""
 
 
 def _joined(
@@ -135,7 +138,7 @@ def _joined(
     return without_doublets(joined), ()
 
 
-def _fitted(model: Model, mesh: PolyMesh, mirror: Mirror) -> PolyMesh:
+def _fitted(model: Model, mirror: Mirror, mesh: PolyMesh) -> PolyMesh:
     """Fit a symmetric mesh to a model so that it stays symmetric."""
     partner = cKDTree(mesh.vertices).query(mirror.image(mesh.vertices))[1]
     for _ in range(_TURNS):

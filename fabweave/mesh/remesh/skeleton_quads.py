@@ -48,6 +48,7 @@ from fabweave.mesh.remesh.engines import (
     run_engine,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.limbs import pillowed
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
     check_remeshed,
@@ -163,52 +164,6 @@ def without_chord(mesh: PolyMesh, number: int) -> PolyMesh | None:
         return None
     few = interior_valences(build_halfedges(result))[1].min(initial=4) < 3
     return None if few else result
-
-
-def pillowed(mesh: PolyMesh, inside: BoolArray) -> PolyMesh | None:
-    """Put a ring of quads around some faces, between them and the rest.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-        Quads.
-    inside : (F,) bool array
-        Faces that make a disc.
-
-    Returns
-    -------
-    PolyMesh or None
-        The same surface, with one quad more for each edge around the faces, which get smaller; None
-        if their boundary is not one simple loop.
-
-    Examples
-    --------
-    >>> from fabweave.mesh.shapes.solids import cube
-    >>> pillowed(cube(), np.arange(6) == 0).n_faces
-    10
-    """
-    halfedges = build_halfedges(mesh)
-    face, twin = halfedges.face, halfedges.twin
-    around = np.flatnonzero(inside[face] & ((twin < 0) | ~inside[face[twin]]))
-    tails = halfedges.tail[around]
-    if (twin[around] < 0).any() or not len(around) or len(np.unique(tails)) != len(tails):
-        return None
-    loops, _ = label_links(tails, halfedges.head[around], mesh.n_vertices)
-    if mesh.n_vertices - loops != len(around) - 1:
-        return None
-    number = np.arange(mesh.n_vertices)
-    number[tails] = mesh.n_vertices + np.arange(len(tails))
-    faces = mesh.indices.reshape(-1, 4).copy()
-    corners = faces[inside]
-    faces[inside] = number[corners]
-    # What moves inwards stays between where it was and the middle of its faces there.
-    sums = np.zeros((mesh.n_vertices, 4))
-    centres = mesh.vertices[corners].mean(axis=1)
-    np.add.at(sums, corners, np.column_stack([centres, np.ones(len(centres))])[:, None])
-    new = mesh.vertices[tails] * 2 / 3 + sums[tails, :3] / sums[tails, 3:] / 3
-    heads = halfedges.head[around]
-    ring = np.column_stack([tails, heads, number[heads], number[tails]])
-    return PolyMesh.from_faces(np.concatenate([mesh.vertices, new]), np.concatenate([faces, ring]))
 
 
 #: A chord is too narrow where two fifths of its edges are shorter than this share of the side that
