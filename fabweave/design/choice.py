@@ -25,6 +25,7 @@ from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
+from fabweave.mesh.remesh.grid import lacks_grid
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.settings import Settings
 from fabweave.plan.grade import EASY_MM
@@ -41,8 +42,9 @@ _FIRST_MM, _FINER_MM, _COARSER = 12.0, 8.5, 2
 _EVENING, _MOST, _SLENDER = 350, 500, 240
 #: So many triangles for a quad make ribbons of the same width, or straight ones.
 _TRIANGLES, _STRAIGHT = 0.6, 0.48
-#: A score at which no other mesh need be tried, in the first rounds and in those after them.
-_FINE, _GOOD = 8.0, 6.0
+#: A score at which no other mesh need be tried: of the model's own, as somebody may have drawn it to
+#: be woven; in the first rounds; and in those after them.
+_OWN, _FINE, _GOOD = 7.0, 8.0, 6.0
 #: So many of the meshes are planned closely, the best first, until one can be built.
 _CLOSELY = 4
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
@@ -78,8 +80,8 @@ def choose_mesh(
 ) -> Choice:
     """Return a job on the best mesh for it: as it is asked for, or another of its surface.
 
-    Where the mesh is left to fabweave (see :func:`is_free`), its own and others of quads, tubes
-    and triangles compete by the grade that the maker reads, and by hours (see
+    Where the mesh is left to fabweave (see :func:`is_free`), its own and grids, quads, tubes and
+    triangles compete by the grade that the maker reads, and by hours (see
     :func:`fabweave.design.wishes.rank`). An evening's work with strips of some 12 mm is tried
     first; what is finer or coarser only where that is not good.
 
@@ -168,7 +170,7 @@ def mesh_rounds(
 ) -> Iterator[list[Settings]]:
     """Yield meshes for a model, round after round, until one is good.
 
-    Its own comes first, then quads and tubes whose strips are some 12 mm wide, for an evening; then
+    Its own comes first, then a grid, quads and tubes whose strips are some 12 mm wide; then
     finer and coarser ones of the better kind; at last triangles. A closed model of which none could
     be made at all, or that runs through itself, has several bodies or many handles, is wrapped as
     one: never one that is open, as it would become a bag.
@@ -184,7 +186,7 @@ def mesh_rounds(
     asked = search.asked
     if own:
         yield [asked]
-        if _is_good(search, _FINE):
+        if _is_good(search, _OWN):
             return
     area = surface_area(model.mesh)
     first, finer, slender = (
@@ -237,8 +239,9 @@ def _kinds(asked: Settings, model: LoadedMesh) -> list[str]:
     """Return the kinds of meshes that are tried, the likeliest first."""
     if asked.ribbons.straight or asked.weave.pattern in ("kagome", "triaxial"):
         return ["triangles"]
+    grid = [] if lacks_grid(model.mesh) else ["grid"]
     wanted = ["quads"] if _is_open(model) else ["quads", "tubes"]
-    return [way for way in wanted if not lacking(way)] or ["triangles"]
+    return [*grid, *(way for way in wanted if not lacking(way))] or ["triangles"]
 
 
 def _is_open(model: LoadedMesh) -> bool:
