@@ -134,8 +134,10 @@ def test_good_grades_come_first_and_limbs_and_evenings_count():
         graded(9.0, hours=(3.0, 6.0)),
         graded(9.5, hours=(9.0, 18.0)),
         graded(7.0, hours=(1.0, 2.0)),
-        # What is hardly the model goes behind, however well it is built.
+        # What is hardly the model goes behind, however well it is built, and so does what daunts.
         graded(9.5, away=0.03, hours=(1.0, 2.0)),
+        graded(9.5, median_mm=4.9),
+        graded(9.4, crossings=1001),
         outcome("bad", BAD),
     ]
     ranks = [rank(one, NO_WISHES) for one in order]
@@ -174,6 +176,37 @@ def test_what_runs_through_itself_or_has_several_bodies_is_wrapped_first(
     found.run(mesh_rounds(found, loaded))
     assert len(found.tried) == len(tries) > 0
     assert {one.mesh.bodies for one in tries} == {bodies}
+
+
+def test_what_is_open_is_never_wrapped(fine, monkeypatch):
+    """A bowl that runs through itself stays a bowl, though none of its meshes can be made."""
+    bowl = load_asked(fine).mesh
+    low = bowl.vertices[bowl.indices.reshape(-1, 3)].max(axis=1)[:, 2] < 15.0
+    loaded = load_asked(
+        fine, given_mesh=PolyMesh.from_faces(bowl.vertices, bowl.indices.reshape(-1, 3)[low])
+    )
+    tries = []
+    monkeypatch.setattr(search, "try_design", standing_in(tries, None, [BAD] * 20))
+    found = Search(fine)
+    found.run(mesh_rounds(found, replace(loaded, clashes=9)))
+    assert {one.mesh.bodies for one in tries} == {"all"}
+    assert tries[0].mesh.remesh.startswith("grid:")  # a disc has one
+
+
+@pytest.mark.parametrize(("grade", "kept"), [(7.5, True), (6.5, False)])
+def test_a_mesh_that_is_good_is_kept_and_else_competes(fine, monkeypatch, grade, kept):
+    tries = []
+
+    def trying(design, name, *_, **__):
+        tries.append(design)
+        return replace(outcome(name, design=design, grade=grade), loaded=load_asked(fine))
+
+    monkeypatch.setattr(search, "try_design", trying)
+    found = Search(fine)
+    found.run(mesh_rounds(found, load_asked(fine), own=True))
+    assert tries[0] == fine
+    assert (len(tries) == 1) is kept
+    assert all(one.mesh.remesh for one in tries[1:])
 
 
 @pytest.mark.slow

@@ -52,6 +52,12 @@ def test_a_wavy_strip_loses_what_its_turns_change_by(turn):
     assert lost == pytest.approx(min(max(2 * turn - 5, 0) / 5, 2), abs=0.06)
 
 
+@given(st.floats(0.0, 1.0))
+def test_a_patched_weave_loses_for_what_its_surface_does_not_need(share):
+    lost = sum(one.points for one in grade([piece()], GOOD, irregular=share).lost)
+    assert lost == pytest.approx(min(max(share - 0.04, 0.0) / 0.08, 4.0), abs=0.06)
+
+
 def test_each_rule_takes_points_and_names_the_place():
     uneven = grade([piece(widths=(12.0,) * 6 + (8.0,))], GOOD)
     assert [one.rule for one in uneven.lost] == ["even"]
