@@ -189,6 +189,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         "fasten": job.fasten,
         "costs": costs_text(job.costs),
         **({"likeness_mm": round(like.greatest_mm, 3)} if like is not None else {}),
+        **({"taken": taken.record()} if (taken := woven.source.taken) is not None else {}),
         **({"openings": [opening.record() for opening in openings]} if openings else {}),
         "notes": list(job.notes),
     }

@@ -322,7 +322,7 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     axes = [np.arange(count, dtype=np.float64) - _BEYOND for count in counts]
     z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # x runs fastest, as the cubes are marched
     lattice = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    inside = (_winding(triangles, lattice) > _INSIDE).reshape(z.shape)
+    inside = (winding(triangles, lattice) > _INSIDE).reshape(z.shape)
     # Cracks and holes are closed that are a step or two wide.
     inside |= binary_closing(inside, np.ones((3, 3, 3), dtype=bool))
     # What is between two faces that nothing closes may go on and on, but not beyond the mesh.
@@ -409,13 +409,15 @@ def _volumes(triangles: PolyMesh, part: IntArray) -> FloatArray:
     return np.bincount(part, terms).astype(np.float64)
 
 
-def _winding(triangles: PolyMesh, places: FloatArray) -> FloatArray:
+def winding(mesh: PolyMesh, places: FloatArray) -> FloatArray:
     """Return how often a surface winds around places, (N,)."""
     # igl takes a while to import, and most jobs never need it.
     from igl import fast_winding_number  # noqa: PLC0415 -- see above
 
+    triangles = triangulate(mesh)
     corners = np.ascontiguousarray(triangles.indices.reshape(-1, 3))
-    found = fast_winding_number(np.ascontiguousarray(triangles.vertices), corners, places)
+    points = np.ascontiguousarray(triangles.vertices)
+    found = fast_winding_number(points, corners, np.ascontiguousarray(places))
     return np.asarray(found, dtype=np.float64).reshape(-1)
 
 

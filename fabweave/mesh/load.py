@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
+from fabweave.core.arrays import BoolArray, FloatArray, Progress, frozen, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies import with_bodies
+from fabweave.mesh.bodies import has_bodies, with_bodies
 from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
 from fabweave.mesh.clean import Cleaned, clean_mesh
 from fabweave.mesh.fair.energy import Wish
@@ -19,7 +19,7 @@ from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import prepare_mesh
+from fabweave.mesh.prepare import inward_faces, prepare_mesh
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.grid import remesh_grid
@@ -28,11 +28,13 @@ from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
 from fabweave.mesh.remesh.skeleton_quads import remesh_tubes
 from fabweave.mesh.remesh.triangles import remesh_triangles
+from fabweave.mesh.seen import Seen, fill_cracks, seen_of
 from fabweave.mesh.settings import MeshSettings
 from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetrise import symmetrise
 from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_of, turn_upright
+from fabweave.mesh.walls import outer_walls
 
 #: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
 _LEAST_MM, _MOST_MM = 0.01, 1e6
@@ -42,6 +44,33 @@ _LEAST_MM, _MOST_MM = 0.01, 1e6
 _MOST_CORNERS = 2000
 #: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
 MOST_EDGES = 2_000_000
+
+
+@frozen_value
+class Taken:
+    """What of a mesh is woven where that is not all of it: the outer side of walls, cracks closed.
+
+    Parameters
+    ----------
+    scale : float
+        What brings the mesh as it was given to the size of the object.
+    wall_mm : float or None
+        How thick the wall is whose outer side was taken.
+    cut : int
+        Along how many rims faces were cut.
+    added : int
+        How many triangles close cracks.
+    """
+
+    scale: float
+    wall_mm: float | None
+    cut: int
+    added: int
+
+    def record(self) -> dict[str, float | int]:
+        """Return it for job.toml."""
+        wall = {} if self.wall_mm is None else {"wall_mm": round(self.wall_mm, 3)}
+        return {"scale": self.scale, **wall, "cut": self.cut, "added": self.added}
 
 
 @frozen_value
@@ -84,6 +113,10 @@ class LoadedMesh:
         What the given mesh was remeshed to, before anything else was done to it.
     ringed : bool
         Whether its round openings get a ring.
+    seen : Seen or None
+        What the given mesh was seen to be, before it was remeshed; None of a built-in shape.
+    taken : Taken or None
+        What was taken of the given mesh, and what was added, where that is not all of it.
     turn_deg : float
         By how much strands turn at a crossing in the mean; 0 where the mesh was not faired.
     """
@@ -104,6 +137,8 @@ class LoadedMesh:
     origin_mm: FloatArray | None = None
     remeshed: Remeshed | None = None
     ringed: bool = False
+    seen: Seen | None = None
+    taken: Taken | None = None
     turn_deg: float = 0.0
 
     def where_given(self, points: FloatArray) -> FloatArray:
@@ -184,23 +219,35 @@ def load_mesh(
     up, said = _upward(mesh, settings, file, in_memory=given_mesh is not None)
     mesh = turn_upright(mesh, up)
     try:
+        inward = inward_faces(mesh) if has_bodies(mesh) else np.zeros(mesh.n_faces, dtype=bool)
         mesh, report, repairs = prepare_mesh(mesh)
     except InputError as error:
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*cleaned.notes, *kept))
         helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
         raise InputError(f"{error}{done}{helps}") from None
+    whole, added, wall, cut, mended = mesh, 0, None, 0, list[Note]()
+    if not built_in:
+        mesh, added, mended = fill_cracks(mesh)
+        mesh, wall, cut, left = _walled(mesh, inward, settings.walls)
+        mended += left
+    partly = mesh is not whole
+    if partly:
+        mesh, report, _ = prepare_mesh(mesh)
     clashes = self_intersections(mesh)
-    notes = [
-        *Note.each("file", file.notes),
-        *Note.each("up", said),
-        *Note.each("repaired", (*cleaned.notes, *kept, *repairs)),
-        *mesh_notes(report, clashes),
-    ]
     if settings.size_mm is None:
         mesh, factor = resize_mesh(mesh, scale=unit_mm)
     else:
         mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm)
+    seen = None if built_in else seen_of(report, None if wall is None else wall * factor)
+    notes = [
+        *Note.each("file", file.notes),
+        *Note.each("up", said),
+        *Note.each("repaired", (*cleaned.notes, *kept, *repairs)),
+        *mended,
+        *([] if seen is None else seen.notes),
+        *mesh_notes(report, clashes),
+    ]
     _require_size(largest_dimension(mesh))
     basis = "the file states " + (f"its unit ({file.unit})" if file.unit else "no unit")
     if built_in:
@@ -231,9 +278,36 @@ def load_mesh(
         portals=portals_of(course, mesh, halfedges),
         origin_mm=None if built_in else factor * (turn_of(up) @ cleaned.origin),
         remeshed=remeshed,
+        seen=seen,
+        taken=Taken(factor, seen.wall_mm, cut, added) if partly and seen is not None else None,
         ringed=settings.rim != "none",
         turn_deg=turn_deg,
     )
+
+
+def _walled(
+    mesh: PolyMesh, inward: BoolArray, wanted: str
+) -> tuple[PolyMesh, float | None, int, list[Note]]:
+    """Return what is seen of a mesh from outside, as ``--walls`` says it.
+
+    Beside it, the thickness of its wall, along how many rims faces were cut, and notes.
+    """
+    if wanted == "both":
+        return mesh, None, 0, []
+    # Cracks were closed with faces at the end.
+    looked = np.concatenate([inward, np.zeros(mesh.n_faces - len(inward), dtype=bool)])
+    walled = outer_walls(mesh, looked, insist=wanted == "outside")
+    if wanted == "outside" and walled.thickness is None and not walled.hidden:
+        raise CannotMakeError(
+            "--walls outside found no wall of two sides in the mesh; leave it out, or use a model "
+            "whose wall is thinner than a quarter of its size"
+        )
+    notes = []
+    if walled.hidden:
+        told = agree(walled.hidden, "{n} bod[y lies|ies lie] inside another, out of sight, and ")
+        told += agree(walled.hidden, "[was|were] left out; --walls both keeps [it|them]")
+        notes.append(Note("model", f"model: {told}"))
+    return walled.mesh, walled.thickness, walled.ragged, notes
 
 
 def _given(settings: MeshSettings, in_memory: PolyMesh | None) -> MeshFile:

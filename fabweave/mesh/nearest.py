@@ -60,6 +60,7 @@ class Surface:
         wide = np.any(area != 0, axis=1)
         if not wide.any():
             raise ValueError("a surface needs triangles with an area")
+        self._numbers = np.flatnonzero(wide)
         self._triangles = np.ascontiguousarray(triangles[wide])
         size = np.linalg.norm(area[wide], axis=1, keepdims=True)
         self._normals = area[wide] / size
@@ -85,6 +86,42 @@ class Surface:
             normals=self._normals[nearest],
             distances=np.sqrt(np.maximum(square, 0.0)) / self._scale,
         )
+
+    def hits(self, places: FloatArray, ways: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Return which triangle a ray from each place meets first, and how far it goes.
+
+        Parameters
+        ----------
+        places : (N, 3) float array
+            Finite.
+        ways : (N, 3) float array
+            Directions, of length one.
+
+        Returns
+        -------
+        triangles : (N,) int array
+            Their numbers; -1 where it meets none.
+        distances : (N,) float array
+            Infinite where it meets none.
+
+        Examples
+        --------
+        >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        >>> one = Surface(corners, np.array([[0, 1, 2]]))
+        >>> above = np.array([[0.2, 0.2, 3.0], [9.0, 9.0, 3.0]])
+        >>> [found.tolist() for found in one.hits(above, np.array([[0.0, 0, -1]] * 2))]
+        [[0, -1], [3.0, inf]]
+        """
+        if not len(places):
+            return np.zeros(0, dtype=np.int64), np.zeros(0)
+        begin = np.ascontiguousarray((places - self._origin) * self._scale)
+        met, far, _ = self._tree.intersect_ray_first(
+            self._points, self._triangles, begin, np.ascontiguousarray(ways)
+        )
+        triangles = np.asarray(met, dtype=np.int64).reshape(-1)
+        far = np.asarray(far, dtype=np.float64).reshape(-1) / self._scale
+        missed = triangles < 0
+        return np.where(missed, -1, self._numbers[triangles]), np.where(missed, np.inf, far)
 
     def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
         """Return squared distances, triangles and closest points, all in the tree's scale."""

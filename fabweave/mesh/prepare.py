@@ -107,6 +107,14 @@ def prepare_mesh(mesh: PolyMesh) -> tuple[PolyMesh, MeshReport, tuple[str, ...]]
     return prepared, report, tuple(notes)
 
 
+def inward_faces(mesh: PolyMesh) -> BoolArray:
+    """Return which faces are of closed bodies that are inside out, as cavities are, (F,)."""
+    edges = group_edges(mesh)
+    patch = face_patches(edges, mesh.n_faces)
+    astray = flags(int(patch.max(initial=-1)) + 1, patch[edges.face[edges.first[edges.same_way]]])
+    return (_inward_patches(mesh, edges, patch) & ~astray)[patch]
+
+
 def _some(chosen: BoolArray) -> str:
     return f"face {few_of(np.flatnonzero(chosen).tolist(), 5)}"
 

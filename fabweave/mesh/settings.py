@@ -14,6 +14,7 @@ class MeshSettings:
     up: str | None
     weld: str | None
     bodies: str
+    walls: str
     size_mm: float | None
     remesh: str | None
     refine: str | None

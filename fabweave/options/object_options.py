@@ -82,6 +82,15 @@ OBJECT_OPTIONS = (
         brief="all, largest, N, join or wrap.",
     ),
     _mesh(
+        "walls",
+        choice(("auto", "outside", "both")),
+        "Which sides of a thin wall to weave. auto weaves the outside alone where a solid is a "
+        "thin wall, as vases, lampshades and bowls to be printed are, and leaves out what lies "
+        "inside. outside takes thicker walls, too. both weaves all that is there.",
+        default="auto",
+        brief="Sides of a thin wall: auto, outside, both.",
+    ),
+    _mesh(
         "size",
         length(MOST_MM, least=0.01),
         "Scale the mesh so that its largest dimension is this, e.g. 400mm or 16in. Without it, "

@@ -16,7 +16,7 @@ from fabweave.core.messages import closest_first
 from fabweave.options.file_kinds import is_roll
 from fabweave.options.kinds import load, number
 from fabweave.options.option import GROUPS, STOCK
-from fabweave.options.table import GONE, OPTIONS, option_named, option_of_field, still_known
+from fabweave.options.table import CAME, GONE, OPTIONS, option_named, option_of_field, still_known
 from fabweave.options.user_files import user_entries
 
 if TYPE_CHECKING:  # what options are is imported when they are used
@@ -424,16 +424,17 @@ def job_toml(settings: Settings, outcome: dict[str, Any]) -> str:
 
 
 def read_job_options(path: Path) -> dict[str, Any]:
-    """Return the options that a job.toml sets.
+    """Return the options that a job.toml sets, or meant before there were more.
 
     Raises
     ------
     InputError
         If the file cannot be read, is no TOML, or has no table ``[job]``.
     """
-    job = read_toml(path, "the settings").get("job")
+    told = read_toml(path, "the settings")
+    job = told.get("job")
     if not isinstance(job, dict):
         raise InputError(
             f"{path} has no table [job] with settings; use the job.toml of a finished job"
         )
-    return still_known(job, str(path))
+    return {**(CAME if "outcome" in told else {}), **still_known(job, str(path))}

@@ -22,6 +22,9 @@ LEAVE_OUT = "leave it out"
 #: Options that went, and what to do instead.
 GONE: Mapping[str, str] = MappingProxyType({"qr": LEAVE_OUT})
 
+#: Options that came later, and what a finished job meant that does not name them.
+CAME: Mapping[str, str] = MappingProxyType({"walls": "both"})
+
 
 def option_named(name: str) -> Option:
     """Return the option with a name.

@@ -199,8 +199,10 @@ def _check_faces(job: Job, source: SourceMesh, place: Place) -> None:
     middle = 0.5 * (whole.min(axis=0) + whole.max(axis=0))
     given = (np.concatenate(faces) - middle) @ turn.T
     points = mesh.vertices[mesh.corner]
-    scale, extent = 1.0, _extent(points)
-    if (size := length_of(options.get("size"))) is not None and _extent(given) > 0.0:
+    scale, extent, taken = 1.0, _extent(points), job.taken
+    if taken:
+        scale = stated_number(taken, "scale")
+    elif (size := length_of(options.get("size"))) is not None and _extent(given) > 0.0:
         # What was left out was there when it was brought to size.
         scale = (size if openings else extent) / _extent(given)
     near = _WELDED * extent
@@ -208,6 +210,9 @@ def _check_faces(job: Job, source: SourceMesh, place: Place) -> None:
     near = max(near, length_of(weld) or 0.0) if weld not in ("", "all", "none") else near
     there = _faces(points, np.bincount(mesh.face), near)
     due = _faces(scale * given, np.array([len(face) for face in faces]), near)
+    if taken:
+        _check_taken(taken, there, due, near, place)
+        return
     alike, spare, holed = _excused(due, near)
     gone = sum(int(stated_number(one, "faces")) for one in openings)
     most = len(due) - gone
@@ -244,6 +249,63 @@ def _check_faces(job: Job, source: SourceMesh, place: Place) -> None:
     missing = sorted(set(alike.tolist()) - set(alike[nearest].tolist()) - spare - holed)
     if not off and len(missing) > gone:
         place.fail(f"{len(missing)} faces of {source.name} are not there, first face {missing[0]}")
+
+
+def _check_taken(
+    taken: dict[str, Any], there: list[Floats], due: list[Floats], near: float, place: Place
+) -> None:
+    """Check that the faces are some of those that were given, or lie on them as is stated.
+
+    Where rims were cut, faces may be parts of given ones, whose corners lie on these; as many as
+    were added may have corners of them.
+    """
+    tree = scipy.spatial.KDTree([face.mean(axis=0) for face in due])
+    nearest = np.asarray(tree.query([face.mean(axis=0) for face in there])[1])
+    used = Counter(nearest.tolist())
+    strange = [
+        face
+        for face, other in zip(there, nearest.tolist(), strict=True)
+        if used[other] > 1 or not _same(face, due[other], 4.0 * near)
+    ]
+    place.count(len(there))
+    corners = scipy.spatial.KDTree(np.concatenate(due))
+    added = [face for face in strange if bool(np.all(corners.query(face)[0] <= 4.0 * near))]
+    most = int(stated_number(taken, "added"))
+    if not taken.get("cut"):
+        place.expect(
+            len(strange) == len(added) <= most,
+            f"{len(strange)} faces are not as they were given, but {most} were added",
+        )
+        return
+    triangles = np.concatenate([_fan(face) for face in due])
+    off = [_off_triangles(point, triangles) for face in strange for point in face]
+    place.expect(
+        max(off, default=0.0) <= 4.0 * near,
+        f"faces have corners up to {max(off, default=0.0):.3g} mm off those that were given",
+    )
+
+
+def _fan(face: Floats) -> Floats:
+    """Cut a face into triangles around its middle, (N, 3, 3)."""
+    middle = np.broadcast_to(face.mean(axis=0), face.shape)
+    return np.stack([middle, face, np.roll(face, -1, axis=0)], axis=1)
+
+
+def _off_triangles(point: Floats, triangles: Floats) -> float:
+    """Return how far a point is from the nearest of some triangles, (T, 3, 3)."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    square = np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-300)
+    height = np.einsum("ij,ij->i", point - a, normal) / np.sqrt(square)
+    off = np.full(len(triangles), np.inf)
+    inside = np.ones(len(triangles), dtype=bool)
+    for one, two in ((a, b), (b, c), (c, a)):
+        side, way = two - one, point - one
+        length = np.maximum(np.einsum("ij,ij->i", side, side), 1e-300)
+        at = np.clip(np.einsum("ij,ij->i", way, side) / length, 0.0, 1.0)
+        off = np.minimum(off, np.linalg.norm(way - at[:, None] * side, axis=1))
+        inside &= np.einsum("ij,ij->i", np.cross(side, way), normal) >= 0.0
+    return float(np.where(inside, np.abs(height), off).min())
 
 
 def _excused(faces: list[Floats], near: float) -> tuple[Ints, set[int], set[int]]:

@@ -327,6 +327,13 @@ class Job:
         openings = outcome.get("openings") if isinstance(outcome, dict) else None
         return openings if isinstance(openings, list) else []
 
+    @property
+    def taken(self) -> dict[str, Any]:
+        """What job.toml says was taken of the mesh as given, or added; empty where all was."""
+        outcome = (self.settings or {}).get("outcome")
+        taken = outcome.get("taken") if isinstance(outcome, dict) else None
+        return taken if isinstance(taken, dict) else {}
+
     @cached_property
     def edges(self) -> dict[int, int]:
         """The edge of each crossing that lies on an inner edge of the mesh."""
