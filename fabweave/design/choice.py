@@ -42,7 +42,7 @@ _FIRST_MM, _FINER_MM, _COARSER = 12.0, 8.5, 2
 _EVENING, _MOST, _SLENDER = 350, 500, 240
 #: So many triangles for a quad make ribbons of the same width, or straight ones.
 _TRIANGLES, _STRAIGHT = 0.6, 0.48
-#: A score at which no other mesh need be tried: of the model's own, as somebody may have drawn it to
+#: A score at which no other mesh need be tried: of its own, as somebody may have drawn it to
 #: be woven; in the first rounds; and in those after them.
 _OWN, _FINE, _GOOD = 7.0, 8.0, 6.0
 #: So many of the meshes are planned closely, the best first, until one can be built.

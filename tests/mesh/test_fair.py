@@ -14,6 +14,7 @@ from fabweave.mesh.fair.fairing import Guard, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.nearest import Surface
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.shapes.grids import hemisphere, hypar, sphere, torus, tube
@@ -76,6 +77,17 @@ def test_a_sphere_comes_to_one_energy_from_clean_and_noisy_starts() -> None:
     energy = Energy(BALL, model_of(ROUND, BALL.n_vertices))
     ends = [energy.at(one.mesh.vertices).value for one in (clean, noisy)]
     assert ends[1] == pytest.approx(ends[0], rel=0.01)
+
+
+def test_corners_with_three_edges_do_not_stand_out_like_warts() -> None:
+    ball = faired(shaken(BALL, 1, 0.1), ROUND).mesh
+    inside, valence = interior_valences(build_halfedges(ball))
+    off = np.linalg.norm(ball.vertices, axis=1) - 50.0
+    edge = np.median(
+        np.linalg.norm(ball.vertices[ball.indices[1::4]] - ball.vertices[ball.indices[::4]], axis=1)
+    )
+    # Without being held closely they come to stand out by a third.
+    assert np.abs(off[inside[valence == 3]]).max() < 0.25 * edge
 
 
 def test_ribbons_keep_their_width_over_a_sharp_edge() -> None:

@@ -16,6 +16,7 @@ import trimesh
 from meshes_shared import real_mesh
 from strategies import klein_bottle, merged, moebius_strip, shuffled, with_flips
 
+from fabweave.core.arrays import unit
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.likeness import likeness
@@ -35,6 +36,7 @@ from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import check_remeshed
 from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.subdivide import catmull_clark
 from fabweave.mesh.triangulate import triangulate
 
 QUADRIFLOW, INSTANT = ENGINES
@@ -104,6 +106,32 @@ def test_pairs_are_taken_if_they_are_about_as_many_as_asked_for(number, taken):
     else:
         with pytest.raises(CannotMakeError, match="it gives 288 quads"):
             remesh_quads(mesh, number, engines=())
+
+
+def narrow_torus():
+    """Return a torus whose quads are five times as long as wide."""
+    return grids.torus(12, 60, 35.0, 15.0)
+
+
+def patched_ball():
+    """Return a ball of quads, half of whose vertices are irregular."""
+    return catmull_clark(solids.dodecahedron()).with_vertices(
+        50.0 * unit(catmull_clark(solids.dodecahedron()).vertices)
+    )
+
+
+@pytest.mark.parametrize(
+    ("own", "new"),
+    [(patched_ball(), grids.sphere(3, 50.0)), (narrow_torus(), grids.torus(36, 20, 35.0, 15.0))],
+)
+def test_own_quads_that_are_patched_or_long_are_kept_only_where_no_number_is_stated(
+    tmp_path, own, new
+):
+    engines = [giving(tmp_path, new)]
+    assert remesh_quads(own, None, engines=engines).method == "unchanged"
+    assert remesh_quads(own, own.n_faces, engines=engines).mesh.n_faces == new.n_faces
+    # What no remesher makes better is kept.
+    assert remesh_quads(own, own.n_faces, engines=()).method == "unchanged"
 
 
 def test_soup_is_joined_and_inside_out_faces_are_turned_first():

@@ -14,6 +14,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, 
 from fabweave.mesh.fair.portals import crossing_shares, walks
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.nearest import Surface
+from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh, face_normals
 from fabweave.mesh.remesh.fit import Model, line_edges
 from fabweave.mesh.triangulate import fans
@@ -169,6 +170,9 @@ class EnergyConfig:
     #: The mesh is near the model, and the model near it.
     close: float = 6.0
     cover: float = 6.0
+    #: Vertices with three edges stay near it by so many times as much: strands around one run
+    #: straight where it stands out like the corner of a cube, which looks like a wart.
+    corner: float = 4.0
     #: Thin parts are not thinner than ribbons like.
     thin: float = 1.5
     #: Boundaries and sharp lines stay lines.
@@ -260,6 +264,9 @@ class Energy:
         self._xyz = sparse.kron(sparse.eye_array(3), self._all, format="csr")
         middles = _rows(ends, np.full(ends.shape, 0.5), n_vertices)
         self._close = sparse.vstack([self._all, middles], format="csr")
+        self._closely = np.full(self._close.shape[0], CONFIG.close)
+        inside, valence = interior_valences(half)
+        self._closely[inside[valence == 3]] *= CONFIG.corner
 
         crossed = half.twin >= 0
         passed = crossed & crossed[half.next]
@@ -430,7 +437,7 @@ class Energy:
         feet = self._model.surface.feet(points)
         share = np.sqrt(len(positions) / len(points))
         rows = [
-            self._distances(self._close, points - feet.points, feet.normals, CONFIG.close * share)
+            self._distances(self._close, points - feet.points, feet.normals, self._closely * share)
         ]
         points = points[: self._all.shape[0]]
         feet = Surface(points, self._triangles).feet(self._samples)
@@ -454,12 +461,12 @@ class Energy:
         rows: sparse.csr_array,
         way: FloatArray,
         normals: FloatArray,
-        weight: float,
+        weight: FloatArray | float,
         far: float = np.inf,
     ) -> _Rows:
         """Return lengths of ways, and more of those that are far, and how they change."""
         length = np.linalg.norm(way, axis=1)
-        weight /= self.unit
+        weight = weight / self.unit
         # Where a point is on the surface, it leaves it along the normal.
         direction = np.where(length[:, None] > _TOUCHING * self.unit, unit(way), normals)
         rate = weight * (1.0 + 2.0 * length / far)

@@ -515,10 +515,12 @@ def _summed_up(engine: Engine, failures: list[str]) -> list[str]:
     return [f"{engine.title}{runs}: {min(failures, key=len)}{differ}"]
 
 
-def runs_of(engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool) -> list[Run]:
-    """Return the runs of a remesher to compare."""
+def runs_of(
+    engine: Engine, wanted: int, seed: int, *, rim: bool, large: bool, times: int = 1
+) -> list[Run]:
+    """Return the runs of a remesher to compare, or several times as many of what is quick."""
     number = 1 if large else next((runs for most, runs in _RUNS if wanted <= most), 1)
-    number = min(number, engine.most_runs)
+    number = min(number, engine.most_runs) * (1 if large else times)
     runs = []
     for k in range(number):
         # 0, +1, -1, +2 times the spread

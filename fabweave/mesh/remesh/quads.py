@@ -49,8 +49,12 @@ from fabweave.mesh.remesh.remeshed import (
 from fabweave.mesh.remesh.request import LEAST, checked_count
 
 #: A symmetric result is not worse than another up to these factors, in its distances from the model
-#: and in its irregular vertices, which come in pairs.
-_FARTHER, _MORE_IRREGULAR = 1.2, 1.3
+#: (of some 0.4 % of the size: half of that more is not seen, left unlike right is) and in the share
+#: of irregular vertices, which come in pairs.
+_FARTHER, _MORE_IRREGULAR = 1.5, 1.4
+#: Halves are remeshed so many times as often as wholes: they are quick, and of some models most do
+#: not join to a surface (an edge across a half ends on the mirror twice).
+_TIMES = 2
 #: Boundary vertices of half an open surface nearer to the mirror than this share of the size belong
 #: on it; of a closed one, all do.
 _REACH = 0.01
@@ -104,15 +108,20 @@ def symmetric_quads(
     model = model_of(source, wanted)
     good: list[tuple[tuple[bool, bool, float], PolyMesh]] = []
     why: list[str] = []
-    runs = runs_of(engine, wanted // 2, seed, rim=True, large=half.n_faces > LARGE)
+    large = half.n_faces > LARGE
+    runs = runs_of(engine, wanted // 2, seed, rim=True, large=large, times=_TIMES)
+    known: dict[bytes, tuple[PolyMesh, tuple[str, ...]]] = {}  # seeds often give the same
 
     def joined(found: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
-        result, faults = _joined(found, half, mirror, reach)
-        if not faults:
-            refit = partial(_fitted, model, mirror)
-            result, faults = with_limbs(source, refit(result), refit, wanted)
-            faults = (*faults, *check_remeshed(source, result))
-        return result, faults
+        key = found.vertices.tobytes() + found.indices.tobytes()
+        if key not in known:
+            result, faults = _joined(found, half, mirror, reach)
+            if not faults:
+                refit = partial(_fitted, model, mirror)
+                result, faults = with_limbs(source, refit(result), refit, wanted)
+                faults = (*faults, *check_remeshed(source, result))
+            known[key] = result, faults
+        return known[key]
 
     for _, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
         if isinstance(result, AttemptFailedError):
@@ -189,13 +198,13 @@ def not_worse(source: PolyMesh, symmetric: PolyMesh, whole: PolyMesh) -> bool:
     """Whether a symmetric mesh of quads is about as good as another.
 
     That is: its distances from the model, root mean square and greatest, are no more by more than a
-    fifth, its irregular vertices by no more than three tenths, there are no more of them on the
-    boundary, and it runs through itself in no more places.
+    half, its share of irregular vertices by no more than two fifths, there are no more of them on
+    the boundary, and it runs through itself in no more places.
     """
     odd, usual = find_irregular(symmetric), find_irregular(whole)
     return (
         nearly_as_like(source, symmetric, whole, _FARTHER)
-        and len(odd) <= _MORE_IRREGULAR * len(usual)
+        and len(odd) * whole.n_vertices <= _MORE_IRREGULAR * len(usual) * symmetric.n_vertices
         and odd.boundary.sum() <= usual.boundary.sum()
         and len(self_intersections(symmetric)) <= len(self_intersections(whole))
     )
@@ -210,8 +219,9 @@ _ABOUT = 2.0
 _ENOUGH, _ENOUGH_EACH, _FAR_MORE = 10_000, 10, 1.2
 #: Of a paired mesh, at most this share of the faces may be other than quads.
 _STRAY = 1 / 8
-#: Quads that a mesh has already are as good as new ones if they are so even.
-_EVEN = 0.45
+#: Quads that a mesh has already are as good as new ones if they are so even, and no larger share of
+#: their vertices is irregular: from 14 % on a weave looks patched.
+_EVEN, _IRREGULAR = 0.45, 0.10
 
 
 def remesh_quads(
@@ -229,7 +239,8 @@ def remesh_quads(
        if the count is left open or they are about as many as asked for (up to factor 2).
     3. A refined mesh gets a cage of quads back, if that has about as many as asked for (up to
        factor 1.5). Where a count is asked for, either is taken only if its edges are even enough
-       (see `evenness`): else ribbons would be narrow where quads are small.
+       (see `evenness`), else ribbons would be narrow where quads are small; and only if at most a
+       tenth of its vertices are irregular.
     4. Else remeshers lay a new mesh of quads over the surface: QuadriFlow, or where that fails
        Instant Meshes, each a few times. Results are fitted to the surface, and of those that pass
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
@@ -288,13 +299,14 @@ def remesh_quads(
     kept = None
     if (pairing.split or _mostly_quads(source)) and _mostly_quads(paired):
         kept = _kept(source, paired, n_quads, notes)
-        if kept is not None and (n_quads is None or evenness(kept.mesh) >= _EVEN):
+        if kept is not None and (n_quads is None or not _unfit(kept)):
             return kept
-        notes.append(_not_kept(paired, kept, n_quads))
+        notes.append(Note("quads", _not_kept(paired, kept, n_quads), detail=True))
     surface = cut_surface(source)
     wanted = n_quads or min(max(LEAST["quads"], surface.n_faces // 2), _DEFAULT_MOST)
     if n_quads is None:
-        notes.append(f"no number of quads was given, so about {wanted} were aimed for")
+        text = f"no number of quads was given, so about {wanted} were aimed for"
+        notes.append(Note("quads", text, detail=True))
     failures: list[str] = []
     surface = _reduced(surface, wanted)
     for engine in engines:
@@ -304,7 +316,7 @@ def remesh_quads(
         best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
         failures += failed
         if best is not None:
-            notes += [f"another attempt failed: {text}" for text in failures]
+            notes += _other_attempts(failures)
             chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
             return finished_quads(chosen, engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
@@ -329,10 +341,19 @@ def _not_kept(paired: PolyMesh, kept: Remeshed | None, n_quads: int | None) -> s
             "asked for; --remesh quads keeps the pairs"
         )
     return (
-        f"the mesh has {kept.mesh.n_faces} quads of its own, but some are much smaller than "
-        "others, and would make narrow ribbons; --remesh quads keeps its quads, --remesh coarse "
-        "its cage"
+        f"the mesh has {kept.mesh.n_faces} quads of its own, but {_unfit(kept)}; --remesh quads "
+        "keeps its quads, --remesh coarse its cage"
     )
+
+
+def _unfit(kept: Remeshed) -> str:
+    """Say why quads that a mesh has are worse than new ones; empty if they are not."""
+    odd, count = len(kept.irregular), len(np.unique(kept.mesh.indices))
+    if odd > _IRREGULAR * count:
+        return f"{odd} of their {count} vertices are irregular"
+    if evenness(kept.mesh) < _EVEN:
+        return "some are small beside others, or long and narrow, as ribbons would be"
+    return ""
 
 
 def _mirrored(
@@ -351,8 +372,8 @@ def _mirrored(
         return symmetric, [Note("quads", told, detail=True)]
     if symmetric is not None:
         why = "they would keep its shape worse, or be less regular"
-    missed = [f"the model is mirror-symmetric, and the quads are not: {why}"] if why else []
-    return best.mesh, [*missed, best.note]
+    told = "the model is mirror-symmetric, and the quads are not"
+    return best.mesh, [*([Note("quads", told, f"For {why}")] if why else []), best.note]
 
 
 def _reduced(surface: PolyMesh, wanted: int) -> PolyMesh:
@@ -397,6 +418,10 @@ def _from_pairing(source: PolyMesh, paired: PolyMesh, notes: list[str]) -> Remes
     return finished_quads(paired, "pairing" if merged else "unchanged", notes)
 
 
+def _other_attempts(failures: list[str]) -> list[Note]:
+    return [Note("quads", f"another attempt failed: {text}", detail=True) for text in failures]
+
+
 def _last_resort(
     source: PolyMesh, n_quads: int | None, notes: list[str], failures: list[str]
 ) -> Remeshed:
@@ -404,7 +429,7 @@ def _last_resort(
     paired = merge_pairs(source, pair_triangles(source, repair=True))
     stray = int(np.count_nonzero(paired.face_sizes != 4))
     if not stray and _about(paired.n_faces, n_quads):
-        notes = notes + [f"another attempt failed: {text}" for text in failures]
+        notes = [*notes, *_other_attempts(failures)]
         notes.append("the triangles do not look like split quads, so the new quads may be skewed")
         return _from_pairing(source, paired, notes)
     if stray:

@@ -119,8 +119,8 @@ def cut_surface(source: PolyMesh) -> PolyMesh:
     return surface if not check_mesh(surface).fatal else PolyMesh.from_faces(*fans(source))
 
 
-#: The share of the edges that may be short.
-_FEW = 0.05
+#: The share of the edges that may be short, and that of the faces that may be long.
+_FEW, _SOME = 0.05, 0.25
 
 
 def edge_lengths(mesh: PolyMesh) -> FloatArray:
@@ -131,7 +131,10 @@ def edge_lengths(mesh: PolyMesh) -> FloatArray:
 
 
 def evenness(mesh: PolyMesh) -> float:
-    """Return how long all but the shortest twentieth of the edges are, over the median edge.
+    """Return how even the edges of a mesh are: as a whole, and around its faces.
+
+    That is the length of all but the shortest twentieth of the edges over the median edge; or, of
+    all but the longest quarter of the faces, the shortest edge over the longest, if that is less.
 
     Parameters
     ----------
@@ -145,11 +148,15 @@ def evenness(mesh: PolyMesh) -> float:
     Examples
     --------
     >>> from fabweave.mesh.shapes.catalogue import parse_shape
-    >>> round(evenness(parse_shape("shape:cube")), 9)
-    1.0
+    >>> cube = parse_shape("shape:cube")
+    >>> round(evenness(cube), 9), round(evenness(cube.with_vertices(cube.vertices * [1, 1, 4])), 9)
+    (1.0, 0.25)
     """
-    short, middle = np.quantile(edge_lengths(mesh), (_FEW, 0.5)).tolist()
-    return float(short / middle) if middle > 0 else 0.0
+    length, first = edge_lengths(mesh), mesh.offsets[:-1]
+    short, middle = np.quantile(length, (_FEW, 0.5)).tolist()
+    longest = np.maximum.reduceat(length, first)
+    round_ = np.minimum.reduceat(length, first) / np.maximum(longest, 1e-300)
+    return min(float(short / middle), float(np.quantile(round_, _SOME))) if middle > 0 else 0.0
 
 
 #: All bounds are shares of the mean edge of the quads. How far a new vertex may be off the given
