@@ -6,6 +6,7 @@ and columns are lines of the chart, spaced evenly in space.
 
 from collections.abc import Iterator
 from itertools import combinations, pairwise
+from math import gcd
 
 import numpy as np
 from scipy import sparse
@@ -24,10 +25,11 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
+from fabweave.mesh.automorphisms import find_symmetry
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
 from fabweave.mesh.mirror import Mirror, find_mirror
 from fabweave.mesh.nearest import Surface
-from fabweave.mesh.one_rings import Rim, find_rim
+from fabweave.mesh.one_rings import find_rim
 from fabweave.mesh.polymesh import PolyMesh, used_vertices
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
@@ -183,7 +185,13 @@ def harmonic(sheet: Sheet, fixed: IntArray, values: FloatArray, jumps: FloatArra
     right = -(growth.T @ (sheet.weights * jumps)) - stiff @ found
     inner = np.flatnonzero(free)
     if len(inner):
-        found[inner] = splu(sparse.csc_array(stiff[inner][:, inner])).solve(right[inner])
+        # The matrix is symmetric, and so is how it is factored, which takes half of the time.
+        factors = splu(
+            sparse.csc_array(stiff[inner][:, inner]),
+            permc_spec="MMD_AT_PLUS_A",
+            options={"SymmetricMode": True},
+        )
+        found[inner] = factors.solve(right[inner])
     return found
 
 
@@ -428,15 +436,16 @@ def evened(chart: Chart, rows: int, columns: int, phase: float = 0.0) -> Lines:
 #: Rows and columns of the trial grid by which a chart is measured.
 _TRIAL = 24
 #: How much more it costs to have another number of quads than was wanted than to have longish ones,
-#: and to have columns of two widths; and so many numbers of columns are tried to either side.
-_COUNT_COST, _PART_COST = 1.5, 4.0
+#: to have columns of two widths, and pieces of more kinds; and so many numbers of columns are tried
+#: to either side.
+_COUNT_COST, _PART_COST, _KIND_COST = 1.5, 4.0, 0.015
 _NEAR = 8
 _WHOLE = frozen(np.ones(1))
 
 
 def counts(
     height: float, width: float, n_quads: int, *, least: tuple[int, int] = (2, 2), step: int = 1,
-    parts: FloatArray = _WHOLE,
+    parts: FloatArray = _WHOLE, turns: int = 0,
 ) -> tuple[int, IntArray] | None:  # fmt: skip
     """Return how many rows, and columns in each part, make nearly square quads, about so many.
 
@@ -451,6 +460,9 @@ def counts(
         Columns in all are a multiple of this.
     parts : (K,) float array
         Shares of the width, each of whole columns.
+    turns : int
+        So many turns map a tube onto itself: the more of them map its columns and its threads onto
+        one another, the fewer kinds of pieces there are. 0 where columns do not go around.
 
     Returns
     -------
@@ -474,6 +486,10 @@ def counts(
             square = np.log((width / columns) / (height / rows))
             number = _COUNT_COST * np.log(rows * columns / n_quads)
             cost = square**2 + number**2 + (_PART_COST * uneven) @ (_PART_COST * uneven * parts)
+            if turns:
+                # Where threads turn back at rims, they close after a multiple of 2 rows turns.
+                alike = gcd(columns, turns) * gcd(columns, 2 * rows) / columns**2
+                cost -= _KIND_COST * np.log(alike)
             tried.append((round(float(cost), 9), rows, columns, each))
     if not tried:
         return None
@@ -600,11 +616,10 @@ class Loop:
         return found
 
 
-def loops_of(sheet: Sheet) -> list[Loop]:
+def loops_of(mesh: PolyMesh, half: Halfedges) -> list[Loop]:
     """Return the rims of a surface, each from its first vertex."""
-    half = sheet.halfedges
-    rim: Rim = find_rim(half, sheet.mesh.n_vertices)
-    side_at = np.full(sheet.mesh.n_vertices, -1)
+    rim = find_rim(half, mesh.n_vertices)
+    side_at = np.full(mesh.n_vertices, -1)
     open_sides = np.flatnonzero(half.twin < 0)
     side_at[half.tail[open_sides]] = open_sides
     left, loops = rim.on.copy(), []
@@ -614,8 +629,21 @@ def loops_of(sheet: Sheet) -> list[Loop]:
             while (after := int(rim.after[ring[-1]])) != start:
                 ring.append(after)
             left[ring] = False
-            loops.append(Loop(side_at[ring], sheet.mesh.vertices[ring]))
+            loops.append(Loop(side_at[ring], mesh.vertices[ring]))
     return loops
+
+
+#: A turn that maps a mesh onto itself may be off by this share of its size.
+_TURN_OFF = 1e-4
+
+
+def turns_around(mesh: PolyMesh) -> int:
+    """Return how many rotations map a tube and its first rim onto themselves, one at least."""
+    half = build_halfedges(mesh)
+    group = find_symmetry(mesh, half, tolerance=_TURN_OFF, reflections=False)
+    sides = loops_of(mesh, half)[0].sides
+    back = np.isin(group.images(sides[:1])[:, 0], sides)
+    return int(np.count_nonzero(group.proper & ~group.reverses & back))
 
 
 def crossing(loop: Loop, mirror: Mirror) -> float | None:
@@ -646,7 +674,9 @@ def turns_along(sheet: Sheet, loop: Loop) -> FloatArray:
 # -- Tubes ----------------------------------------------------------------------------------------
 
 
-def tube_lines(sheet: Sheet, loops: list[Loop], chart: Chart, n_quads: int, phase: float) -> Lines:
+def tube_lines(
+    sheet: Sheet, loops: list[Loop], chart: Chart, n_quads: int, phase: float, turns: int
+) -> Lines:
     """Lay rows around a tube, and columns along it that meet the corners of its rims.
 
     Parameters
@@ -660,6 +690,8 @@ def tube_lines(sheet: Sheet, loops: list[Loop], chart: Chart, n_quads: int, phas
         About how many quads.
     phase : float
         Where the first column is in the chart, if the rims have no corners.
+    turns : int
+        How many turns map the tube onto itself.
     """
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads)
     marks = [
@@ -673,7 +705,9 @@ def tube_lines(sheet: Sheet, loops: list[Loop], chart: Chart, n_quads: int, phas
         trial = evened(chart, _TRIAL, _TRIAL, float(at[0]))
         height, width = (float(widths.sum()) for widths in trial.widths)
         way = np.interp(at, trial.v, np.concatenate([[0.0], np.cumsum(trial.widths[1])]))
-        found = counts(height, width, n_quads, least=(1, 4), step=2, parts=np.diff(way) / width)
+        found = counts(
+            height, width, n_quads, least=(1, 4), step=2, parts=np.diff(way) / width, turns=turns
+        )
         if found is not None:
             break
         marks.pop()
@@ -771,7 +805,7 @@ def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
 
 def disc_lines(sheet: Sheet, at: tuple[float, ...], n_quads: int, trial: int) -> Lines | None:
     """Lay rows and columns over a disc with given corners; None where that folds."""
-    loop = loops_of(sheet)[0]
+    loop = loops_of(sheet.mesh, sheet.halfedges)[0]
     sides = _sides(loop, sheet.halfedges.tail[loop.sides], at)
     if sides is None:
         return None
@@ -792,7 +826,7 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
     axis : float or None
         Where a mirror crosses the rim, as a share of its length.
     """
-    loop = loops_of(sheet)[0]
+    loop = loops_of(sheet.mesh, sheet.halfedges)[0]
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads) / loop.length
     sharp = [float(loop.way[k]) for k in loop.corners(reach, turns_along(sheet, loop))]
     tried = []
@@ -922,7 +956,7 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     area = surface_area(surface)
     longest = max(_FINE * np.sqrt(area / n_quads), np.sqrt(area / (0.43 * _MOST_TRIANGLES)))
     sheet = sheet_of(split_longer(surface, float(longest)))
-    grids = [_symmetric(lines.mesh, lines) for lines in _laid(sheet, surface, n_quads)]
+    grids = [_symmetric(lines.mesh, lines) for lines in _laid(source, sheet, n_quads)]
     if not grids:
         raise _failed("its rim has no four places between which rows and columns fit")
     made, lines = max(grids, key=lambda one: one[0])[1:]
@@ -936,14 +970,14 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     return finished_quads(made, "grid", [*notes, Note("grid", told, detail=True)])
 
 
-def _laid(sheet: Sheet, surface: PolyMesh, n_quads: int) -> Iterator[Lines]:
+def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
     """Yield grids, the best of which is that with the most symmetry."""
-    loops = loops_of(sheet)
+    loops = loops_of(sheet.mesh, sheet.halfedges)
     if not loops:
         if (lines := square_lines(torus_chart(sheet), n_quads)) is not None:
             yield lines
         return
-    mirror = find_mirror(surface)
+    mirror = find_mirror(source)
     axis = crossing(loops[0], mirror) if mirror.symmetric else None
     if len(loops) == 2:
         chart = tube_chart(sheet, [loop.sides for loop in loops])
@@ -951,11 +985,12 @@ def _laid(sheet: Sheet, surface: PolyMesh, n_quads: int) -> Iterator[Lines]:
             sheet = sheet_of(sheet.mesh, positive=True)
             chart = tube_chart(sheet, [loop.sides for loop in loops])
         sides = loops[0].sides
+        turns = turns_around(source)
         # Along the rim the chart is linear between its points.
         rim = np.unwrap(chart.flat[np.append(sides, sides[0]), 1], period=1.0)
         for share in (0.0,) if axis is None else (0.0, axis):
             phase = float(np.interp(share, loops[0].way, rim))
-            yield tube_lines(sheet, loops, chart, n_quads, phase)
+            yield tube_lines(sheet, loops, chart, n_quads, phase, turns)
         return
     at = best_corners(sheet, n_quads, axis)
     if at is not None:
