@@ -57,6 +57,8 @@ _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
+#: What does not stand by itself is told if its score is so much better.
+_HANDSOME = 2.0
 
 
 class Choice(NamedTuple):
@@ -265,11 +267,18 @@ def _made(search: Search, way: str) -> bool:
 
 
 def beside_it(search: Search, chosen: Tried) -> tuple[str, ...]:
-    """Return lines on the next best that were tried: one that is finer, and one that is quicker."""
+    """Return lines on the next best that were tried: one that is finer, and one that is quicker.
+
+    Where what is far better does not stand by itself, that is told, too.
+    """
     mine = chosen.figures
     if mine is None:
         return ()
     lines: dict[str, str] = {}
+    soft = [one for one in search.tried if {stop.rule for stop in one.verdict.stops} == {"form"}]
+    handsome = max(soft, key=score, default=chosen)
+    if score(handsome) > score(chosen) + _HANDSOME:
+        lines["evener, but does not stand by itself"] = handsome.brief
     for one in search.ranked:
         other = one.figures
         if other is None or not one.like or one.daunting:
