@@ -57,8 +57,6 @@ _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
-#: What does not stand by itself is told if its score is so much better.
-_HANDSOME = 2.0
 
 
 class Choice(NamedTuple):
@@ -117,6 +115,9 @@ def choose_mesh(
             continue
         why = "" if own else told(job.loaded, one, unfit or _fares(search))
         return Choice(taken, why, beside_it(search, one))
+    if unfit:
+        ways = f". {why_few(search)}" if advise else ""
+        raise CannotMakeError(f"{_own(job.loaded)} {unfit}, and no other can be built{ways}")
     return _as_asked(job, search, advise=advise)
 
 
@@ -267,18 +268,11 @@ def _made(search: Search, way: str) -> bool:
 
 
 def beside_it(search: Search, chosen: Tried) -> tuple[str, ...]:
-    """Return lines on the next best that were tried: one that is finer, and one that is quicker.
-
-    Where what is far better does not stand by itself, that is told, too.
-    """
+    """Return lines on the next best that were tried: one that is finer, and one that is quicker."""
     mine = chosen.figures
     if mine is None:
         return ()
     lines: dict[str, str] = {}
-    soft = [one for one in search.tried if {stop.rule for stop in one.verdict.stops} == {"form"}]
-    handsome = max(soft, key=score, default=chosen)
-    if score(handsome) > score(chosen) + _HANDSOME:
-        lines["evener, but does not stand by itself"] = handsome.brief
     for one in search.ranked:
         other = one.figures
         if other is None or not one.like or one.daunting:
@@ -343,14 +337,19 @@ def told(model: LoadedMesh, chosen: Tried, why: str) -> str:
     why : str
         What its own mesh would need, or come to.
     """
-    own = f"the model's own {faces_text(model.mesh)}"
     gone = len(parse_leave_out(chosen.design.mesh.leave_out).faces)
     left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
+    alone = ". It does not stand by itself: leave it on a former (--former auto)"
     lacks = [f"; {lack}" for lack in map(lacking, ("quads", "tubes")) if lack]
     return (
-        f"chosen: {chosen.brief}. {own[0].upper()}{own[1:]} {why}; --remesh none keeps the mesh"
-        f"{left if gone else ''}{''.join(lacks)}"
+        f"chosen: {chosen.brief}. {_own(model)} {why}; --remesh none keeps the mesh"
+        f"{alone if chosen.soft else ''}{left if gone else ''}{''.join(lacks)}"
     )
+
+
+def _own(model: LoadedMesh) -> str:
+    """Name the mesh of a model."""
+    return f"The model's own {faces_text(model.mesh)}"
 
 
 def needs(finding: BrokenRule) -> str:

@@ -91,8 +91,8 @@ class Search:
 
     @property
     def ranked(self) -> list[Tried]:
-        """Those that can be built, the best first."""
-        built = [one for one in self.tried if one.makeable]
+        """Those that can be built, the best first; without wishes, what does not stand, too."""
+        built = [one for one in self.tried if one.makeable or (one.soft and not self.wishes)]
         return sorted(built, key=lambda one: rank(one, self.wishes))
 
     def model(self) -> LoadedMesh:

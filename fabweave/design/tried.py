@@ -81,6 +81,11 @@ class Tried:
         return not self.verdict.stops
 
     @property
+    def soft(self) -> bool:
+        """Whether nothing stops it but that it does not stand by itself."""
+        return {stop.rule for stop in self.verdict.stops} == {"form"}
+
+    @property
     def laid(self) -> bool:
         """Whether ribbons could be laid at all: none are where there is no mesh to lay them on."""
         return self.figures is not None or self.excess is not None
@@ -119,7 +124,8 @@ class Tried:
         hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
         return (
             f"{self.name}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
-            f"{hours}, grade about {figures.grade or 0.0:.1f}; {self.verdict.level}"
+            f"{hours}, grade about {figures.grade or 0.0:.1f}; "
+            f"{'does not stand by itself' if self.soft else self.verdict.level}"
         )
 
     @property

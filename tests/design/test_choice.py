@@ -16,7 +16,7 @@ from fabweave.design.making import make_or_advise
 from fabweave.design.search import Search
 from fabweave.design.tried import try_design
 from fabweave.design.variety import is_free
-from fabweave.design.wishes import NO_WISHES, rank
+from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
 from fabweave.job.ask import load_asked
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
@@ -142,6 +142,21 @@ def test_good_grades_come_first_and_limbs_and_evenings_count():
     ]
     ranks = [rank(one, NO_WISHES) for one in order]
     assert ranks == sorted(set(ranks))
+
+
+FALLS = Verdict(
+    level="not makeable", reasons=(Finding(rule="form", level="not makeable", text="it falls"),)
+)
+
+
+def test_what_does_not_stand_by_itself_goes_two_points_behind_what_does():
+    order = [outcome(grade=6.1), outcome("soft", FALLS, grade=8.0), outcome(grade=5.9)]
+    ranks = [rank(one, NO_WISHES) for one in order]
+    assert ranks == sorted(set(ranks))
+    # Who wishes for something gets what stands, and what else stops a design is never passed over.
+    assert rank(order[1], Wishes(pieces=10)) == UNBUILT
+    worse = Verdict(level="not makeable", reasons=(*FALLS.reasons, *BAD.reasons))
+    assert rank(outcome("worse", worse, grade=8.0), NO_WISHES) == UNBUILT
 
 
 def standing_in(tries, loaded, verdicts=()):
