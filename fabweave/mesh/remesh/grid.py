@@ -4,6 +4,7 @@ Rows and columns are lines of a chart of the surface, spaced evenly in space.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, pairwise
 from math import gcd
 
@@ -22,7 +23,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.automorphisms import find_symmetry
+from fabweave.mesh.automorphisms import best_motions, find_symmetry
 from fabweave.mesh.halfedge import build_halfedges, group_edges
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh, used_vertices
@@ -112,12 +113,15 @@ class Lines:
     places : (M + 1, N + 1, 3) float array
     joined : (bool, bool)
         Whether the first and last row are one, and the first and last column.
+    corners : tuple of int
+        The vertices of the mesh that are at corners of rims.
     """
 
     u: FloatArray
     v: FloatArray
     places: FloatArray
     joined: tuple[bool, bool]
+    corners: tuple[int, ...] = ()
 
     @property
     def widths(self) -> tuple[FloatArray, FloatArray]:
@@ -283,6 +287,12 @@ def turns_around(mesh: PolyMesh) -> int:
     return int(np.count_nonzero(group.proper & ~group.reverses & back))
 
 
+#: Shares of a rim that are nearer to one another are the same.
+_SAME = 1e-6
+
+#: What is nearer to a corner of a rim than this share of half a quad is put there.
+_SNAP = 0.2
+
 # -- Tubes ----------------------------------------------------------------------------------------
 
 
@@ -306,13 +316,16 @@ def tube_lines(
         How many turns map the tube onto itself.
     """
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads)
+    corners = [loop.corners(reach / loop.length) for loop in loops]
     marks = [
         float(chart.flat[loop.sides[number], 1])
-        for loop in loops
-        for number in loop.corners(reach / loop.length)
+        for loop, some in zip(loops, corners, strict=True)
+        for number in some
     ]
+    near = 0.5 * reach / max(loop.length for loop in loops)
     while True:
-        at = np.unique(np.round(np.array(marks or [phase]) % 1.0, 6))
+        at = np.sort(np.array(marks or [phase]) % 1.0)
+        at = at[np.diff(at, append=at[0] + 1.0) > near]
         at = np.append(at, at[0] + 1.0)
         trial = evened(chart, _TRIAL, _TRIAL, float(at[0]))
         height, width = (float(widths.sum()) for widths in trial.widths)
@@ -327,7 +340,13 @@ def tube_lines(
     parts = zip(at, at[1:], each.tolist(), strict=False)
     v = np.concatenate([*(np.linspace(a, b, n, endpoint=False) for a, b, n in parts), at[-1:]])
     stay = flags(len(v), np.concatenate([[0], np.cumsum(each)]))
-    return even_lines(chart, np.linspace(0.0, 1.0, rows + 1), v, stay)
+    lines = even_lines(chart, np.linspace(0.0, 1.0, rows + 1), v, stay)
+    places, on = lines.places.copy(), np.zeros(lines.places.shape[:2], dtype=bool)
+    for row, loop, some in zip((0, -1), loops, corners, strict=True):
+        for corner in loop.points[some]:
+            near = np.linalg.norm(places[row] - corner, axis=1) < _SNAP * reach
+            places[row, near], on[row, near] = corner, True
+    return replace(lines, places=places, corners=tuple(np.flatnonzero(on[:, :-1]).tolist()))
 
 
 # -- Discs ----------------------------------------------------------------------------------------
@@ -339,9 +358,8 @@ _LEFT_OUT = 0.2
 #: Quads of the grids by which choices of corners are compared, and by how much of the rim corners
 #: are moved.
 _SAMPLE, _MOVES = 100, (1 / 16, 1 / 32, 1 / 64)
-#: What costs less is good enough, what gains less is not worth it, and shares of a rim that are
-#: nearer to one another are the same.
-_GOOD, _WORTH, _SAME = 0.2, 0.01, 1e-6
+#: What costs less is good enough, and what gains less is not worth it.
+_GOOD, _WORTH = 0.2, 0.01
 
 
 def corner_choices(sharp: Sequence[float], axis: float | None) -> Iterator[tuple[float, ...]]:
@@ -415,7 +433,12 @@ def disc_lines(sheet: Sheet, at: tuple[float, ...], n_quads: int, trial: int) ->
     chart = disc_chart(sheet, sides)
     if chart.folded:
         chart = disc_chart(sheet_of(sheet.mesh, positive=True), sides)
-    return square_lines(chart, n_quads, trial)
+    lines = square_lines(chart, n_quads, trial)
+    if lines is None:
+        return None
+    last = lines.places.shape[0] * lines.places.shape[1] - 1
+    across = lines.places.shape[1] - 1
+    return replace(lines, corners=(0, across, last - across, last))
 
 
 def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float, ...] | None:
@@ -543,7 +566,7 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     area = surface_area(surface)
     longest = max(_FINE * np.sqrt(area / n_quads), np.sqrt(area / (0.43 * _MOST_TRIANGLES)))
     sheet = sheet_of(split_longer(surface, float(longest)))
-    grids = [_symmetric(lines.mesh, lines) for lines in _laid(source, sheet, n_quads)]
+    grids = [_symmetric(lines) for lines in _laid(source, sheet, n_quads)]
     if not grids:
         raise _failed("its rim has no four places between which rows and columns fit")
     made, lines = max(grids, key=lambda one: one[0])[1:]
@@ -588,13 +611,21 @@ def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
             yield lines
 
 
-def _symmetric(mesh: PolyMesh, lines: Lines) -> tuple[int, PolyMesh, Lines]:
+def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
     """Make a grid symmetric that is so but for noise; and say how many motions it has."""
+    mesh, corners = lines.mesh, list(lines.corners)
     try:
         made = symmetrise(mesh, [_ASYMMETRY])
     except CannotMakeError:
         return 1, mesh, lines
-    return made.symmetry.order, made.mesh, lines
+    points = made.mesh.vertices
+    if corners:
+        # Noise inside must not turn the corners of rims away, which are exact.
+        here, there = points[corners], mesh.vertices[corners]
+        middle, goal = here.mean(axis=0), there.mean(axis=0)
+        turn = best_motions(here - middle, there - goal, mirrors=False)
+        points = (points - middle) @ turn.T + goal
+    return made.symmetry.order, mesh.with_vertices(points), lines
 
 
 def _failed(why: str) -> CannotMakeError:
