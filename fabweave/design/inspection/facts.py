@@ -59,6 +59,7 @@ from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import broken_at_turns, twill_conditions
 from fabweave.weave.twill.decide import decide_twill, explain
 from fabweave.weave.twill.voting import best_vote
+from fabweave.weave.weave_mesh import turns_back
 
 #: Refinements that may turn a mesh into one with an exact twill.
 _REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "loop:1")
@@ -153,7 +154,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             halfedges = build_halfedges(changed)
         except FabweaveError:
             continue  # a scheme that cannot hold this mesh is no advice
-        threads = trace_threads(halfedges, turn=settings.weave.boundary == "turn")
+        threads = trace_threads(halfedges, turn=turns_back(settings.weave, changed, halfedges))
         if decide_twill(twill_conditions(halfedges, threads)).twillable:
             options.append(
                 {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
