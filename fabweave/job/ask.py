@@ -17,6 +17,7 @@ from fabweave.stock.ribbon_limits import ribbon_limits
 from fabweave.stock.rotations import AUTO, parse_rotations
 from fabweave.stock.sheet_size import check_stock
 from fabweave.stock.supplies import Supplies, Supply, parse_materials, plan_supplies
+from fabweave.weave.weave_pattern import NAMED_PATTERNS
 
 #: What a former is cut from, where strips are of something thinner than this, millimetres.
 FORMER_BOARD, _STIFF_MM = "museum-board", 1.2
@@ -49,6 +50,8 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         supplies = replace(supplies, former=former_supply(settings, supplies))
     if not settings.common_cuts:
         check_kerf(settings.machine.kerf_mm, min(supply.gap_mm for supply in supplies.each))
+    if settings.weave.boundary == "auto" and ends_at_rims(settings):
+        settings = settings.but(boundary="end")
     # What cannot be is refused before the work, though it is needed only later.
     brief_of(settings, supplies)
     for supply in supplies.each:
@@ -62,6 +65,20 @@ def complete_settings(settings: Settings) -> tuple[Settings, Supplies]:
         width=settings.width_rule,
     )
     return completed, supplies
+
+
+def ends_at_rims(settings: Settings) -> bool:
+    """Tell whether threads end at rims whatever the mesh, where that is left to fabweave.
+
+    Straight strips cannot turn back, a ring lies over the ends, and a thread that turns back is
+    warp here and weft there.
+    """
+    stock, weave = settings.stock, settings.weave
+    told = by_bunch(stock.thickness_mm) + by_bunch(stock.gap_mm)
+    named = [*(name for name, _ in told), *(name for name, _ in parse_materials(stock.material))]
+    parted = any(named) or any(sheet.bunch for sheet in stock.sheets)
+    fabric = weave.pattern not in NAMED_PATTERNS
+    return settings.ribbons.straight or settings.mesh.rim != "none" or parted or fabric
 
 
 def supplies_of(settings: Settings) -> Supplies:

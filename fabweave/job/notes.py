@@ -203,7 +203,8 @@ def _weave_notes(weave: Weave) -> list[Note]:
     ]
     if len(threads.turn_pass):
         notes[0] += agree(
-            len(threads.turn_pass), "; threads turn back at {n} boundary [edge|edges]"
+            len(threads.turn_pass),
+            "; threads turn back at {n} boundary [edge|edges] (--boundary end leaves their ends)",
         )
     for closed, what in (
         (False, "cut[s|] a corner between two boundary edges"),

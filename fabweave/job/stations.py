@@ -15,7 +15,7 @@ from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
 from fabweave.form.hold import Foretold, foretell, form_hold
-from fabweave.job.ask import brief_of, complete_settings, load_asked
+from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
 from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
 from fabweave.mesh.load import LoadedMesh
@@ -60,7 +60,10 @@ def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
     faired_for = material if mesh.faired else None
     return [
         ((mesh, weave.course, weave.triaxial, seed, faired_for), ("loaded",)),
-        ((weave, search if weave.pattern == "twill" else None), ("weave",)),
+        (
+            (weave, ends_at_rims(settings), search if weave.pattern == "twill" else None),
+            ("weave",),
+        ),
         ((settings.ribbons, *material), ("ribbons", "along", "clear_ribbons")),
         ((settings.pieces, stock), ("joined", "piece_set", "check", "foretold")),
         ((search,), ("layout",)),
@@ -182,7 +185,11 @@ class Stations:
         settings, supplies = self.completed
         supplies = chosen_grain(self.ribbons.ribbons, self.ribbons.bunches, supplies)
         up = settings.mesh.up or self.ribbons.source.up
-        return settings.but(rotations=supplies.rotations, up=up), supplies
+        boundary = settings.weave.boundary
+        if boundary == "auto":
+            boundary = "turn" if len(self.weave.weave.threads.turn_pass) else "end"
+        kept = settings.but(rotations=supplies.rotations, up=up, boundary=boundary)
+        return kept, supplies
 
     @cached_property
     def brief(self) -> Brief:

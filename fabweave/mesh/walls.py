@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, maximum_flow
 from scipy.sparse.linalg import eigsh
+from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
 from fabweave.mesh.bodies import DEBRIS, bodies_of, winding
@@ -43,7 +44,7 @@ _SHARP, _READILY = 0.6428, 0.1
 #: Of a rim up to so many thicknesses from the inner side, this share is no part of the outer one.
 _RIM, _PULL = 3.0, 0.3
 #: Directions in which a side is looked at from afar, and faces that are looked at.
-_VIEWS, _LOOKED_AT = 64, 2000
+_VIEWS, _LOOKED_AT = 64, 1000
 #: How far under the face a ray begins, as a share of the size.
 _UNDER = 1e-6
 _WHOLE = 2.0**20
@@ -228,8 +229,16 @@ def _opposite(one: _Faces) -> tuple[FloatArray, IntArray]:
     return far, np.where(hit < 0, 0, one.owner[hit])
 
 
+#: Of more faces, so many are looked at, and the others are as the nearest of them.
+_MOST = 10_000
+
+
 def _wide(one: _Faces, faces: IntArray, thick: FloatArray) -> BoolArray:
     """Tell where the body goes on beside its middle under some faces, as a wall does."""
+    if len(faces) > _MOST:
+        some = np.linspace(0, len(faces) - 1, _MOST).astype(np.int64)
+        nearest = KDTree(one.centres[faces[some]]).query(one.centres[faces])[1]
+        return _wide(one, faces[some], thick[some])[nearest]
     normals = one.normals[faces]
     middle = one.centres[faces] - 0.5 * thick[:, None] * normals
     first = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
@@ -264,7 +273,7 @@ def _sides(one: _Faces, walled: BoolArray, across: IntArray, median: float) -> B
     else:
         start = np.sqrt(one.areas) * (1.0 + np.linspace(0.0, 1.0, count))
         # Only signs matter.
-        modes = eigsh(matrix.tocsc(), 1, sigma=-1e-4, v0=start, tol=1e-2)[1]
+        modes = eigsh(matrix.tocsc(), 1, sigma=-1e-4, v0=start, tol=1e-2, ncv=6)[1]
     return np.asarray(modes[:, 0] > 0.0)
 
 

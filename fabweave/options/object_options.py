@@ -143,7 +143,7 @@ OBJECT_OPTIONS = (
         "Leave out faces, for a bulb, an arm or a pot. top:80mm or bottom:80mm opens the mesh "
         "there, and lays the rim onto a circle of that diameter. Numbers such as 12,13, or a "
         "file of them, name faces of the woven mesh, counted from 0. Threads end at the rim, or "
-        "turn back (--boundary turn). --size counts as before.",
+        "turn back (--boundary). --size counts as before.",
     ),
     _mesh(
         "rim",
@@ -198,10 +198,11 @@ OBJECT_OPTIONS = (
     ),
     _weave(
         "boundary",
-        choice(("end", "turn")),
+        choice(("auto", "end", "turn")),
         "What threads do at the boundary of an open mesh. They end there, or they turn back as "
-        "in a plaited mat, which has no loose ends.",
-        default="end",
+        "in a plaited mat, which has no loose ends. auto turns them, but where strips are "
+        "straight, a ring lies over their ends, warp and weft are apart, or a face has no room.",
+        default="auto",
         brief="What threads do at a boundary.",
     ),
     _weave(

@@ -75,7 +75,7 @@ class Settings:
         >>> Settings.of("shape:cube", boundary="open")
         Traceback (most recent call last):
             ...
-        fabweave.core.errors.InputError: boundary: 'open' is not one of end, turn
+        fabweave.core.errors.InputError: boundary: 'open' is not one of auto, end, turn
         """
         defaults = {option.field: option_of_field(option.field).default_value for option in OPTIONS}
         return cls._held({**defaults, "source": source, **values})

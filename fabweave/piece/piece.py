@@ -22,6 +22,10 @@ def _no_holes() -> FloatArray:
     return np.zeros((0, 4))
 
 
+def _no_turns() -> IntArray:
+    return np.zeros(0, dtype=np.int64)
+
+
 @frozen_value
 class Piece:
     """One flat piece of one thread, in its own coordinates (millimetres, nominal, no kerf).
@@ -59,6 +63,8 @@ class Piece:
         Short lines to lay a joined piece by; they are engraved.
     covers : tuple of (K, 2) float arrays
         The parts of its outer face, polygons, that strands above cover in the woven object.
+    rim_turns : (R,) int array
+        The stations after which, and before the next, it turns back at the boundary.
     """
 
     id: str
@@ -77,6 +83,7 @@ class Piece:
     slots: tuple[Slot, ...] = ()
     guides: tuple[FloatArray, ...] = ()
     covers: tuple[FloatArray, ...] = ()
+    rim_turns: IntArray = field(default_factory=_no_turns)
 
     @property
     def holes(self) -> FloatArray:

@@ -8,7 +8,14 @@ import numpy as np
 import shapely
 
 from fabweave.core.arc_path import Path, straight_path
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, places_in_groups
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    flags,
+    frozen_value,
+    places_in_groups,
+)
 from fabweave.piece.brief import Brief
 from fabweave.piece.congruence import (
     DECIMALS,
@@ -331,6 +338,7 @@ def _pieces(
     guides = guide_lines(cut, plan, marked)
     numbers = 1 + places_in_groups(np.bincount(runs.thread))
     stations, pieces = cut.stations, []
+    turns = flags(len(weave.over), weave.threads.turn_pass)
     for index, number in enumerate(numbers.tolist()):
         thread, path, outline = int(runs.thread[index]), cut.paths[index], cut.outlines[index]
         rows = slice(stations.offsets[index], stations.offsets[index + 1])
@@ -353,6 +361,7 @@ def _pieces(
                 slots=_slots(index, cut, drilled, rows, frame),
                 guides=tuple(frame.apply(guide) for guide in guides[index]),
                 covers=tuple(frame.apply(part) for part in covers[rows] if part is not None),
+                rim_turns=np.flatnonzero(turns[stations.passes[rows]][:-1]),
             )
         )
     return tuple(pieces)

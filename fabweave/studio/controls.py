@@ -18,6 +18,7 @@ from fabweave.weave.strand_colours import STRATEGIES
 #: Sizes that a slider reaches, millimetres; the faces that a remesher is asked for; and counts.
 _SIZES_MM, _FACES, _COUNT = (60.0, 1500.0), (60, 2000), 64.0
 _PATTERNS = ("plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2")
+_BOUNDARIES = ("auto", "end", "turn")
 _REFINED = ("catmull-clark:1", "catmull-clark:2", "doo-sabin:1", "loop:1", "mid-edge:1")
 
 
@@ -72,7 +73,7 @@ def controls(settings: Settings, complete: Settings, woven: WovenObject) -> list
         *_density(settings, woven),
         _choice("Weave", "Pattern", "pattern", settings.weave.pattern, _PATTERNS),
         *(
-            [_choice("Weave", "Boundary", "boundary", settings.weave.boundary, ("end", "turn"))]
+            [_choice("Weave", "Boundary", "boundary", settings.weave.boundary, _BOUNDARIES)]
             if np.any(woven.halfedges.twin < 0)
             else []
         ),

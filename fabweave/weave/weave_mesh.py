@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from fabweave.core.arrays import IntArray, Progress, frozen_value, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.files import read_input
@@ -9,7 +11,7 @@ from fabweave.core.finding import Note
 from fabweave.core.search import Search
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.load import LoadedMesh
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.mesh.upright import largest_dimension
 from fabweave.stock.supplies import Supplies
 from fabweave.weave.bunches import part_bunches
@@ -73,6 +75,41 @@ class WovenMesh:
         return largest_dimension(self.source.mesh)
 
 
+#: A boundary edge has room for a turn if the middle of its face is so far off it, by its length.
+_ROOM = 0.02
+
+
+def may_turn(mesh: PolyMesh, halfedges: Halfedges) -> bool:
+    """Tell whether threads can turn back at the boundary: there is one, with room at each edge.
+
+    A thread that turned around a face that hangs by one edge only would meet itself at once.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.halfedge import build_halfedges
+    >>> from fabweave.mesh.shapes.grids import hypar
+    >>> from fabweave.mesh.shapes.solids import cube
+    >>> [may_turn(mesh, build_halfedges(mesh)) for mesh in (cube(), hypar(3, 3, 1.0, 0.0))]
+    [False, True]
+    """
+    edge = np.flatnonzero(halfedges.twin < 0)
+    if not len(edge):
+        return False
+    inner = np.bincount(halfedges.face[halfedges.twin >= 0], minlength=mesh.n_faces)
+    centre = face_centres(mesh)[halfedges.face[edge]]
+    tail, head = mesh.vertices[halfedges.tail[edge]], mesh.vertices[halfedges.head[edge]]
+    area = np.linalg.norm(np.cross(tail - centre, head - centre), axis=1)
+    room = area > _ROOM * np.einsum("ij,ij->i", head - tail, head - tail)
+    return bool(room.all() and not np.any(inner == 1))
+
+
+def turns_back(settings: WeaveSettings, mesh: PolyMesh, halfedges: Halfedges) -> bool:
+    """Tell whether threads turn back at the boundary of a mesh."""
+    return settings.boundary == "turn" or (
+        settings.boundary == "auto" and may_turn(mesh, halfedges)
+    )
+
+
 def weave_mesh(
     source: LoadedMesh,
     settings: WeaveSettings,
@@ -101,7 +138,8 @@ def weave_mesh(
         If nothing crosses anything, or the pattern cannot be woven on this mesh.
     """
     progress("weave", 0, 1)
-    threads = trace_threads(source.halfedges, turn=settings.boundary == "turn")
+    turn = turns_back(settings, source.mesh, source.halfedges)
+    threads = trace_threads(source.halfedges, turn=turn)
     labels = thread_labels(threads.n_threads)
     bunches = part_bunches(threads)
     if supplies is not None:

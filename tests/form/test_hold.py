@@ -23,7 +23,7 @@ def body(shape, size_mm, **options):
 @pytest.fixture(scope="module")
 def shade():
     """A lampshade of plain weave: open, and of quads that are a mechanism."""
-    return body(*SHADE)
+    return body(*SHADE, boundary="end")
 
 
 def none_of(some):

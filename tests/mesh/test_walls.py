@@ -1,11 +1,10 @@
 """A solid that is a thin wall is woven once, as its outer side; what is no wall stays as it is."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from meshes_shared import shared_mesh
 from strategies import merged, with_flips
+from walled_meshes import opened_box, revolved
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
@@ -20,24 +19,6 @@ from fabweave.mesh.topology import keep_faces
 from fabweave.mesh.triangulate import surface_area
 from fabweave.mesh.walls import find_wall, outer_walls
 from fabweave.options.settings import Settings
-
-
-def revolved(profile, count=40):
-    """Return a surface of revolution of quads, and triangles at its axis."""
-    turn = 2.0 * np.pi * np.arange(count) / count
-    points, rings = [], []
-    ends = profile[:-1] if profile[0] == profile[-1] else profile
-    for radius, height in ends:
-        rings.append([len(points) + k * (radius > 0.0) for k in range(count)])
-        some = turn if radius > 0.0 else turn[:1]
-        points += [[radius * np.cos(a), radius * np.sin(a), height] for a in some]
-    rings += rings[:1] * (len(profile) - len(ends))
-    faces = [
-        list(dict.fromkeys([low[k], low[(k + 1) % count], high[(k + 1) % count], high[k]]))
-        for low, high in pairwise(rings)
-        for k in range(count)
-    ]
-    return PolyMesh.from_faces(points, faces)
 
 
 def sides(thick, rim=0, base=2.0):
@@ -79,21 +60,6 @@ def test_a_lampshade_has_two_rims_and_a_box_without_a_lid_one():
     box = opened_box(2.0)
     found = outer_walls(box, none(box)).mesh
     assert surface_area(found) == pytest.approx(80 * 60 + 2 * 50 * (80 + 60))
-
-
-def opened_box(thick, x=80.0, y=60.0, z=50.0):
-    """Return a box without a lid, of walls of some thickness."""
-    corners = np.array([(0, 0), (x, 0), (x, y), (0, y)], dtype=float)
-    inner = np.clip(corners, thick, (x - thick, y - thick))
-    rings = [(corners, 0.0), (corners, z), (inner, z), (inner, thick)]
-    points = [[*place, height] for ring, height in rings for place in ring]
-    faces = [[3, 2, 1, 0], [12, 13, 14, 15]]
-    faces += [
-        [low + k, low + (k + 1) % 4, low + 4 + (k + 1) % 4, low + 4 + k]
-        for low in (0, 4, 8)
-        for k in range(4)
-    ]
-    return PolyMesh.from_faces(points, faces)
 
 
 def test_of_a_plate_the_upper_side_is_woven_and_of_a_cap_the_one_outside():

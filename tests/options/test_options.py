@@ -100,6 +100,7 @@ SPOILT = {
     "up": ("", "up", "Z", 2, "1,2", "0,0,0", "nan,0,1", "1e999,0,1", "1,2,3,4", "--z", (0, 0, 1)),
     "weld": ("yes", 1),
     "bodies": ("some", "0", 3, None),
+    "walls": ("inside", True, None),
     "size_mm": (*NO_NUMBERS, 0, "400mm", ("", 400.0)),
     "remesh": ("triangles", "quads:0", "quads:many", 3000),
     "refine": ("spline:2", "loop:x", 2),

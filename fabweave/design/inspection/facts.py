@@ -53,12 +53,13 @@ from fabweave.stock.sheet_size import format_stock
 from fabweave.weave.bunches import count_bodies, find_bunches, thread_graph
 from fabweave.weave.fabrics import parse_fabric, weave_fabric
 from fabweave.weave.symmetry import find_weave_symmetry, nearest_symmetry
-from fabweave.weave.threads import Threads, trace_threads
+from fabweave.weave.threads import Threads, thread_labels, trace_threads
 from fabweave.weave.twill.anneal import couple
 from fabweave.weave.twill.bound import WIDER_WORK, irregular_seeds, prove_bound
 from fabweave.weave.twill.conditions import broken_at_turns, twill_conditions
 from fabweave.weave.twill.decide import decide_twill, explain
 from fabweave.weave.twill.voting import best_vote
+from fabweave.weave.weave_mesh import turns_back
 
 #: Refinements that may turn a mesh into one with an exact twill.
 _REFINEMENTS = ("simplest:1", "simplest:2", "catmull-clark:1", "doo-sabin:1", "loop:1")
@@ -153,7 +154,7 @@ def _exact_after(mesh: PolyMesh, settings: Settings, progress: Progress) -> list
             halfedges = build_halfedges(changed)
         except FabweaveError:
             continue  # a scheme that cannot hold this mesh is no advice
-        threads = trace_threads(halfedges, turn=settings.weave.boundary == "turn")
+        threads = trace_threads(halfedges, turn=turns_back(settings.weave, changed, halfedges))
         if decide_twill(twill_conditions(halfedges, threads)).twillable:
             options.append(
                 {"option": option, "crossings": threads.n_crossings, "threads": threads.n_threads}
@@ -543,7 +544,7 @@ def _inspected(
             _weave_answer(woven)
             if answer
             else _weave_facts(
-                woven, settings, pieces["count"], left_out, job.progress, thorough=thorough
+                woven, job.completed[0], pieces["count"], left_out, job.progress, thorough=thorough
             )
         ),
         "ribbons": spread(check.measured["width"].value),
@@ -580,7 +581,9 @@ def _weave_facts(
 ) -> dict[str, Any]:
     """Return all that is to be told of the weave; add what is left out to a list."""
     halfedges, threads = woven.halfedges, woven.weave.threads
-    bunches = find_bunches(threads)
+    # Where it is left open, threads end at rims for fabrics of warp and weft.
+    ending = trace_threads(halfedges) if settings.weave.boundary == "auto" else threads
+    bunches = find_bunches(ending)
     return {
         "symmetry": symmetry_facts(woven, n_pieces),
         "threads": thread_facts(threads, woven.labels, thread_lengths(woven.ribbons)),
@@ -590,7 +593,7 @@ def _weave_facts(
             "warp_and_weft": bunches.warp_and_weft,
         },
         "twill": twill_facts(woven, settings, left_out, progress, thorough=thorough),
-        "fabrics": fabric_facts(halfedges, threads, woven.labels, progress),
+        "fabrics": fabric_facts(halfedges, ending, thread_labels(ending.n_threads), progress),
     }
 
 
