@@ -149,11 +149,12 @@ class Job(PlannedJob):
         return shown_relaxed(self.woven.ribbons, self.weave, settled.body, state)
 
     @property
-    def shown(self) -> Ribbons:
-        """Its ribbons as its picture shows them: when it was let go, where that can be seen."""
+    def shown(self) -> tuple[Ribbons, str]:
+        """Its ribbons as its picture shows them, let go where that can be seen, and which it is."""
         form, thinnest_mm = self.form, min(one.thickness_mm for one in self.supplies.materials)
         seen = form is not None and form.settles_mm > thinnest_mm
-        return (self.relaxed if seen else None) or self.woven.ribbons
+        let_go = self.relaxed if seen else None
+        return (self.woven.ribbons, "as drawn") if let_go is None else (let_go, "let go")
 
     @property
     def verdict(self) -> Verdict:

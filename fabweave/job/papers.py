@@ -59,9 +59,9 @@ class Pictures(NamedTuple):
 
 def start_pictures(job: Job, start: Start = at_once) -> Pictures:
     """Start the picture of the object, and that of how like its model it is."""
-    source = job.woven.source
+    source, (ribbons, state) = job.woven.source, job.shown
     return Pictures(
-        start(portrait_png, job.shown, job.colours),
+        start(portrait_png, ribbons, job.colours, state),
         start(likeness_png, source.loss, source.likeness),
     )
 

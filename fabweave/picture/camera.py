@@ -9,17 +9,30 @@ from fabweave.core.errors import InputError
 
 #: A picture has no more pixels.
 MOST_PIXELS = 60_000_000
-#: Share of the picture left free around the object, and around one that stands on a floor.
-_MARGIN, FLOOR_MARGIN = 0.05, 0.10
-# The views tried, from the usual place on: right of the front, left of it; of what is so many times
-# longer than it is wide, more from the side.
-_TURNS_DEG, _LONG = (-60.0, -120.0, -75.0, -105.0, -30.0, -150.0), 1.3
+#: Share of the picture left free around the object.
+MARGIN = 0.05
+# The front, where y is least. The views tried, from it: right of it, left of it; of what is so many
+# times longer than it is wide, more from the side.
+_FRONT_DEG = -90.0
+_TURNS_DEG, _LONG = (30.0, -30.0, 15.0, -15.0, 60.0, -60.0), 1.3
 #: What is as high as it is wide is seen at eye height; the flatter, the higher, so that a ring
 #: shows its hole. Height over width where that begins and ends.
 _EYE_DEG, _FLAT_DEG = 12.0, 36.0
 _UPRIGHT, _FLAT = 0.9, 0.25
 #: How much higher is tried, too.
 _RISE_DEG = 12.0
+#: What is open has an outside: the mean of its normals is at least so long, where that of a closed
+#: body is zero. A mask or a relief stands if that mean is so level; a roof is flat, and its mean is
+#: so upright (beyond the last it is a plane), and so low it is looked at.
+_OPEN, _LEVEL, _ROOF, _PLANE = 0.3, 0.7, 0.75, 0.97
+_ROOF_DEG = 20.0
+#: What bulges less than this, as a share of its width, has its outside where its normals say.
+_BULGE = 0.02
+#: What is open above (a bowl, a vase, a tube) is seen from so high that its rim reads. The rim lies
+#: in this share of the height at the top, and within half of it nothing is above a quarter down.
+_RIM_DEG, _RIM, _WITHIN, _DOWN = 24.0, 0.08, 0.5, 0.25
+#: A rim is no narrower than this share of the whole.
+_TIP = 0.05
 #: Another view must show this much more; one from higher up, as the horizon reads better.
 _WORTH_A_TURN, _WORTH_A_RISE = 1.15, 1.2
 #: What a view is worth in which nearly all that is seen of a body lies in one plane, and the length
@@ -95,7 +108,7 @@ class Frame:
 
 
 def frame_object(
-    points: FloatArray, view: View, size_px: tuple[int, int], margin: float = _MARGIN
+    points: FloatArray, view: View, size_px: tuple[int, int], margin: float = MARGIN
 ) -> Frame:
     """Return the frame in which an object fills a picture, with a little margin around.
 
@@ -154,31 +167,83 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
     looked at more from above; and a body is not looked at straight on one of its faces, as the
     tetrahedron would be, whose other faces then are hidden.
 
+    The front is where y is least; but a mask or a relief that stands is looked in the face, from
+    the side to which it bulges or, where it is flat, that of its normals. What is open above is
+    seen from so high that its rim reads, and a roof from a low side.
+
     Parameters
     ----------
     points : (V, 3) float array
         Positions.
     triangles : (T, 3) int array
-        Corners.
+        Corners, counter-clockwise as seen from outside.
     """
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     best, most = View(), -1.0
     if not len(triangles):
         return best
-    across, along, high = np.ptp(points[np.unique(triangles)], axis=0)
-    upright = high / max(float(np.sqrt(across * along)), 1e-300)
-    lower = np.interp(upright, (_FLAT, _UPRIGHT), (_FLAT_DEG, _EYE_DEG))
-    turns = _TURNS_DEG if along > _LONG * across else _TURNS_DEG[:4]
-    elevations = (round(float(lower), 1), round(float(lower) + _RISE_DEG, 1))
+    used = points[np.unique(triangles)]
+    across, along, _ = np.ptp(used, axis=0)
+    front = _front(corners.mean(axis=1), normal)
+    level = float(np.hypot(*front[:2])) > _LEVEL * float(np.linalg.norm(front))
+    facing = _FRONT_DEG if not level else float(np.degrees(np.arctan2(front[1], front[0])))
+    elevations = _heights(used, front, level=level)
+    turns = _TURNS_DEG if along > _LONG * across and not level else _TURNS_DEG[:4]
     for elevation in elevations:
-        for azimuth in turns:
-            view = View(azimuth, elevation)
+        for turn in turns:
+            view = View(round(facing + turn, 1), elevation)
             area = _shown(normal, view.axes()[2])
             first = elevation == elevations[0] or best.elevation_deg == elevation
             if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):
                 best, most = view, area
     return best
+
+
+def _front(places: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the mean normal of what is open, on the side to which it bulges; zero if it is closed.
+
+    Parameters
+    ----------
+    places, normal : (T, 3) float arrays
+        Middles of triangles, and their normals, twice as long as their areas.
+    """
+    area = np.linalg.norm(normal, axis=1)
+    mean = np.asarray(normal.sum(axis=0) / max(float(area.sum()), 1e-300), dtype=np.float64)
+    long = float(np.linalg.norm(mean))
+    if long < _OPEN:
+        return np.zeros(3)
+    # What bulges to the front is in front in its middle, and farther back around.
+    away = places - np.average(places, axis=0, weights=np.maximum(area, 1e-300))
+    ahead = away @ (mean / long)
+    aside = np.sum(away**2, axis=1) - ahead**2
+    bulge = float(np.average((aside - aside.mean()) * ahead, weights=np.maximum(area, 1e-300)))
+    return -mean if bulge > _BULGE * float(aside.mean()) ** 1.5 else mean
+
+
+def _heights(points: FloatArray, front: FloatArray, *, level: bool) -> tuple[float, float]:
+    """Return from how high an object is looked at."""
+    across, along, high = np.ptp(points, axis=0)
+    upright = high / max(float(np.sqrt(across * along)), 1e-300)
+    lower = float(np.interp(upright, (_FLAT, _UPRIGHT), (_FLAT_DEG, _EYE_DEG)))
+    if level:
+        return _EYE_DEG, _EYE_DEG
+    if upright < _FLAT and _ROOF < front[2] < _PLANE:
+        return _ROOF_DEG, _ROOF_DEG
+    if _open_above(points):
+        lower = max(lower, _RIM_DEG)
+    return round(lower, 1), round(lower + _RISE_DEG, 1)
+
+
+def _open_above(points: FloatArray) -> bool:
+    """Tell whether there is a rim on top, and nothing in it."""
+    top, high = float(points[:, 2].max()), float(np.ptp(points[:, 2]))
+    rim = points[points[:, 2] >= top - _RIM * high, :2]
+    radii = np.ptp(rim, axis=0) / 2.0
+    if radii.min() < _TIP * np.ptp(points[:, :2], axis=0).max():
+        return False
+    aside = np.linalg.norm((points[:, :2] - (rim.max(axis=0) - radii)) / radii, axis=1)
+    return not np.any((aside < _WITHIN) & (points[:, 2] > top - _DOWN * high))
 
 
 def _shown(normal: FloatArray, towards: FloatArray) -> float:

@@ -81,11 +81,14 @@ def contact_sheet(
 
 
 def titled(picture: Image.Image, text: str) -> Image.Image:
-    """Write a text into the foot of a picture, and return the picture."""
+    """Return a picture with a text below it, in a band of its own."""
     size = max(picture.width // 24, 11)
-    place, font = (picture.width / 2, picture.height - _high(size)), ImageFont.load_default(size)
-    ImageDraw.Draw(picture).text(place, text, fill=_INK, font=font, anchor="mm")
-    return picture
+    band = round(1.5 * _high(size))
+    whole = Image.new("RGB", (picture.width, picture.height + band), (255, 255, 255))
+    whole.paste(picture, (0, 0))
+    place, font = (whole.width / 2, whole.height - band / 2), ImageFont.load_default(size)
+    ImageDraw.Draw(whole).text(place, text, fill=_INK, font=font, anchor="mm")
+    return whole
 
 
 def stacked(*pictures: Image.Image) -> Image.Image:

@@ -18,7 +18,7 @@ from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import SHAPES, Shape
 from fabweave.picture.bodies import Body, joined_bodies
-from fabweave.picture.camera import View, choose_view
+from fabweave.picture.camera import MARGIN, View, choose_view
 from fabweave.picture.contact_sheet import contact_sheet, side_by_side, stacked, titled
 from fabweave.picture.render import (
     Dots,
@@ -279,7 +279,7 @@ def weave_picture(
         view = choose_view(vertices, triangles)
     # Even numbers are on the right rail, odd ones on the left: sides between alikes lie on rails.
     rails = triangles % 2 == np.roll(triangles, -1, axis=1) % 2
-    frame = object_frame(vertices, triangles, view, size_px, floor=floor)
+    frame = object_frame(vertices, triangles, view, size_px)
     width = np.linalg.norm(ribbons.left - ribbons.right, axis=1)
     width_px = float(np.median(width)) * frame.pixels_per_mm
     return render_scene(
@@ -374,8 +374,8 @@ def bodies_picture(
 _OUTLINE_PX, _OTHER_SHARE = (90, 90), 0.06
 #: From so high what is inside a ring or a vase is seen.
 _ABOVE_DEG = 75.0
-#: Both views are equally large, and of one scale.
-SIDE_PX = (720, 720)
+#: Both views are of one scale, and no larger than this; nor smaller than this share of it.
+SIDE_PX, _LEAST_SIDE = (720, 720), 0.5
 
 
 def opposite_view(view: View) -> View:
@@ -411,7 +411,7 @@ def second_view(vertices: FloatArray, triangles: IntArray, first: View) -> tuple
     return replace(first, elevation_deg=_ABOVE_DEG), "from above"
 
 
-def object_portrait(ribbons: Ribbons, colours: Colours) -> Image.Image:
+def object_portrait(ribbons: Ribbons, colours: Colours, state: str = "") -> Image.Image:
     """Make a picture of a woven object from the front and from another side; both say so.
 
     Parameters
@@ -419,23 +419,31 @@ def object_portrait(ribbons: Ribbons, colours: Colours) -> Image.Image:
     ribbons : Ribbons
     colours : (P, 2, 3) or (T, 3) uint8 array
         The colours of all passes, or of the threads.
+    state : str
+        Which of its shapes is shown, such as ``let go``; empty if there is only one.
     """
     vertices, triangles, _ = ribbon_triangles(ribbons)
     if len(triangles) == 0:
         raise InputError("there is no ribbon to show: nothing crosses anything on this mesh")
     front = choose_view(vertices, triangles)
     views = ((front, "from the front"), second_view(vertices, triangles, front))
-    width_mm = SIDE_PX[0] / min(
-        object_frame(vertices, triangles, view, SIDE_PX, floor=True).pixels_per_mm
-        for view, _ in views
-    )
-    pictures = (
-        weave_picture(ribbons, colours, size_px=SIDE_PX, view=replace(view, width_mm=width_mm))
-        for view, _ in views
-    )
-    return side_by_side(*map(titled, pictures, (where for _, where in views)))
+    # In pixels of one scale; each view is as wide as it needs, and both as high as the higher.
+    scale = min(object_frame(vertices, triangles, view, SIDE_PX).pixels_per_mm for view, _ in views)
+    seen = vertices[np.unique(triangles)]
+    extents = [np.ptp(seen @ view.axes()[:2].T, axis=0) for view, _ in views]
+    sides = [scale * extent / (1.0 - 2.0 * MARGIN) for extent in extents]
+    least = _LEAST_SIDE * np.array(SIDE_PX)
+    high = round(max(least[1], *(side[1] for side in sides)))
+    tiles = []
+    for (view, where), side in zip(views, sides, strict=True):
+        wide = round(max(least[0], side[0]))
+        picture = weave_picture(
+            ribbons, colours, size_px=(wide, high), view=replace(view, width_mm=wide / scale)
+        )
+        tiles.append(titled(picture, f"{where}, {state}" if state else where))
+    return side_by_side(*tiles)
 
 
-def portrait_png(ribbons: Ribbons, colours: Colours) -> bytes:
+def portrait_png(ribbons: Ribbons, colours: Colours, state: str = "") -> bytes:
     """Return the picture of ``object_portrait`` as a PNG file."""
-    return png_bytes(object_portrait(ribbons, colours))
+    return png_bytes(object_portrait(ribbons, colours, state))

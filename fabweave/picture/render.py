@@ -10,7 +10,7 @@ from PIL import Image, ImageFilter
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, unit
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.core.errors import InputError
-from fabweave.picture.camera import FLOOR_MARGIN, Frame, View, choose_view, frame_object
+from fabweave.picture.camera import Frame, View, choose_view, frame_object
 from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
@@ -231,8 +231,6 @@ _KEY_BLUR, _SKY_BLUR = 0.006, 0.022
 #: Shadows end nowhere: from this share of the way from the middle to the border on they fade, with
 #: round corners, so that no straight edge is seen.
 _FADE, _ROUND = 0.72, 4.0
-#: The picture has room for this share of the key light's shadow; the rest is faint.
-_ROOM = 0.5
 #: Seen from lower than this, a floor would be a line, or hide the object.
 _LOWEST_DEG = 4.0
 
@@ -240,23 +238,6 @@ _LOWEST_DEG = 4.0
 def has_floor(view: View) -> bool:
     """Return whether a floor can be seen in a view."""
     return view.elevation_deg >= _LOWEST_DEG
-
-
-def floor_points(vertices: FloatArray, view: View) -> FloatArray:
-    """Return the places on the floor, (V, 3), that a picture shows with an object.
-
-    They lie on the way from the foot of each vertex to where the key light's shadow of it falls.
-    The floor touches the lowest vertex.
-
-    Examples
-    --------
-    >>> points = floor_points(np.array([[0.0, 0, 0], [0, 0, 1]]), View())
-    >>> points[0].tolist(), float(points[1, 2])
-    ([0.0, 0.0, 0.0], 0.0)
-    """
-    foot = _fallen(vertices, np.array([0.0, 0.0, 1.0]))
-    fallen = _fallen(vertices, key_direction() @ view.axes())
-    return np.asarray(foot + _ROOM * (fallen - foot), dtype=np.float64)
 
 
 def floor_light(
@@ -458,7 +439,7 @@ def render_scene(
         )
     view = choose_view(vertices, triangles) if view is None else view
     floor = floor and has_floor(view)
-    small = object_frame(vertices, triangles, view, size_px, floor=floor)
+    small = object_frame(vertices, triangles, view, size_px)
     points = samples * small.pixels(vertices)
     seen, nearness = nearest_triangles(points, triangles, width=width, height=height)
     covered, triangle, places = covered_places(seen, nearness)
@@ -495,19 +476,10 @@ def render_scene(
 
 
 def object_frame(
-    vertices: FloatArray,
-    triangles: IntArray,
-    view: View,
-    size_px: tuple[int, int],
-    *,
-    floor: bool = False,
+    vertices: FloatArray, triangles: IntArray, view: View, size_px: tuple[int, int]
 ) -> Frame:
-    """Return how ``render_scene`` maps an object to pixels, with or without a floor."""
-    points = vertices[np.unique(triangles)]
-    if not (floor and has_floor(view)):
-        return frame_object(points, view, size_px)
-    points = np.concatenate((points, floor_points(points, view)))
-    return frame_object(points, view, size_px, FLOOR_MARGIN)
+    """Return how ``render_scene`` maps an object to pixels; its shadow may be cut off."""
+    return frame_object(vertices[np.unique(triangles)], view, size_px)
 
 
 def middle_edge_px(

@@ -28,7 +28,7 @@ from fabweave.mesh.remesh.engines import (
     Engine,
     LimitReachedError,
     Run,
-    _best,
+    best_of,
     candidate_of,
     run_engine,
 )
@@ -393,11 +393,11 @@ def test_shape_comes_before_irregular_vertices():
     }
     assert found[30].irregular < found[31].irregular
     assert found[30].off > 1.2 * found[31].off
-    assert _best([found[30], found[31]], 300) is found[31]
+    assert best_of([found[30], found[31]], 300) is found[31]
     # What runs through itself is taken only if all do.
     crossed = replace(found[31], clashes=3)
-    assert _best([crossed, found[30]], 300) is found[30]
-    assert _best([crossed, replace(found[30], clashes=1)], 300) is crossed
+    assert best_of([crossed, found[30]], 300) is found[30]
+    assert best_of([crossed, replace(found[30], clashes=1)], 300) is crossed
 
 
 @pytest.mark.slow

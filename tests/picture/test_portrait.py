@@ -9,6 +9,7 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import resize_mesh
 from fabweave.picture import object_picture
 from fabweave.picture.camera import View
+from fabweave.picture.contact_sheet import titled
 from fabweave.picture.object_picture import (
     object_portrait,
     second_view,
@@ -67,3 +68,38 @@ def test_both_halves_show_warp_and_weft_and_the_corners_are_white():
 def test_what_looks_the_same_from_behind_is_shown_from_above(name, axes, where):
     vertices, triangles, _ = ribbon_triangles(woven(name)[0])
     assert second_view(vertices[:, axes], triangles, View(-60.0, 30.0))[1] == where
+
+
+def shown_box(pixels: np.ndarray) -> tuple[float, float]:
+    """Return how much of a picture's width and height coloured pixels take."""
+    rows, columns = np.nonzero(np.ptp(pixels.astype(int), axis=2) > 60)
+    high, wide = pixels.shape[:2]
+    return np.ptp(columns) / wide, np.ptp(rows) / high
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize(
+    ("name", "stretched"), [("torus?m=12&n=8", 1), ("tube", 1), ("tube", 4), ("hypar", 1)]
+)
+def test_the_object_fills_its_frame_and_no_word_crosses_it(name, stretched, monkeypatch):
+    mesh, _ = resize_mesh(parse_shape(f"shape:{name}"), size_mm=200.0)
+    mesh = mesh.with_vertices(mesh.vertices * [1, 1, stretched])
+    halfedges, threads = walked(mesh)
+    ribbons = project_ribbons(mesh, halfedges, plain_weave(threads), height_mm=0.3)
+    tiles: list[np.ndarray] = []
+
+    def kept(picture, text):
+        tiles.append(np.asarray(picture))
+        return titled(picture, text)
+
+    monkeypatch.setattr(object_picture, "titled", kept)
+    whole = np.asarray(object_portrait(ribbons, thread_colours(part_bunches(threads)), "let go"))
+    boxes = [shown_box(tile) for tile in tiles]
+    assert max(max(box) for box in boxes) > 0.85
+    assert all(max(box) > 0.25 for box in boxes)  # both are of one scale
+    # Below the pictures is a band that holds words and nothing of the object.
+    high = len(tiles[0])
+    assert (whole[:high] == np.hstack(tiles)).all()
+    band = whole[high:].astype(int)
+    assert band.min() < 100
+    assert np.ptp(band, axis=2).max() < 60

@@ -87,9 +87,9 @@ def make_job(settings: Settings, mesh: PolyMesh | None = None) -> Job:
     return pipeline.draw_stations(Stations(settings, mesh))
 
 
-def _small_portrait(ribbons, colours) -> bytes:
+def _small_portrait(ribbons, colours, state) -> bytes:
     with mock.patch.object(object_picture, "SIDE_PX", (72, 72)):
-        return object_picture.portrait_png(ribbons, colours)
+        return object_picture.portrait_png(ribbons, colours, state)
 
 
 def _small_likeness(loss, like) -> bytes | None:

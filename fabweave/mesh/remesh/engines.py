@@ -423,7 +423,7 @@ def best_run(
                 if good[-1].irregular <= enough:
                     break
         if good:
-            return _best(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
+            return best_of(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
     return None, _summed_up(engine, hung) + _summed_up(engine, failures)
 
 
@@ -484,7 +484,7 @@ def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -
     return Candidate(engine, result, run, off, irregular, clashes, drawn)
 
 
-def _best(good: Sequence[Candidate], wanted: int) -> Candidate:
+def best_of(good: Sequence[Candidate], wanted: int) -> Candidate:
     """Return the best of some results (see best_run)."""
     sound = [item for item in good if not item.clashes] or good
     sound = [item for item in sound if not item.drawn] or sound

@@ -15,8 +15,8 @@ from fabweave.mesh.topology import label_links
 #: An edge inside is long beyond so many medians: room for two rows. Beyond so many it is a spike
 #: (remeshers aim at edges of one length: what they give without a limb lost is below three).
 _LONG, _SPIKE = 2.2, 4.0
-#: A mesh is drawn out if it has edges that are longer than so many medians.
-_DRAWN = 3.0
+#: A mesh is drawn out, and rings are tried, if it has edges that are longer than so many medians.
+_DRAWN = 2.7
 #: Rings make the quads no more than so many times those that were wanted.
 _MORE = 1.25
 #: A limb's tip is what hangs together by shorter edges, and has at most this share of all vertices.
@@ -122,6 +122,8 @@ def with_limbs(
     def better(new: PolyMesh) -> bool:
         return stretch(new) < stretch(mesh) and bool(np.all(faults(new) <= known))
 
+    if not drawn_out(mesh):
+        return mesh, ()
     known, ringed = faults(mesh), mesh
     for _ in range(_MOST_RINGS):
         fewer = ringed

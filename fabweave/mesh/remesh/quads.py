@@ -14,7 +14,7 @@ from fabweave.mesh.bodies import bodies_of
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.likeness import likeness, nearly_as_like
+from fabweave.mesh.likeness import nearly_as_like
 from fabweave.mesh.mirror import Mirror, find_mirror, joined_with_image, sound_half
 from fabweave.mesh.one_rings import find_irregular, interior_valences
 from fabweave.mesh.polymesh import PolyMesh, without_loose
@@ -28,14 +28,16 @@ from fabweave.mesh.remesh.engines import (
     Engine,
     Run,
     Task,
+    best_of,
     best_run,
+    candidate_of,
     lacking,
     results_of,
     run_engine,
     runs_of,
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
-from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
+from fabweave.mesh.remesh.limbs import with_limbs
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
@@ -48,10 +50,10 @@ from fabweave.mesh.remesh.remeshed import (
 )
 from fabweave.mesh.remesh.request import LEAST, checked_count
 
-#: A symmetric result is not worse than another up to these factors, in its distances from the model
+#: A symmetric result is not worse than another up to this factor, in its distances from the model
 #: (of some 0.4 % of the size: half of that more is not seen, left unlike right is) and in the share
 #: of irregular vertices, which come in pairs.
-_FARTHER, _MORE_IRREGULAR = 1.5, 1.4
+_WORSE = 1.5
 #: Halves are remeshed so many times as often as wholes: they are quick, and of some models most do
 #: not join to a surface (an edge across a half ends on the mirror twice).
 _TIMES = 2
@@ -106,7 +108,7 @@ def symmetric_quads(
     size = float(np.ptp(surface.vertices, axis=0).max())
     reach = np.inf if check_mesh(source).closed else _REACH * size
     model = model_of(source, wanted)
-    good: list[tuple[tuple[bool, bool, float], PolyMesh]] = []
+    good: list[Candidate] = []
     why: list[str] = []
     large = half.n_faces > LARGE
     runs = runs_of(engine, wanted // 2, seed, rim=True, large=large, times=_TIMES)
@@ -117,21 +119,21 @@ def symmetric_quads(
         if key not in known:
             result, faults = _joined(found, half, mirror, reach)
             if not faults:
-                refit = partial(_fitted, model, mirror)
-                result, faults = with_limbs(source, refit(result), refit, wanted)
+                result = _fitted(model, mirror, result, _TURNS)
+                refit = partial(_fitted, model, mirror, turns=1)
+                result, faults = with_limbs(source, result, refit, wanted)
                 faults = (*faults, *check_remeshed(source, result))
             known[key] = result, faults
         return known[key]
 
-    for _, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
+    for task, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
         if isinstance(result, AttemptFailedError):
             why.append(str(result))
             continue
-        clashes, drawn = len(self_intersections(result)) > 0, drawn_out(result)
-        good.append(((clashes, drawn, likeness(source, result).in_rms_mm), result))
+        good.append(candidate_of(engine, source, result, task.run))
     if not good:
         return None, min(why, key=len)
-    return min(good, key=lambda one: one[0])[1], ""
+    return best_of(good, wanted).mesh, ""
 
 
 def _joined(
@@ -147,10 +149,10 @@ def _joined(
     return without_doublets(joined), ()
 
 
-def _fitted(model: Model, mirror: Mirror, mesh: PolyMesh) -> PolyMesh:
+def _fitted(model: Model, mirror: Mirror, mesh: PolyMesh, turns: int) -> PolyMesh:
     """Fit a symmetric mesh to a model so that it stays symmetric."""
     partner = cKDTree(mesh.vertices).query(mirror.image(mesh.vertices))[1]
-    for _ in range(_TURNS):
+    for _ in range(turns):
         points = fit(model, mesh, _ROUNDS).vertices
         mesh = mesh.with_vertices((points + mirror.image(points[partner])) / 2.0)
     return mesh
@@ -197,14 +199,14 @@ def _after(face: list[int], vertex: int) -> list[int]:
 def not_worse(source: PolyMesh, symmetric: PolyMesh, whole: PolyMesh) -> bool:
     """Whether a symmetric mesh of quads is about as good as another.
 
-    That is: its distances from the model, root mean square and greatest, are no more by more than a
-    half, its share of irregular vertices by no more than two fifths, there are no more of them on
-    the boundary, and it runs through itself in no more places.
+    That is: its distances from the model, root mean square and greatest, and its share of irregular
+    vertices are no more by more than a half, there are no more of them on the boundary, and it runs
+    through itself in no more places.
     """
     odd, usual = find_irregular(symmetric), find_irregular(whole)
     return (
-        nearly_as_like(source, symmetric, whole, _FARTHER)
-        and len(odd) * whole.n_vertices <= _MORE_IRREGULAR * len(usual) * symmetric.n_vertices
+        nearly_as_like(source, symmetric, whole, _WORSE)
+        and len(odd) * whole.n_vertices <= _WORSE * len(usual) * symmetric.n_vertices
         and odd.boundary.sum() <= usual.boundary.sum()
         and len(self_intersections(symmetric)) <= len(self_intersections(whole))
     )

@@ -77,7 +77,7 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
             floor=True,
         )
         pictures.append(packed(np.asarray(picture)))
-    frame = object_frame(points, triangles, view, _PX, floor=True)
+    frame = object_frame(points, triangles, view, _PX)
     plate, _ = scene.former_seen(frame, -1)
     ids = [one.id for one in laid.former.plates]
     marks = [seen_mark(text, plate == number, frame) for number, text in enumerate(ids)]
