@@ -17,9 +17,10 @@ from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.mesh.triangulate import plain_triangles
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings
-from fabweave.picture.camera import View
+from fabweave.picture.camera import choose_view
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
 from fabweave.plan.grade import lost_limbs
@@ -30,9 +31,8 @@ from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.weave.bunches import count_bodies
 
-#: Pixels of a design's picture, and from where all are seen alike.
+#: Pixels of a design's picture.
 PICTURE_PX = (440, 360)
-VIEW = View(-60.0, 22.0)
 #: Below, what a remeshed model lost, from two sides.
 LOSS_PX = (220, 180)
 #: The excess of what is refused for another reason than a rule, as for ribbons that would burn.
@@ -246,11 +246,14 @@ def _try_once(
 def _picture(job: Stations) -> bytes:
     """Return the picture of a design, with what its model lost where it was remeshed."""
     planned, loss = job.planned, job.loaded.loss
+    # All are seen alike: from where the model shows most.
+    model = plain_triangles(job.loaded.mesh) if loss is None else (loss.points, loss.triangles)
+    view = choose_view(*model)
     picture = weave_picture(
-        planned.woven.ribbons, planned.colours, size_px=PICTURE_PX, view=VIEW, floor=False
+        planned.woven.ribbons, planned.colours, size_px=PICTURE_PX, view=view, floor=False
     )
     if loss is not None:
-        tiles = loss_tiles(loss, VIEW, LOSS_PX)
+        tiles = loss_tiles(loss, view, LOSS_PX)
         picture = stacked(picture, tiles, loss_legend(loss, tiles.width))
     return png_bytes(picture)
 

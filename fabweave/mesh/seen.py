@@ -72,7 +72,7 @@ def seen_of(report: MeshReport, wall_mm: float | None) -> Seen:
 
 
 #: A loop is a crack, and no rim, if it is shorter than this share of the greatest side of its body.
-_CRACK = 0.02
+_CRACK = 0.05
 
 
 def fill_cracks(mesh: PolyMesh) -> tuple[PolyMesh, int, list[Note]]:

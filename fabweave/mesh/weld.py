@@ -251,7 +251,10 @@ def _proposal(
     nearest = np.full(count, np.inf)
     for side in pairs.T:
         np.minimum.at(nearest, side, apart)
-    most_mm = float(nearest.max()) * scale_mm
+    nearest = nearest[np.isfinite(nearest)]
+    if 2 * len(nearest) < len(edges.rim):
+        return []
+    count, most_mm = len(nearest), float(nearest.max()) * scale_mm
     # A round length, so much above that chains of three are within it.
     step = 10.0 ** np.floor(np.log10(most_mm))
     wide_mm = next(step * k for k in (1, 2, 5, 10, 20) if step * k >= 1.5 * most_mm)
