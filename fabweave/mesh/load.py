@@ -1,5 +1,7 @@
 """Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, Progress, frozen, frozen_value, no_progress
@@ -253,8 +255,13 @@ def load_mesh(
     if built_in:
         basis = "built-in shapes are in millimetres"
     how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its lengths, as millimetres"
+    worn = (
+        resize_mesh(turn_upright(cleaned.mesh, up), scale=factor)[0]
+        if settings.bodies == "wrap"
+        else None
+    )
     mesh, remeshed, like, loss, turn_deg = _changed(
-        mesh, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
+        mesh, settings, notes, progress, remeshed, worn, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
     halfedges = build_halfedges(mesh)
@@ -377,12 +384,16 @@ def _changed(
     notes: list[Note],
     progress: Progress,
     remeshed: Remeshed | None,
+    worn: PolyMesh | None,
     *,
     course: str,
     seed: int,
     wish: Wish | None,
 ) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, float]:
-    """Remesh, refine, fair and symmetrise as the settings ask, and note what was done."""
+    """Remesh, refine, fair and symmetrise as the settings ask, and note what was done.
+
+    What was wrapped (``worn``) is what a wrap adds to: where a mask became a bag, its back is far.
+    """
     done = []
     given, model, growth, turn_deg = mesh, None, 1.0, 0.0
     wanted = parse_remesh(settings.remesh or NONE)
@@ -424,6 +435,12 @@ def _changed(
         # Where it is, not where it went when it was brought to size again.
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
+        if worn is not None:
+            off = likeness(worn, there)
+            like = replace(
+                like, out_mean_mm=off.out_mean_mm, out_rms_mm=off.out_rms_mm,
+                out_greatest_mm=off.out_greatest_mm,
+            )  # fmt: skip
         notes.append(Note("likeness", like.note))
     mesh = _prepared(mesh, done, notes, detail=wanted.kind != NONE)
     return mesh, remeshed, like, loss, turn_deg

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import merged, volume, with_flips
 
+from fabweave.job.ask import load_asked
 from fabweave.mesh import bodies
 from fabweave.mesh.bodies import bodies_of, wrap_bodies
 from fabweave.mesh.check import check_mesh
@@ -19,6 +20,7 @@ from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.solids import cube
 from fabweave.mesh.topology import keep_faces
 from fabweave.mesh.triangulate import triangulate
+from fabweave.options.settings import Settings
 
 #: A step of the lattice, as a share of the size.
 STEP = 0.01
@@ -164,3 +166,15 @@ def test_soups_of_boxes_are_wrapped_clean(seed, count):
     assert len(self_intersections(wrapped)) == 0
     most = sum(abs(volume(box)) for box in boxes)
     assert 0.0 < volume(wrapped) <= most * (1.0 + 1e-6)
+
+
+@pytest.mark.slow
+def test_a_bag_around_a_bowl_is_as_far_from_it_as_its_lid():
+    """Half a ball of radius 100 is closed by a disc, whose points are far from the bowl."""
+    ball = parse_shape("shape:sphere?n=12&radius=100")
+    bowl = keep_faces(ball, ball.vertices[ball.indices.reshape(-1, 4)].mean(axis=1)[:, 2] < 0.0)
+    asked = Settings.of("bowl.obj", bodies="wrap", remesh="quads:150", walls="both")
+    bag = load_asked(asked, given_mesh=bowl)
+    # The lid is a third of the bag, and its points are a third of the radius from the bowl.
+    assert bag.likeness.out_mean_mm > 0.05 * bag.likeness.size_mm
+    assert bag.likeness.in_mean_mm < 0.02 * bag.likeness.size_mm
