@@ -23,7 +23,6 @@ from fabweave.options.settings import Settings
 from fabweave.picture.camera import choose_view
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
-from fabweave.plan.grade import lost_limbs
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import FAR
@@ -91,15 +90,10 @@ class Tried:
         return self.figures is not None or self.excess is not None
 
     @property
-    def limbs(self) -> int:
-        """How many features of the model are far away: limbs, horns, ears."""
-        return lost_limbs(None if self.loaded is None else self.loaded.likeness)
-
-    @property
     def like(self) -> bool:
         """Whether it is like the model."""
         like = self.loaded.likeness if self.loaded is not None else None
-        return like is None or (like.loss <= _POOR and not self.limbs)
+        return like is None or like.loss <= _POOR
 
     @property
     def daunting(self) -> bool:

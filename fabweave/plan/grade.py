@@ -34,7 +34,7 @@ _SAGS = BOUND
 #: much more. To the eye, a hundredth is masterly, a tenth is patched, and a half is no weave.
 _REGULAR, _IRREGULAR = 0.04, 0.08
 #: A feature that is lost by more than this share of the size is a limb, and takes a point.
-LIMB = 0.05
+_LIMB = 0.05
 #: So many places are named.
 _PLACES = 5
 
@@ -130,11 +130,6 @@ def grade(
     return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
 
 
-def lost_limbs(like: Likeness | None) -> int:
-    """Return how many features of the model are far away: limbs, horns, ears."""
-    return 0 if like is None else sum(one.lost_mm > LIMB * like.size_mm for one in like.lost)
-
-
 def verdict_json(verdict: Verdict, grade: Grade, form: Form | None) -> dict[str, Any]:
     """Return what ``verdict.json`` holds: verdict, grade, and form where it is known."""
     said = {"schema": VERDICT, "units": "mm", **to_json(verdict), "grade": to_json(grade)}
@@ -201,7 +196,7 @@ def _lost(
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
         yield lose("likeness", like.loss / _NEAR - 1, text, _SPOILS)
-        limbs = lost_limbs(like)
+        limbs = sum(one.lost_mm > _LIMB * like.size_mm for one in like.lost)
         yield lose("limbs", limbs, agree(limbs, "{n} [limb is|limbs are] lost"), _SPOILS)
     if form is not None and form.collapse:
         yield lose("sag", _MOST_LOST, form.collapse)
