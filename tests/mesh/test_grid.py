@@ -85,7 +85,7 @@ def test_a_turned_copy_gets_the_turned_grid():
     turned = shape.with_vertices(shape.vertices @ motion + way)
     one, other = remesh_grid(shape, 120).mesh, remesh_grid(turned, 120).mesh
     assert other.faces() == one.faces()
-    assert np.abs(one.vertices @ motion + way - other.vertices).max() < 1e-4
+    assert np.abs(one.vertices @ motion + way - other.vertices).max() < 1e-6
 
 
 def test_corners_of_rims_stay():
@@ -93,7 +93,7 @@ def test_corners_of_rims_stay():
     mesh = remesh_grid(tower, 150).mesh
     away = np.linalg.norm(tower.vertices[:, None] - mesh.vertices, axis=2).min(axis=1)
     assert away.max() < 1e-6
-    assert off_the_rims(tower, mesh) < 1e-6
+    assert off_the_rims(tower, mesh) < 1e-5
 
 
 @pytest.mark.parametrize("name", ["hypar", "hemisphere", "sail"])

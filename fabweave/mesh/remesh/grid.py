@@ -23,7 +23,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.automorphisms import best_motions, find_symmetry
+from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.halfedge import build_halfedges, group_edges
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh, used_vertices
@@ -39,8 +39,10 @@ from fabweave.mesh.remesh.chart import (
     tube_chart,
     turns_along,
 )
+from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
+    check_remeshed,
     cut_surface,
     edge_lengths,
     finished_quads,
@@ -53,6 +55,7 @@ from fabweave.mesh.shapes.grids import grid_quads
 from fabweave.mesh.symmetrise import symmetrise
 from fabweave.mesh.topology import boundary_loops, label_links
 from fabweave.mesh.triangulate import surface_area
+from fabweave.mesh.upright import largest_dimension
 
 
 def lacks_grid(mesh: PolyMesh) -> str:
@@ -87,7 +90,7 @@ def lacks_grid(mesh: PolyMesh) -> str:
         needs
         + has
         + (
-            agree(handles, " and [has |]{n} handle[|s]")
+            agree(handles, " and has {n} handle[|s]")
             if handles
             else " and has no handle"
             if not openings
@@ -274,17 +277,28 @@ def cost_of(places: FloatArray) -> float:
     return float(np.sqrt(np.mean(uneven**2) + np.mean((off / 90.0) ** 2)))
 
 
-#: A turn that maps a mesh onto itself may be off by this share of its size.
+#: A turn that maps a rim onto itself may be off by this share of its length.
 _TURN_OFF = 1e-4
 
 
-def turns_around(mesh: PolyMesh) -> int:
-    """Return how many rotations map a tube and its first rim onto themselves, one at least."""
-    half = build_halfedges(mesh)
-    group = find_symmetry(mesh, half, tolerance=_TURN_OFF, reflections=False)
-    sides = loops_of(mesh, half)[0].sides
-    back = np.isin(group.images(sides[:1])[:, 0], sides)
-    return int(np.count_nonzero(group.proper & ~group.reverses & back))
+def turns_around(loops: Sequence[Loop]) -> int:
+    """Return how many rotations map each rim onto itself, one at least.
+
+    Only rims are looked at: how faces of a round surface are cut says nothing.
+    """
+    number = 0
+    for loop in loops:
+        out = np.linalg.norm(loop.points - loop.points.mean(axis=0), axis=1)
+        step = np.diff(loop.way) * loop.length
+        same = _TURN_OFF * loop.length
+        number = gcd(
+            number,
+            sum(
+                all(np.abs(np.roll(line, by) - line).max() < same for line in (out, step))
+                for by in range(len(out))
+            ),
+        )
+    return number
 
 
 #: Shares of a rim that are nearer to one another are the same.
@@ -358,6 +372,8 @@ _LEFT_OUT = 0.2
 #: Quads of the grids by which choices of corners are compared, and by how much of the rim corners
 #: are moved.
 _SAMPLE, _MOVES = 100, (1 / 16, 1 / 32, 1 / 64)
+#: Trials need so many triangles.
+_ENOUGH = 3000
 #: What costs less is good enough, and what gains less is not worth it.
 _GOOD, _WORTH = 0.2, 0.01
 
@@ -397,13 +413,14 @@ def _in_order(*at: float) -> tuple[float, ...]:
     return tuple(sorted(round(share % 1.0, 12) % 1.0 for share in at))
 
 
-def _sides(loop: Loop, tails: IntArray, at: tuple[float, ...]) -> list[IntArray] | None:
-    """Return the vertices of the rim from corner to corner; None where two corners are one."""
-    near = [int(np.argmin(np.abs((loop.way[:-1] - one + 0.5) % 1.0 - 0.5))) for one in at]
-    if any(b - a < 2 for a, b in zip(near, [*near[1:], near[0] + len(tails)], strict=True)):
+def _sides(loop: Loop, tails: IntArray, places: FloatArray) -> list[IntArray] | None:
+    """Return the vertices of a rim from corner to corner; None where they are not in order."""
+    near = [int(np.argmin(np.linalg.norm(loop.points - place, axis=1))) for place in places]
+    steps = np.diff(near, append=near[0]) % len(tails)
+    if steps.min() < 1 or steps.sum() != len(tails):
         return None
     twice = np.concatenate([tails, tails])
-    return [twice[a : b + 1] for a, b in zip(near, [*near[1:], near[0] + len(tails)], strict=True)]
+    return [twice[a : a + step + 1] for a, step in zip(near, steps.tolist(), strict=True)]
 
 
 def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
@@ -424,10 +441,10 @@ def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
     return PolyMesh.from_triangles(np.array(points), np.array(faces))
 
 
-def disc_lines(sheet: Sheet, at: tuple[float, ...], n_quads: int, trial: int) -> Lines | None:
-    """Lay rows and columns over a disc with given corners; None where that folds."""
+def disc_lines(sheet: Sheet, corners: FloatArray, n_quads: int, trial: int) -> Lines | None:
+    """Lay rows and columns over a disc with corners at four places; None where they do not fit."""
     loop = loops_of(sheet.mesh, sheet.halfedges)[0]
-    sides = _sides(loop, sheet.halfedges.tail[loop.sides], at)
+    sides = _sides(loop, sheet.halfedges.tail[loop.sides], corners)
     if sides is None:
         return None
     chart = disc_chart(sheet, sides)
@@ -456,8 +473,10 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads) / loop.length
     sharp = [float(loop.way[k]) for k in loop.corners(reach, turns_along(sheet, loop))]
 
+    few = _fewer(sheet)
+
     def cost(at: tuple[float, ...]) -> float:
-        lines = disc_lines(sheet, at, _SAMPLE, _TRIAL // 2)
+        lines = disc_lines(few, loop.at(np.array(at)), _SAMPLE, _TRIAL // 2)
         left = sum(min(abs(_apart(one, a)) for a in at) > _SAME for one in sharp)
         return np.inf if lines is None else cost_of(lines.places) + _LEFT_OUT * left
 
@@ -473,6 +492,17 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
                 if (found := round(cost(at), 3)) < best[0] - _WORTH:
                     best = found, at
     return best[1] or None
+
+
+def _fewer(sheet: Sheet) -> Sheet:
+    """Return a disc of fewer triangles, where there are far more than trials need."""
+    if sheet.mesh.n_faces < 2 * _ENOUGH:
+        return sheet
+    try:
+        fewer = run_engine(QSLIM, sheet.mesh, Run(_ENOUGH, 0, rim=False))
+    except AttemptFailedError:
+        return sheet
+    return sheet if check_remeshed(sheet.mesh, fewer, 3) else sheet_of(fewer)
 
 
 def _moved(
@@ -506,7 +536,7 @@ def _apart(one: float, other: float) -> float:
 
 #: Edges of the triangles that charts are made of are at most this share of a quad's, unless there
 #: were more than so many.
-_FINE, _MOST_TRIANGLES = 0.35, 40_000
+_FINE, _MOST_TRIANGLES = 0.5, 20_000
 #: A grid is made symmetric if no vertex moves by more than about this share of the size.
 _ASYMMETRY = 0.0025
 #: A grid may cost at most so much. Measured: bowls 0.3, canopies 0.1 to 0.4, a vase that is three
@@ -597,7 +627,7 @@ def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
             sheet = sheet_of(sheet.mesh, positive=True)
             chart = tube_chart(sheet, [loop.sides for loop in loops])
         sides = loops[0].sides
-        turns = turns_around(source)
+        turns = turns_around(loops_of(source, build_halfedges(source)))
         # Along the rim the chart is linear between its points.
         rim = np.unwrap(chart.flat[np.append(sides, sides[0]), 1], period=1.0)
         for share in (0.0,) if axis is None else (0.0, axis):
@@ -607,7 +637,7 @@ def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
     at = best_corners(sheet, n_quads, axis)
     if at is not None:
         fine = sheet_of(with_corners(sheet.mesh, loops[0], at))
-        if (lines := disc_lines(fine, at, n_quads, _TRIAL)) is not None:
+        if (lines := disc_lines(fine, loops[0].at(np.array(at)), n_quads, _TRIAL)) is not None:
             yield lines
 
 
@@ -617,6 +647,9 @@ def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
     try:
         made = symmetrise(mesh, [_ASYMMETRY])
     except CannotMakeError:
+        return 1, mesh, lines
+    # Products of many motions may be off by more than each.
+    if made.moved.max() > _ASYMMETRY * largest_dimension(mesh):
         return 1, mesh, lines
     points = made.mesh.vertices
     if corners:
