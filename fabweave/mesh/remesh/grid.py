@@ -4,11 +4,13 @@ Rows and columns are lines of a chart of the surface, spaced evenly in space.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations, pairwise
 from math import gcd
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import (
     BoolArray,
@@ -25,7 +27,7 @@ from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.halfedge import build_halfedges, group_edges
-from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.mirror import Mirror, find_mirror
 from fabweave.mesh.polymesh import PolyMesh, used_vertices
 from fabweave.mesh.remesh.chart import (
     Chart,
@@ -539,6 +541,9 @@ def _apart(one: float, other: float) -> float:
 _FINE, _MOST_TRIANGLES = 0.5, 20_000
 #: A grid is made symmetric if no vertex moves by more than about this share of the size.
 _ASYMMETRY = 0.0025
+#: ... and its own image in the mirror of its model, if none is farther off than this share of an
+#: edge.
+_ASKEW = 0.35
 #: A grid may cost at most so much. Measured: bowls 0.3, canopies 0.1 to 0.4, a vase that is three
 #: times as wide in one place as in another 0.35; a canopy with a long tongue 0.9.
 _MOST_COST = 0.45
@@ -596,7 +601,9 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     area = surface_area(surface)
     longest = max(_FINE * np.sqrt(area / n_quads), np.sqrt(area / (0.43 * _MOST_TRIANGLES)))
     sheet = sheet_of(split_longer(surface, float(longest)))
-    grids = [_symmetric(lines) for lines in _laid(source, sheet, n_quads)]
+    found = find_mirror(source)
+    mirror = found if found.symmetric else None
+    grids = [_symmetric(lines, mirror) for lines in _laid(source, sheet, n_quads, mirror)]
     if not grids:
         raise _failed("its rim has no four places between which rows and columns fit")
     made, lines = max(grids, key=lambda one: one[0])[1:]
@@ -612,15 +619,14 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     return finished_quads(made, "grid", [*notes, Note("grid", told, detail=True)])
 
 
-def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
+def _laid(source: PolyMesh, sheet: Sheet, n_quads: int, mirror: Mirror | None) -> Iterator[Lines]:
     """Yield grids, the best of which is that with the most symmetry."""
     loops = loops_of(sheet.mesh, sheet.halfedges)
     if not loops:
         if (lines := square_lines(torus_chart(sheet), n_quads)) is not None:
             yield lines
         return
-    mirror = find_mirror(source)
-    axis = crossing(loops[0], mirror) if mirror.symmetric else None
+    axis = None if mirror is None else crossing(loops[0], mirror)
     if len(loops) == 2:
         chart = tube_chart(sheet, [loop.sides for loop in loops])
         if chart.folded:
@@ -641,16 +647,16 @@ def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
             yield lines
 
 
-def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
+def _symmetric(lines: Lines, mirror: Mirror | None) -> tuple[int, PolyMesh, Lines]:
     """Make a grid symmetric that is so but for noise; and say how many motions it has."""
     mesh, corners = lines.mesh, list(lines.corners)
-    try:
+    made = None
+    with suppress(CannotMakeError):
         made = symmetrise(mesh, [_ASYMMETRY])
-    except CannotMakeError:
-        return 1, mesh, lines
     # Products of many motions may be off by more than each.
-    if made.moved.max() > _ASYMMETRY * largest_dimension(mesh):
-        return 1, mesh, lines
+    if made is None or made.moved.max() > _ASYMMETRY * largest_dimension(mesh):
+        image = None if mirror is None else mirrored(mesh, mirror)
+        return (1, mesh, lines) if image is None else (2, image, lines)
     points = made.mesh.vertices
     if corners:
         # Noise inside must not turn the corners of rims away, which are exact.
@@ -659,6 +665,19 @@ def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
         turn = best_motions(here - middle, there - goal, mirrors=False)
         points = (points - middle) @ turn.T + goal
     return made.symmetry.order, mesh.with_vertices(points), lines
+
+
+def mirrored(mesh: PolyMesh, mirror: Mirror) -> PolyMesh | None:
+    """Return a grid that is its own image in the mirror of its model; None if none is near."""
+    image = mirror.image(mesh.vertices)
+    partner = np.asarray(cKDTree(mesh.vertices).query(image)[1])
+    away = np.linalg.norm(mesh.vertices[partner] - image, axis=1)
+    faces = mesh.indices.reshape(-1, 4)
+    one, other = (np.unique(np.sort(some, axis=1), axis=0) for some in (faces, partner[faces]))
+    near = away.max() < _ASKEW * float(np.median(edge_lengths(mesh)))
+    if not near or len(one) != len(other) or np.any(one != other):
+        return None
+    return mesh.with_vertices((mesh.vertices + image[partner]) / 2.0)
 
 
 def _failed(why: str) -> CannotMakeError:
