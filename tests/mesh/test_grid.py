@@ -185,3 +185,9 @@ def test_a_long_tongue_has_no_good_grid():
     tongue = revolved([400.0, 8.0, 6.0], [0.0, 10.0, 300.0], 24)
     with pytest.raises(CannotMakeError):
         remesh_grid(tongue, 100)
+
+
+def test_a_tall_thin_pipe_with_corners_gets_few_columns():
+    laid = remesh_grid(revolved([2.0, 2.0], [0.0, 150.0], 4), 210)
+    assert laid.mesh.n_faces == pytest.approx(210, rel=0.1)
+    assert columns_of(laid.mesh) == 4

@@ -88,17 +88,8 @@ def lacks_grid(mesh: PolyMesh) -> str:
     if (openings, handles) in ((1, 0), (2, 0), (0, 1)):
         return ""
     has = agree(openings, "has {n} opening[|s]") if openings else "is closed"
-    return (
-        needs
-        + has
-        + (
-            agree(handles, " and has {n} handle[|s]")
-            if handles
-            else " and has no handle"
-            if not openings
-            else ""
-        )
-    )
+    more = agree(handles, " and has {n} handle[|s]") if handles else ""
+    return needs + has + (more or ("" if openings else " and has no handle"))
 
 
 # -- Rows and columns -----------------------------------------------------------------------------
@@ -255,7 +246,8 @@ def counts(
 def square_lines(chart: Chart, n_quads: int, trial: int = _TRIAL) -> Lines | None:
     """Lay evenly spaced lines over a chart, so that quads are about square; None if too few fit."""
     height, width = (float(widths.sum()) for widths in evened(chart, trial, trial).widths)
-    found = counts(height, width, n_quads)
+    # A torus has an exact twill only if its rows or its columns are even in number.
+    found = counts(height, width, n_quads, step=2 if chart.joined[1] else 1)
     return None if found is None else evened(chart, found[0], int(found[1].sum()))
 
 
@@ -305,7 +297,8 @@ def turns_around(loops: Sequence[Loop]) -> int:
 
 #: Shares of a rim that are nearer to one another are the same.
 _SAME = 1e-6
-
+#: Columns to the corners of two rims are one if they are nearer than this share of the way around.
+_APART = 0.01
 #: What is nearer to a corner of a rim than this share of half a quad is put there.
 _SNAP = 0.2
 
@@ -338,10 +331,10 @@ def tube_lines(
         for loop, some in zip(loops, corners, strict=True)
         for number in some
     ]
-    near = 0.5 * reach / max(loop.length for loop in loops)
     while True:
         at = np.sort(np.array(marks or [phase]) % 1.0)
-        at = at[np.diff(at, append=at[0] + 1.0) > near]
+        # Corners of the two rims that are nearly above one another share a column.
+        at = at[np.diff(at, append=at[0] + 1.0) > _APART]
         at = np.append(at, at[0] + 1.0)
         trial = evened(chart, _TRIAL, _TRIAL, float(at[0]))
         height, width = (float(widths.sum()) for widths in trial.widths)
@@ -374,6 +367,8 @@ _LEFT_OUT = 0.2
 #: Quads of the grids by which choices of corners are compared, and by how much of the rim corners
 #: are moved.
 _SAMPLE, _MOVES = 100, (1 / 16, 1 / 32, 1 / 64)
+#: A place on an edge of the rim is a vertex already if it is nearer to one than this share of it.
+_AT_VERTEX = 1e-3
 #: Trials need so many triangles.
 _ENOUGH = 3000
 #: What costs less is good enough, and what gains less is not worth it.
@@ -428,14 +423,14 @@ def _sides(loop: Loop, tails: IntArray, places: FloatArray) -> list[IntArray] | 
 def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
     """Return triangles that have vertices at some places of a rim."""
     way, faces, points = loop.way, mesh.indices.reshape(-1, 3).tolist(), mesh.vertices.tolist()
+    whole = set(range(len(faces)))
     for share in at:
-        number = int(np.searchsorted(way, share, side="right")) - 1
-        number = min(number, len(loop.sides) - 1)
-        if min(share - way[number], way[number + 1] - share) < 1e-3 * (
-            way[number + 1] - way[number]
-        ):
-            continue
+        number = min(int(np.searchsorted(way, share, side="right")), len(loop.sides)) - 1
         face, k = divmod(int(loop.sides[number]), 3)
+        to_end = min(share - way[number], way[number + 1] - share)
+        if to_end < _AT_VERTEX * (way[number + 1] - way[number]) or face not in whole:
+            continue
+        whole.remove(face)
         a, b, c = faces[face][k], faces[face][(k + 1) % 3], faces[face][(k + 2) % 3]
         faces[face] = [a, len(points), c]
         faces.append([len(points), b, c])
@@ -474,7 +469,6 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
     loop = loops_of(sheet.mesh, sheet.halfedges)[0]
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads) / loop.length
     sharp = [float(loop.way[k]) for k in loop.corners(reach, turns_along(sheet, loop))]
-
     few = _fewer(sheet)
 
     def cost(at: tuple[float, ...]) -> float:
@@ -596,7 +590,7 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     source, notes = ready_source(mesh)
     if lack := lacks_grid(source):
         raise CannotMakeError(lack)
-    progress("laying rows and columns", 0, 2)
+    progress("laying rows and columns", 0, 1)
     surface = cut_surface(source)
     area = surface_area(surface)
     longest = max(_FINE * np.sqrt(area / n_quads), np.sqrt(area / (0.43 * _MOST_TRIANGLES)))
