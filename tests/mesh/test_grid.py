@@ -11,10 +11,11 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.files import read_mesh
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import harmonic, loops_of, sheet_of, torus_chart
 from fabweave.mesh.remesh.fit import model_of
-from fabweave.mesh.remesh.grid import lacks_grid, remesh_grid
+from fabweave.mesh.remesh.grid import lacks_grid, mirrored, remesh_grid
 from fabweave.mesh.remesh.remeshed import edge_lengths
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import grid_quads, hypar, torus
@@ -49,8 +50,8 @@ def off_the_rims(given, mesh):
 
 def test_a_cylinder_of_long_thin_triangles_gets_even_strips():
     pipe = revolved([60.0, 60.0], [0.0, 200.0], 126)
-    laid = remesh_grid(pipe, 160)
-    assert laid.mesh.n_faces in range(150, 171)
+    laid = remesh_grid(pipe, 100)
+    assert laid.mesh.n_faces in range(90, 111)
     assert len(laid.irregular) == 0
     assert off_the_rims(pipe, laid.mesh) < 0.08  # the chords of 126 sides
     faired = fair_mesh(laid.mesh, model_of(pipe, laid.mesh.n_vertices))
@@ -85,7 +86,7 @@ def test_a_turned_copy_gets_the_turned_grid():
     turned = shape.with_vertices(shape.vertices @ motion + way)
     one, other = remesh_grid(shape, 120).mesh, remesh_grid(turned, 120).mesh
     assert other.faces() == one.faces()
-    assert np.abs(one.vertices @ motion + way - other.vertices).max() < 1e-4
+    assert np.abs(one.vertices @ motion + way - other.vertices).max() < 1e-6
 
 
 def test_corners_of_rims_stay():
@@ -93,7 +94,7 @@ def test_corners_of_rims_stay():
     mesh = remesh_grid(tower, 150).mesh
     away = np.linalg.norm(tower.vertices[:, None] - mesh.vertices, axis=2).min(axis=1)
     assert away.max() < 1e-6
-    assert off_the_rims(tower, mesh) < 1e-6
+    assert off_the_rims(tower, mesh) < 1e-5
 
 
 @pytest.mark.parametrize("name", ["hypar", "hemisphere", "sail"])
@@ -124,11 +125,21 @@ def test_what_is_its_own_image_gets_a_grid_that_is():
     path = FOLDER / "open" / "hypar.obj"
     if not path.exists():
         pytest.skip("the shared meshes are not beside the repository")
-    surface = read_mesh(path).mesh
-    mesh = remesh_grid(surface, 100).mesh
+    mesh = remesh_grid(read_mesh(path).mesh, 100).mesh
     across = mesh.vertices[:, [1, 0, 2]]  # x and y exchange
     away = np.linalg.norm(across[:, None] - mesh.vertices, axis=2).min(axis=1)
     assert away.max() < 1e-6
+
+
+def test_noise_does_not_spoil_the_mirror():
+    sail = hypar(6, 6, 100.0, 40.0)
+    mirror = find_mirror(sail)
+    noise = np.random.default_rng(4).normal(size=sail.vertices.shape)
+    rough, rougher = (sail.with_vertices(sail.vertices + much * noise) for much in (1.0, 6.0))
+    made = mirrored(rough, mirror)
+    assert find_symmetry(rough, build_halfedges(rough)).order == 1
+    assert find_symmetry(made, build_halfedges(made)).n_reflections == 1
+    assert mirrored(rougher, mirror) is None
 
 
 def test_a_torus_is_cut_along_its_two_short_ways():
@@ -174,3 +185,9 @@ def test_a_long_tongue_has_no_good_grid():
     tongue = revolved([400.0, 8.0, 6.0], [0.0, 10.0, 300.0], 24)
     with pytest.raises(CannotMakeError):
         remesh_grid(tongue, 100)
+
+
+def test_a_tall_thin_pipe_with_corners_gets_few_columns():
+    laid = remesh_grid(revolved([2.0, 2.0], [0.0, 150.0], 4), 210)
+    assert laid.mesh.n_faces == pytest.approx(210, rel=0.1)
+    assert columns_of(laid.mesh) == 4

@@ -174,6 +174,8 @@ def _rows(node: IntArray, link: IntArray, count: int) -> tuple[IntArray, IntArra
 #: A rim has a corner where it turns by more than this within a quad: an octagon has none, a hexagon
 #: has.
 _CORNER_DEG = 50.0
+#: The direction of a rim is looked at within this share of it at the most.
+_WIDEST = 1 / 16
 #: At a corner that turns in by more than this, as seen along the surface, no grid has its corner.
 _REFLEX_DEG = -20.0
 
@@ -220,7 +222,7 @@ class Loop:
         turn_in : (K,) float array, optional
             By how many degrees the rim turns at each point, as seen along the surface.
         """
-        way = self.way[:-1]
+        way, window = self.way[:-1], min(window, _WIDEST)
         before, after = self.points - self.at(way - window), self.at(way + window) - self.points
         cosine = np.einsum("nd,nd->n", before, after) / np.maximum(
             np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1), 1e-300

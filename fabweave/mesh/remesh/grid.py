@@ -4,11 +4,13 @@ Rows and columns are lines of a chart of the surface, spaced evenly in space.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations, pairwise
 from math import gcd
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import (
     BoolArray,
@@ -23,9 +25,9 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.automorphisms import best_motions, find_symmetry
+from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.halfedge import build_halfedges, group_edges
-from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.mirror import Mirror, find_mirror
 from fabweave.mesh.polymesh import PolyMesh, used_vertices
 from fabweave.mesh.remesh.chart import (
     Chart,
@@ -39,8 +41,10 @@ from fabweave.mesh.remesh.chart import (
     tube_chart,
     turns_along,
 )
+from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
+    check_remeshed,
     cut_surface,
     edge_lengths,
     finished_quads,
@@ -53,6 +57,7 @@ from fabweave.mesh.shapes.grids import grid_quads
 from fabweave.mesh.symmetrise import symmetrise
 from fabweave.mesh.topology import boundary_loops, label_links
 from fabweave.mesh.triangulate import surface_area
+from fabweave.mesh.upright import largest_dimension
 
 
 def lacks_grid(mesh: PolyMesh) -> str:
@@ -83,17 +88,8 @@ def lacks_grid(mesh: PolyMesh) -> str:
     if (openings, handles) in ((1, 0), (2, 0), (0, 1)):
         return ""
     has = agree(openings, "has {n} opening[|s]") if openings else "is closed"
-    return (
-        needs
-        + has
-        + (
-            agree(handles, " and [has |]{n} handle[|s]")
-            if handles
-            else " and has no handle"
-            if not openings
-            else ""
-        )
-    )
+    more = agree(handles, " and has {n} handle[|s]") if handles else ""
+    return needs + has + (more or ("" if openings else " and has no handle"))
 
 
 # -- Rows and columns -----------------------------------------------------------------------------
@@ -250,7 +246,8 @@ def counts(
 def square_lines(chart: Chart, n_quads: int, trial: int = _TRIAL) -> Lines | None:
     """Lay evenly spaced lines over a chart, so that quads are about square; None if too few fit."""
     height, width = (float(widths.sum()) for widths in evened(chart, trial, trial).widths)
-    found = counts(height, width, n_quads)
+    # A torus has an exact twill only if its rows or its columns are even in number.
+    found = counts(height, width, n_quads, step=2 if chart.joined[1] else 1)
     return None if found is None else evened(chart, found[0], int(found[1].sum()))
 
 
@@ -274,22 +271,34 @@ def cost_of(places: FloatArray) -> float:
     return float(np.sqrt(np.mean(uneven**2) + np.mean((off / 90.0) ** 2)))
 
 
-#: A turn that maps a mesh onto itself may be off by this share of its size.
+#: A turn that maps a rim onto itself may be off by this share of its length.
 _TURN_OFF = 1e-4
 
 
-def turns_around(mesh: PolyMesh) -> int:
-    """Return how many rotations map a tube and its first rim onto themselves, one at least."""
-    half = build_halfedges(mesh)
-    group = find_symmetry(mesh, half, tolerance=_TURN_OFF, reflections=False)
-    sides = loops_of(mesh, half)[0].sides
-    back = np.isin(group.images(sides[:1])[:, 0], sides)
-    return int(np.count_nonzero(group.proper & ~group.reverses & back))
+def turns_around(loops: Sequence[Loop]) -> int:
+    """Return how many rotations map each rim onto itself, one at least.
+
+    Only rims are looked at: how faces of a round surface are cut says nothing.
+    """
+    number = 0
+    for loop in loops:
+        out = np.linalg.norm(loop.points - loop.points.mean(axis=0), axis=1)
+        step = np.diff(loop.way) * loop.length
+        same = _TURN_OFF * loop.length
+        number = gcd(
+            number,
+            sum(
+                all(np.abs(np.roll(line, by) - line).max() < same for line in (out, step))
+                for by in range(len(out))
+            ),
+        )
+    return number
 
 
 #: Shares of a rim that are nearer to one another are the same.
 _SAME = 1e-6
-
+#: Columns to the corners of two rims are one if they are nearer than this share of the way around.
+_APART = 0.01
 #: What is nearer to a corner of a rim than this share of half a quad is put there.
 _SNAP = 0.2
 
@@ -322,10 +331,10 @@ def tube_lines(
         for loop, some in zip(loops, corners, strict=True)
         for number in some
     ]
-    near = 0.5 * reach / max(loop.length for loop in loops)
     while True:
         at = np.sort(np.array(marks or [phase]) % 1.0)
-        at = at[np.diff(at, append=at[0] + 1.0) > near]
+        # Corners of the two rims that are nearly above one another share a column.
+        at = at[np.diff(at, append=at[0] + 1.0) > _APART]
         at = np.append(at, at[0] + 1.0)
         trial = evened(chart, _TRIAL, _TRIAL, float(at[0]))
         height, width = (float(widths.sum()) for widths in trial.widths)
@@ -358,6 +367,10 @@ _LEFT_OUT = 0.2
 #: Quads of the grids by which choices of corners are compared, and by how much of the rim corners
 #: are moved.
 _SAMPLE, _MOVES = 100, (1 / 16, 1 / 32, 1 / 64)
+#: A place on an edge of the rim is a vertex already if it is nearer to one than this share of it.
+_AT_VERTEX = 1e-3
+#: Trials need so many triangles.
+_ENOUGH = 3000
 #: What costs less is good enough, and what gains less is not worth it.
 _GOOD, _WORTH = 0.2, 0.01
 
@@ -397,26 +410,27 @@ def _in_order(*at: float) -> tuple[float, ...]:
     return tuple(sorted(round(share % 1.0, 12) % 1.0 for share in at))
 
 
-def _sides(loop: Loop, tails: IntArray, at: tuple[float, ...]) -> list[IntArray] | None:
-    """Return the vertices of the rim from corner to corner; None where two corners are one."""
-    near = [int(np.argmin(np.abs((loop.way[:-1] - one + 0.5) % 1.0 - 0.5))) for one in at]
-    if any(b - a < 2 for a, b in zip(near, [*near[1:], near[0] + len(tails)], strict=True)):
+def _sides(loop: Loop, tails: IntArray, places: FloatArray) -> list[IntArray] | None:
+    """Return the vertices of a rim from corner to corner; None where they are not in order."""
+    near = [int(np.argmin(np.linalg.norm(loop.points - place, axis=1))) for place in places]
+    steps = np.diff(near, append=near[0]) % len(tails)
+    if steps.min() < 1 or steps.sum() != len(tails):
         return None
     twice = np.concatenate([tails, tails])
-    return [twice[a : b + 1] for a, b in zip(near, [*near[1:], near[0] + len(tails)], strict=True)]
+    return [twice[a : a + step + 1] for a, step in zip(near, steps.tolist(), strict=True)]
 
 
 def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
     """Return triangles that have vertices at some places of a rim."""
     way, faces, points = loop.way, mesh.indices.reshape(-1, 3).tolist(), mesh.vertices.tolist()
+    whole = set(range(len(faces)))
     for share in at:
-        number = int(np.searchsorted(way, share, side="right")) - 1
-        number = min(number, len(loop.sides) - 1)
-        if min(share - way[number], way[number + 1] - share) < 1e-3 * (
-            way[number + 1] - way[number]
-        ):
-            continue
+        number = min(int(np.searchsorted(way, share, side="right")), len(loop.sides)) - 1
         face, k = divmod(int(loop.sides[number]), 3)
+        to_end = min(share - way[number], way[number + 1] - share)
+        if to_end < _AT_VERTEX * (way[number + 1] - way[number]) or face not in whole:
+            continue
+        whole.remove(face)
         a, b, c = faces[face][k], faces[face][(k + 1) % 3], faces[face][(k + 2) % 3]
         faces[face] = [a, len(points), c]
         faces.append([len(points), b, c])
@@ -424,10 +438,10 @@ def with_corners(mesh: PolyMesh, loop: Loop, at: tuple[float, ...]) -> PolyMesh:
     return PolyMesh.from_triangles(np.array(points), np.array(faces))
 
 
-def disc_lines(sheet: Sheet, at: tuple[float, ...], n_quads: int, trial: int) -> Lines | None:
-    """Lay rows and columns over a disc with given corners; None where that folds."""
+def disc_lines(sheet: Sheet, corners: FloatArray, n_quads: int, trial: int) -> Lines | None:
+    """Lay rows and columns over a disc with corners at four places; None where they do not fit."""
     loop = loops_of(sheet.mesh, sheet.halfedges)[0]
-    sides = _sides(loop, sheet.halfedges.tail[loop.sides], at)
+    sides = _sides(loop, sheet.halfedges.tail[loop.sides], corners)
     if sides is None:
         return None
     chart = disc_chart(sheet, sides)
@@ -455,9 +469,10 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
     loop = loops_of(sheet.mesh, sheet.halfedges)[0]
     reach = 0.5 * np.sqrt(surface_area(sheet.mesh) / n_quads) / loop.length
     sharp = [float(loop.way[k]) for k in loop.corners(reach, turns_along(sheet, loop))]
+    few = _fewer(sheet)
 
     def cost(at: tuple[float, ...]) -> float:
-        lines = disc_lines(sheet, at, _SAMPLE, _TRIAL // 2)
+        lines = disc_lines(few, loop.at(np.array(at)), _SAMPLE, _TRIAL // 2)
         left = sum(min(abs(_apart(one, a)) for a in at) > _SAME for one in sharp)
         return np.inf if lines is None else cost_of(lines.places) + _LEFT_OUT * left
 
@@ -473,6 +488,17 @@ def best_corners(sheet: Sheet, n_quads: int, axis: float | None) -> tuple[float,
                 if (found := round(cost(at), 3)) < best[0] - _WORTH:
                     best = found, at
     return best[1] or None
+
+
+def _fewer(sheet: Sheet) -> Sheet:
+    """Return a disc of fewer triangles, where there are far more than trials need."""
+    if sheet.mesh.n_faces < 2 * _ENOUGH:
+        return sheet
+    try:
+        fewer = run_engine(QSLIM, sheet.mesh, Run(_ENOUGH, 0, rim=False))
+    except AttemptFailedError:
+        return sheet
+    return sheet if check_remeshed(sheet.mesh, fewer, 3) else sheet_of(fewer)
 
 
 def _moved(
@@ -506,9 +532,12 @@ def _apart(one: float, other: float) -> float:
 
 #: Edges of the triangles that charts are made of are at most this share of a quad's, unless there
 #: were more than so many.
-_FINE, _MOST_TRIANGLES = 0.35, 40_000
+_FINE, _MOST_TRIANGLES = 0.5, 20_000
 #: A grid is made symmetric if no vertex moves by more than about this share of the size.
 _ASYMMETRY = 0.0025
+#: ... and its own image in the mirror of its model, if none is farther off than this share of an
+#: edge.
+_ASKEW = 0.35
 #: A grid may cost at most so much. Measured: bowls 0.3, canopies 0.1 to 0.4, a vase that is three
 #: times as wide in one place as in another 0.35; a canopy with a long tongue 0.9.
 _MOST_COST = 0.45
@@ -561,12 +590,14 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     source, notes = ready_source(mesh)
     if lack := lacks_grid(source):
         raise CannotMakeError(lack)
-    progress("laying rows and columns", 0, 2)
+    progress("laying rows and columns", 0, 1)
     surface = cut_surface(source)
     area = surface_area(surface)
     longest = max(_FINE * np.sqrt(area / n_quads), np.sqrt(area / (0.43 * _MOST_TRIANGLES)))
     sheet = sheet_of(split_longer(surface, float(longest)))
-    grids = [_symmetric(lines) for lines in _laid(source, sheet, n_quads)]
+    found = find_mirror(source)
+    mirror = found if found.symmetric else None
+    grids = [_symmetric(lines, mirror) for lines in _laid(source, sheet, n_quads, mirror)]
     if not grids:
         raise _failed("its rim has no four places between which rows and columns fit")
     made, lines = max(grids, key=lambda one: one[0])[1:]
@@ -582,22 +613,21 @@ def remesh_grid(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progres
     return finished_quads(made, "grid", [*notes, Note("grid", told, detail=True)])
 
 
-def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
+def _laid(source: PolyMesh, sheet: Sheet, n_quads: int, mirror: Mirror | None) -> Iterator[Lines]:
     """Yield grids, the best of which is that with the most symmetry."""
     loops = loops_of(sheet.mesh, sheet.halfedges)
     if not loops:
         if (lines := square_lines(torus_chart(sheet), n_quads)) is not None:
             yield lines
         return
-    mirror = find_mirror(source)
-    axis = crossing(loops[0], mirror) if mirror.symmetric else None
+    axis = None if mirror is None else crossing(loops[0], mirror)
     if len(loops) == 2:
         chart = tube_chart(sheet, [loop.sides for loop in loops])
         if chart.folded:
             sheet = sheet_of(sheet.mesh, positive=True)
             chart = tube_chart(sheet, [loop.sides for loop in loops])
         sides = loops[0].sides
-        turns = turns_around(source)
+        turns = turns_around(loops_of(source, build_halfedges(source)))
         # Along the rim the chart is linear between its points.
         rim = np.unwrap(chart.flat[np.append(sides, sides[0]), 1], period=1.0)
         for share in (0.0,) if axis is None else (0.0, axis):
@@ -607,17 +637,20 @@ def _laid(source: PolyMesh, sheet: Sheet, n_quads: int) -> Iterator[Lines]:
     at = best_corners(sheet, n_quads, axis)
     if at is not None:
         fine = sheet_of(with_corners(sheet.mesh, loops[0], at))
-        if (lines := disc_lines(fine, at, n_quads, _TRIAL)) is not None:
+        if (lines := disc_lines(fine, loops[0].at(np.array(at)), n_quads, _TRIAL)) is not None:
             yield lines
 
 
-def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
+def _symmetric(lines: Lines, mirror: Mirror | None) -> tuple[int, PolyMesh, Lines]:
     """Make a grid symmetric that is so but for noise; and say how many motions it has."""
     mesh, corners = lines.mesh, list(lines.corners)
-    try:
+    made = None
+    with suppress(CannotMakeError):
         made = symmetrise(mesh, [_ASYMMETRY])
-    except CannotMakeError:
-        return 1, mesh, lines
+    # Products of many motions may be off by more than each.
+    if made is None or made.moved.max() > _ASYMMETRY * largest_dimension(mesh):
+        image = None if mirror is None else mirrored(mesh, mirror)
+        return (1, mesh, lines) if image is None else (2, image, lines)
     points = made.mesh.vertices
     if corners:
         # Noise inside must not turn the corners of rims away, which are exact.
@@ -626,6 +659,19 @@ def _symmetric(lines: Lines) -> tuple[int, PolyMesh, Lines]:
         turn = best_motions(here - middle, there - goal, mirrors=False)
         points = (points - middle) @ turn.T + goal
     return made.symmetry.order, mesh.with_vertices(points), lines
+
+
+def mirrored(mesh: PolyMesh, mirror: Mirror) -> PolyMesh | None:
+    """Return a grid that is its own image in the mirror of its model; None if none is near."""
+    image = mirror.image(mesh.vertices)
+    partner = np.asarray(cKDTree(mesh.vertices).query(image)[1])
+    away = np.linalg.norm(mesh.vertices[partner] - image, axis=1)
+    faces = mesh.indices.reshape(-1, 4)
+    one, other = (np.unique(np.sort(some, axis=1), axis=0) for some in (faces, partner[faces]))
+    near = away.max() < _ASKEW * float(np.median(edge_lengths(mesh)))
+    if not near or len(one) != len(other) or np.any(one != other):
+        return None
+    return mesh.with_vertices((mesh.vertices + image[partner]) / 2.0)
 
 
 def _failed(why: str) -> CannotMakeError:

@@ -100,6 +100,19 @@ def split_long(mesh: PolyMesh, n_triangles: int) -> PolyMesh:
 def split_longer(mesh: PolyMesh, most_mm: float) -> PolyMesh:
     """Split the edges of triangles until none is longer than a length.
 
+    Between flat triangles, edges are flipped too, so that long thin ones do not become many.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        An oriented manifold of triangles.
+    most_mm : float
+
+    Returns
+    -------
+    PolyMesh
+        The same surface.
+
     Examples
     --------
     >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -108,6 +121,7 @@ def split_longer(mesh: PolyMesh, most_mm: float) -> PolyMesh:
     4
     """
     while True:
+        mesh = _flip_flat(mesh)
         halfedges = build_halfedges(mesh)
         # Rounded, so that a turned copy is split in the same places.
         length = np.round(edge_lengths(mesh)[halfedges.edge_halfedge] / most_mm, 9)
@@ -116,6 +130,32 @@ def split_longer(mesh: PolyMesh, most_mm: float) -> PolyMesh:
         if not len(long):
             return mesh
         mesh = _split(mesh, halfedges, long)
+
+
+#: Two triangles are flat if they turn by less than this.
+_FLAT_DEG = 0.1
+
+
+def _flip_flat(mesh: PolyMesh) -> PolyMesh:
+    """Flip edges between flat pairs of triangles where the angles across are over half a turn."""
+    for _ in range(_MOST_ROUNDS):
+        halfedges = build_halfedges(mesh)
+        quads = _corners_around(halfedges)
+        a, b, c, d = (mesh.vertices[quads[:, k]] for k in range(4))
+        here, there = unit(np.cross(b - a, c - a)), unit(np.cross(a - b, d - b))
+        flat = np.einsum("ed,ed->e", here, there) > np.cos(np.radians(_FLAT_DEG))
+        flat &= halfedges.twin[halfedges.edge_halfedge] >= 0
+        across = [
+            np.degrees(np.arccos(np.clip(np.einsum("ed,ed->e", unit(a - t), unit(b - t)), -1, 1)))
+            for t in (c, d)
+        ]
+        gain = np.round(across[0] + across[1] - 180.0, 6)
+        gain[~flat | _joined(mesh, quads)] = -np.inf
+        chosen = _best_apart(gain, quads, mesh.n_vertices)
+        if not len(chosen):
+            break
+        mesh = _flipped(mesh, halfedges, chosen, quads[chosen])
+    return mesh
 
 
 def _longest_of_both(halfedges: Halfedges, length: FloatArray) -> IntArray:
@@ -321,17 +361,7 @@ def flip_edges(model: Model, mesh: PolyMesh) -> PolyMesh:
 
 def _gains(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, IntArray]:
     """Return what flipping each edge gains, (E,), and the corners around it, (E, 4)."""
-    first = halfedges.edge_halfedge
-    twin = halfedges.twin[first]
-    # From a to b, with c on the left and d on the right.
-    quads = np.column_stack(
-        [
-            halfedges.tail[first],
-            halfedges.head[first],
-            halfedges.tail[halfedges.prev[first]],
-            halfedges.tail[halfedges.prev[twin]],
-        ]
-    )
+    quads = _corners_around(halfedges)
     a, b, c, d = (mesh.vertices[quads[:, k]] for k in range(4))
     edge = np.linalg.norm(b - a, axis=1)
     new = np.linalg.norm(d - c, axis=1)
@@ -345,11 +375,28 @@ def _gains(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArr
     )
     gain += _SHAPE * (then - once)
     gain[(then < np.minimum(_FLAT, once)) | ~_keeps_side(a, b, c, d)] = -np.inf
-    # Another edge between c and d would make two faces lie on one another.
-    low, high = np.sort(quads[:, :2], axis=1).T, np.sort(quads[:, 2:], axis=1).T
-    taken = np.isin(high[0] * mesh.n_vertices + high[1], low[0] * mesh.n_vertices + low[1])
-    gain[taken | line_edges(model, mesh, halfedges)] = -np.inf
+    gain[_joined(mesh, quads) | line_edges(model, mesh, halfedges)] = -np.inf
     return gain, quads
+
+
+def _corners_around(halfedges: Halfedges) -> IntArray:
+    """Return the corners around each edge, (E, 4): from a to b, c on the left, d on the right."""
+    first = halfedges.edge_halfedge
+    twin = halfedges.twin[first]
+    return np.column_stack(
+        [
+            halfedges.tail[first],
+            halfedges.head[first],
+            halfedges.tail[halfedges.prev[first]],
+            halfedges.tail[halfedges.prev[twin]],
+        ]
+    )
+
+
+def _joined(mesh: PolyMesh, quads: IntArray) -> BoolArray:
+    """Return where another edge from c to d would make two faces lie on one another."""
+    low, high = np.sort(quads[:, :2], axis=1).T, np.sort(quads[:, 2:], axis=1).T
+    return np.isin(high[0] * mesh.n_vertices + high[1], low[0] * mesh.n_vertices + low[1])
 
 
 def _valence_gain(mesh: PolyMesh, halfedges: Halfedges, quads: IntArray) -> FloatArray:
