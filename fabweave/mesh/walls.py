@@ -149,7 +149,6 @@ class _Faces:
     normals: FloatArray
     surface: Surface
     owner: IntArray
-    size: float
 
 
 def _faces(mesh: PolyMesh) -> _Faces:
@@ -164,7 +163,6 @@ def _faces(mesh: PolyMesh) -> _Faces:
         face_normals(mesh),
         Surface(points, triangles),
         np.arange(mesh.n_faces) if whole else face_of_corner(mesh),
-        float(np.ptp(mesh.vertices, axis=0).max()),
     )
 
 
@@ -189,12 +187,16 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
     Shapira, Shamir, Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
     diameter function", 2008; Kunegis et al., "Spectral analysis of signed graphs", 2010.
     """
-    one = _faces(mesh)
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    if not size > 0.0 or not face_areas(mesh).any():
+        return None
+    # As large as one, so that no square is too small or too large.
+    one = _faces(mesh.with_vertices((mesh.vertices - mesh.vertices.mean(axis=0)) / size))
     thick, across = _opposite(one)
     order = np.argsort(thick, kind="stable")
     until = np.cumsum(one.areas[order])
     median = float(thick[order][np.searchsorted(until, 0.5 * until[-1])])
-    if not 0.0 < median < (_THICKEST if insist else _VESSEL) * one.size:
+    if not 0.0 < median < (_THICKEST if insist else _VESSEL):
         return None
     walled = (thick < _ALIKE * median) & (
         np.einsum("ij,ij->i", one.normals, one.normals[across]) < _APART
@@ -202,29 +204,38 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
     walled[walled] = _wide(one, np.flatnonzero(walled), thick[walled])
     if one.areas[walled].sum() < (_HALF if insist else _MOSTLY) * until[-1]:
         return None
-    side = _sides(one, walled, across, median)
-    known = walled & (side != side[across])
-    outer, inner = known & side, known & ~side
-    if not (outer.any() and inner.any()):
+    sides = _outer_first(one, walled, across, median, insist=insist)
+    if sides is None:
         return None
-    seen, other = _seen(one, outer), _seen(one, inner)
-    if not (insist or median < _SHEET * one.size or min(seen, other) < _HIDDEN * max(seen, other)):
-        return None
-    if _is_inner(one, outer, seen, inner, other):
-        outer, inner = inner, outer
-    kept = _cut(one, outer, inner, median)
+    kept = _cut(one, *sides, median)
     # Where walls branch there are more than two sides, and a lattice is mostly rim.
-    once = one.areas[known & (kept != kept[across])].sum()
+    once = one.areas[(sides[0] | sides[1]) & (kept != kept[across])].sum()
     first, second, length, _ = _links(one)
     rim = length[kept[first] != kept[second]].sum() * median
-    lattice = rim > _LATTICE * one.areas[kept].sum()
-    whole = once > _KEPT * one.areas[walled].sum() and not (lattice and not insist)
-    return Wall(median, kept) if whole else None
+    lattice = rim > _LATTICE * one.areas[kept].sum() and not insist
+    whole = once > _KEPT * one.areas[walled].sum() and not lattice
+    return Wall(median * size, kept) if whole else None
+
+
+def _outer_first(
+    one: _Faces, walled: BoolArray, across: IntArray, median: float, *, insist: bool
+) -> tuple[BoolArray, BoolArray] | None:
+    """Return the faces of the outer side for sure, and of the inner; None where it has no two."""
+    side = _sides(one, walled, across, median)
+    known = walled & (side != side[across])
+    first, second = known & side, known & ~side
+    if not (first.any() and second.any()):
+        return None
+    seen, other = _seen(one, first), _seen(one, second)
+    if not (insist or median < _SHEET or min(seen, other) < _HIDDEN * max(seen, other)):
+        return None
+    inner = _is_inner(one, first, seen, second, other)
+    return (second, first) if inner else (first, second)
 
 
 def _opposite(one: _Faces) -> tuple[FloatArray, IntArray]:
     """Return how far a ray goes inward from each face, and the face where it ends, (F,)."""
-    begin = one.centres - _UNDER * one.size * one.normals
+    begin = one.centres - _UNDER * one.normals
     hit, far = one.surface.hits(begin, -one.normals)
     return far, np.where(hit < 0, 0, one.owner[hit])
 
@@ -257,10 +268,10 @@ def _sides(one: _Faces, walled: BoolArray, across: IntArray, median: float) -> B
     a, _ = one.edges.pairs
     middle = 0.5 * (one.mesh.vertices[one.edges.tail[a]] + one.mesh.vertices[one.edges.head[a]])
     apart = sum(np.linalg.norm(one.centres[each] - middle, axis=1) for each in (first, second))
-    alike = length / np.maximum(apart, _UNDER * one.size) * np.where(sharp, _READILY, 1.0)
+    alike = length / np.maximum(apart, _UNDER) * np.where(sharp, _READILY, 1.0)
     count = one.mesh.n_faces
     # Lengths are counted in thicknesses, so that the modes have no unit.
-    mass = np.maximum(one.areas, (_UNDER * one.size) ** 2) / median**2
+    mass = np.maximum(one.areas, (_UNDER) ** 2) / median**2
     here = np.flatnonzero(walled)
     there, unlike = across[here], mass[here]
     rows = np.concatenate([first, second, first, second, here, there, here, there])
@@ -294,7 +305,7 @@ def _seen(one: _Faces, side: BoolArray) -> float:
     until = np.cumsum(one.areas[faces])
     share = (np.arange(_LOOKED_AT) + 0.5) / _LOOKED_AT
     looked = faces[np.minimum(np.searchsorted(until, share * until[-1]), len(faces) - 1)]
-    begin = one.centres[looked] + _UNDER * one.size * one.normals[looked]
+    begin = one.centres[looked] + _UNDER * one.normals[looked]
     free = total = 0.0
     for way in _around(_VIEWS):
         cosine = one.normals[looked] @ way
