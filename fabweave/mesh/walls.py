@@ -9,7 +9,7 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
-from fabweave.mesh.bodies import DEBRIS, bodies_of, winding
+from fabweave.mesh.bodies import bodies_of, winding
 from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import (
@@ -27,10 +27,10 @@ from fabweave.mesh.triangulate import plain_triangles
 #: A wall is thinner than this share of the greatest side of its body: of a sheet that is seen alike
 #: from both sides; and of a vessel, whose inner side is seen at most so much as this share of its
 #: outer one. Where a wall is insisted on, it may be thicker.
-_SHEET, _VESSEL, _HIDDEN, _THICKEST = 0.05, 0.1, 0.8, 0.25
-#: It has so much of the body's area at least (or this where it is insisted on), is as thick as the
-#: median within this factor, and so much of it keeps one of its sides.
-_MOSTLY, _HALF, _ALIKE, _KEPT = 0.8, 0.5, 4.0, 0.9
+_SHEET, _VESSEL, _HIDDEN, _THICKEST = 0.05, 0.1, 0.7, 0.25
+#: It has so much of the body's area at least, as a sheet and as a vessel, which may have a stem or
+#: a handle; it is as thick as the median within this factor, and so much of it keeps one side.
+_MOSTLY, _HALF, _ALIKE, _KEPT = 0.8, 0.55, 4.0, 0.9
 #: What has longer rims than this, by the area of a side over the thickness, is a lattice.
 _LATTICE = 0.3
 #: Its sides look away from one another: the cosine of their normals is below this.
@@ -79,6 +79,10 @@ class Wall:
     outer: BoolArray
 
 
+#: Bodies smaller than this share of the largest, by the diagonal, are parts and no vessels.
+_LARGE = 0.25
+
+
 def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> Walled:
     """Return a mesh without what lies inside, and with the outer side of each thin wall alone.
 
@@ -94,7 +98,7 @@ def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> W
     body, diagonals = bodies_of(mesh)
     shown = np.ones(mesh.n_faces, dtype=bool)
     kept, thickness, hidden = shown.copy(), None, _inside(mesh, body, len(diagonals), inward)
-    for one in np.flatnonzero(diagonals >= DEBRIS * diagonals.max()).tolist():
+    for one in np.flatnonzero(diagonals >= _LARGE * diagonals.max()).tolist():
         faces = np.flatnonzero(body == one)
         if one in hidden:
             continue
@@ -112,8 +116,8 @@ def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> W
     return Walled(parted, thickness, ragged, len(hidden))
 
 
-#: More bodies are no vessel and its inside.
-_MOST_BODIES = 50
+#: More bodies are no vessel and its inside; a place is inside where a surface winds around it so.
+_MOST_BODIES, _INSIDE = 50, 0.5
 
 
 def _inside(mesh: PolyMesh, body: IntArray, count: int, inward: BoolArray) -> list[int]:
@@ -129,7 +133,7 @@ def _inside(mesh: PolyMesh, body: IntArray, count: int, inward: BoolArray) -> li
         if not (closed[one] and closed[other]):
             continue
         within = (low[other] < low[one]).all() and (high[one] < high[other]).all()
-        if not within or winding(parts[other], parts[one].vertices[:1])[0] < _HALF:
+        if not within or winding(parts[other], parts[one].vertices[:1])[0] < _INSIDE:
             continue
         away = Surface(*plain_triangles(parts[other])).feet(parts[one].vertices).distances
         size = float((high[other] - low[other]).max())
@@ -202,9 +206,11 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
         np.einsum("ij,ij->i", one.normals, one.normals[across]) < _APART
     )
     walled[walled] = _wide(one, np.flatnonzero(walled), thick[walled])
-    if one.areas[walled].sum() < (_HALF if insist else _MOSTLY) * until[-1]:
+    share = float(one.areas[walled].sum() / until[-1])
+    if share < _HALF:
         return None
-    sides = _outer_first(one, walled, across, median, insist=insist)
+    sheet = insist or (median < _SHEET and share > _MOSTLY)
+    sides = _outer_first(one, walled, across, median, sheet=sheet)
     if sides is None:
         return None
     kept = _cut(one, *sides, median)
@@ -218,16 +224,19 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
 
 
 def _outer_first(
-    one: _Faces, walled: BoolArray, across: IntArray, median: float, *, insist: bool
+    one: _Faces, walled: BoolArray, across: IntArray, median: float, *, sheet: bool
 ) -> tuple[BoolArray, BoolArray] | None:
-    """Return the faces of the outer side for sure, and of the inner; None where it has no two."""
+    """Return the faces of the outer side for sure, and of the inner; None where it has no two.
+
+    If it is no ``sheet``, the inner side is to be hidden.
+    """
     side = _sides(one, walled, across, median)
     known = walled & (side != side[across])
     first, second = known & side, known & ~side
     if not (first.any() and second.any()):
         return None
     seen, other = _seen(one, first), _seen(one, second)
-    if not (insist or median < _SHEET or min(seen, other) < _HIDDEN * max(seen, other)):
+    if not (sheet or min(seen, other) < _HIDDEN * max(seen, other)):
         return None
     inner = _is_inner(one, first, seen, second, other)
     return (second, first) if inner else (first, second)
