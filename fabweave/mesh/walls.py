@@ -9,7 +9,7 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
-from fabweave.mesh.bodies import DEBRIS, bodies_of, winding
+from fabweave.mesh.bodies import bodies_of, winding
 from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import (
@@ -27,10 +27,10 @@ from fabweave.mesh.triangulate import plain_triangles
 #: A wall is thinner than this share of the greatest side of its body: of a sheet that is seen alike
 #: from both sides; and of a vessel, whose inner side is seen at most so much as this share of its
 #: outer one. Where a wall is insisted on, it may be thicker.
-_SHEET, _VESSEL, _HIDDEN, _THICKEST = 0.05, 0.1, 0.8, 0.25
-#: It has so much of the body's area at least (or this where it is insisted on), is as thick as the
-#: median within this factor, and so much of it keeps one of its sides.
-_MOSTLY, _HALF, _ALIKE, _KEPT = 0.8, 0.5, 4.0, 0.9
+_SHEET, _VESSEL, _HIDDEN, _THICKEST = 0.05, 0.1, 0.7, 0.25
+#: It has so much of the body's area at least, as a sheet and as a vessel, which may have a stem or
+#: a handle; it is as thick as the median within this factor, and so much of it keeps one side.
+_MOSTLY, _HALF, _ALIKE, _KEPT = 0.8, 0.55, 4.0, 0.9
 #: What has longer rims than this, by the area of a side over the thickness, is a lattice.
 _LATTICE = 0.3
 #: Its sides look away from one another: the cosine of their normals is below this.
@@ -79,6 +79,10 @@ class Wall:
     outer: BoolArray
 
 
+#: Bodies smaller than this share of the largest, by the diagonal, are parts and no vessels.
+_LARGE = 0.25
+
+
 def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> Walled:
     """Return a mesh without what lies inside, and with the outer side of each thin wall alone.
 
@@ -94,7 +98,7 @@ def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> W
     body, diagonals = bodies_of(mesh)
     shown = np.ones(mesh.n_faces, dtype=bool)
     kept, thickness, hidden = shown.copy(), None, _inside(mesh, body, len(diagonals), inward)
-    for one in np.flatnonzero(diagonals >= DEBRIS * diagonals.max()).tolist():
+    for one in np.flatnonzero(diagonals >= _LARGE * diagonals.max()).tolist():
         faces = np.flatnonzero(body == one)
         if one in hidden:
             continue
@@ -112,8 +116,8 @@ def outer_walls(mesh: PolyMesh, inward: BoolArray, *, insist: bool = False) -> W
     return Walled(parted, thickness, ragged, len(hidden))
 
 
-#: More bodies are no vessel and its inside.
-_MOST_BODIES = 50
+#: More bodies are no vessel and its inside; a place is inside where a surface winds around it so.
+_MOST_BODIES, _INSIDE = 50, 0.5
 
 
 def _inside(mesh: PolyMesh, body: IntArray, count: int, inward: BoolArray) -> list[int]:
@@ -129,7 +133,7 @@ def _inside(mesh: PolyMesh, body: IntArray, count: int, inward: BoolArray) -> li
         if not (closed[one] and closed[other]):
             continue
         within = (low[other] < low[one]).all() and (high[one] < high[other]).all()
-        if not within or winding(parts[other], parts[one].vertices[:1])[0] < _HALF:
+        if not within or winding(parts[other], parts[one].vertices[:1])[0] < _INSIDE:
             continue
         away = Surface(*plain_triangles(parts[other])).feet(parts[one].vertices).distances
         size = float((high[other] - low[other]).max())
@@ -149,7 +153,6 @@ class _Faces:
     normals: FloatArray
     surface: Surface
     owner: IntArray
-    size: float
 
 
 def _faces(mesh: PolyMesh) -> _Faces:
@@ -164,7 +167,6 @@ def _faces(mesh: PolyMesh) -> _Faces:
         face_normals(mesh),
         Surface(points, triangles),
         np.arange(mesh.n_faces) if whole else face_of_corner(mesh),
-        float(np.ptp(mesh.vertices, axis=0).max()),
     )
 
 
@@ -189,42 +191,60 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
     Shapira, Shamir, Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
     diameter function", 2008; Kunegis et al., "Spectral analysis of signed graphs", 2010.
     """
-    one = _faces(mesh)
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    if not size > 0.0 or not face_areas(mesh).any():
+        return None
+    # As large as one, so that no square is too small or too large.
+    one = _faces(mesh.with_vertices((mesh.vertices - mesh.vertices.mean(axis=0)) / size))
     thick, across = _opposite(one)
     order = np.argsort(thick, kind="stable")
     until = np.cumsum(one.areas[order])
     median = float(thick[order][np.searchsorted(until, 0.5 * until[-1])])
-    if not 0.0 < median < (_THICKEST if insist else _VESSEL) * one.size:
+    if not 0.0 < median < (_THICKEST if insist else _VESSEL):
         return None
     walled = (thick < _ALIKE * median) & (
         np.einsum("ij,ij->i", one.normals, one.normals[across]) < _APART
     )
     walled[walled] = _wide(one, np.flatnonzero(walled), thick[walled])
-    if one.areas[walled].sum() < (_HALF if insist else _MOSTLY) * until[-1]:
+    share = float(one.areas[walled].sum() / until[-1])
+    if share < _HALF:
         return None
-    side = _sides(one, walled, across, median)
-    known = walled & (side != side[across])
-    outer, inner = known & side, known & ~side
-    if not (outer.any() and inner.any()):
+    sheet = insist or (median < _SHEET and share > _MOSTLY)
+    sides = _outer_first(one, walled, across, median, sheet=sheet)
+    if sides is None:
         return None
-    seen, other = _seen(one, outer), _seen(one, inner)
-    if not (insist or median < _SHEET * one.size or min(seen, other) < _HIDDEN * max(seen, other)):
-        return None
-    if _is_inner(one, outer, seen, inner, other):
-        outer, inner = inner, outer
-    kept = _cut(one, outer, inner, median)
+    kept = _cut(one, *sides, median)
     # Where walls branch there are more than two sides, and a lattice is mostly rim.
-    once = one.areas[known & (kept != kept[across])].sum()
+    once = one.areas[(sides[0] | sides[1]) & (kept != kept[across])].sum()
     first, second, length, _ = _links(one)
     rim = length[kept[first] != kept[second]].sum() * median
-    lattice = rim > _LATTICE * one.areas[kept].sum()
-    whole = once > _KEPT * one.areas[walled].sum() and not (lattice and not insist)
-    return Wall(median, kept) if whole else None
+    lattice = rim > _LATTICE * one.areas[kept].sum() and not insist
+    whole = once > _KEPT * one.areas[walled].sum() and not lattice
+    return Wall(median * size, kept) if whole else None
+
+
+def _outer_first(
+    one: _Faces, walled: BoolArray, across: IntArray, median: float, *, sheet: bool
+) -> tuple[BoolArray, BoolArray] | None:
+    """Return the faces of the outer side for sure, and of the inner; None where it has no two.
+
+    If it is no ``sheet``, the inner side is to be hidden.
+    """
+    side = _sides(one, walled, across, median)
+    known = walled & (side != side[across])
+    first, second = known & side, known & ~side
+    if not (first.any() and second.any()):
+        return None
+    seen, other = _seen(one, first), _seen(one, second)
+    if not (sheet or min(seen, other) < _HIDDEN * max(seen, other)):
+        return None
+    inner = _is_inner(one, first, seen, second, other)
+    return (second, first) if inner else (first, second)
 
 
 def _opposite(one: _Faces) -> tuple[FloatArray, IntArray]:
     """Return how far a ray goes inward from each face, and the face where it ends, (F,)."""
-    begin = one.centres - _UNDER * one.size * one.normals
+    begin = one.centres - _UNDER * one.normals
     hit, far = one.surface.hits(begin, -one.normals)
     return far, np.where(hit < 0, 0, one.owner[hit])
 
@@ -257,10 +277,10 @@ def _sides(one: _Faces, walled: BoolArray, across: IntArray, median: float) -> B
     a, _ = one.edges.pairs
     middle = 0.5 * (one.mesh.vertices[one.edges.tail[a]] + one.mesh.vertices[one.edges.head[a]])
     apart = sum(np.linalg.norm(one.centres[each] - middle, axis=1) for each in (first, second))
-    alike = length / np.maximum(apart, _UNDER * one.size) * np.where(sharp, _READILY, 1.0)
+    alike = length / np.maximum(apart, _UNDER) * np.where(sharp, _READILY, 1.0)
     count = one.mesh.n_faces
     # Lengths are counted in thicknesses, so that the modes have no unit.
-    mass = np.maximum(one.areas, (_UNDER * one.size) ** 2) / median**2
+    mass = np.maximum(one.areas, (_UNDER) ** 2) / median**2
     here = np.flatnonzero(walled)
     there, unlike = across[here], mass[here]
     rows = np.concatenate([first, second, first, second, here, there, here, there])
@@ -294,7 +314,7 @@ def _seen(one: _Faces, side: BoolArray) -> float:
     until = np.cumsum(one.areas[faces])
     share = (np.arange(_LOOKED_AT) + 0.5) / _LOOKED_AT
     looked = faces[np.minimum(np.searchsorted(until, share * until[-1]), len(faces) - 1)]
-    begin = one.centres[looked] + _UNDER * one.size * one.normals[looked]
+    begin = one.centres[looked] + _UNDER * one.normals[looked]
     free = total = 0.0
     for way in _around(_VIEWS):
         cosine = one.normals[looked] @ way

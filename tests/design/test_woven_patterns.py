@@ -11,6 +11,7 @@ from jobs import run
 from meshes_shared import shared_mesh
 from spoiling import drop, edit_json, more, put
 
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
@@ -215,3 +216,30 @@ def test_remeshed_and_refined_jobs_have_the_size_that_was_asked_for(tmp_path):
     vertices = np.loadtxt([line[2:] for line in lines if line.startswith("v ")])
     assert np.ptp(vertices, axis=0).max() == pytest.approx(250.0)
     assert tomllib.loads((out / "job.toml").read_text())["job"]["refine"] == "simplest:1"
+
+
+@pytest.mark.parametrize(
+    ("shape", "options", "turns"),
+    [
+        ("hypar?m=4&n=4", {}, True),
+        ("hypar?m=4&n=4", {"pattern": "twill"}, True),
+        ("tube?m=8&n=4", {"pattern": "3/1"}, False),
+        ("tube?m=8&n=4", {"material": "warp=card,weft=birch-veneer"}, False),
+        ("hypar?m=4&n=4", {"boundary": "end"}, False),
+        ("torus?m=8&n=4", {}, False),
+        # Its corners hang by two edges each; those of one row by one.
+        ("hypar?m=4&n=1", {}, False),
+    ],
+)
+def test_threads_turn_back_where_nothing_forbids_it(shape, options, turns):
+    job = Stations.read(f"shape:{shape}", {"size": "300mm", **options})
+    assert bool(len(job.weave.weave.threads.turn_pass)) == turns
+    # What was taken is kept, so that the same is made again.
+    assert job.settled[0].weave.boundary == ("turn" if turns else "end")
+
+
+def test_a_job_that_was_straight_turns_when_it_is_wavy():
+    straight = Stations.read("shape:hypar?m=4&n=4", {"size": "300mm", "strips": "straight"})
+    assert not len(straight.weave.weave.threads.turn_pass)
+    wavy = straight.instead(straight.asked.but(strips="wavy"))
+    assert len(wavy.weave.weave.threads.turn_pass)

@@ -261,12 +261,12 @@ def _check_taken(
     """
     tree = scipy.spatial.KDTree([face.mean(axis=0) for face in due])
     nearest = np.asarray(tree.query([face.mean(axis=0) for face in there])[1])
-    used = Counter(nearest.tolist())
-    strange = [
-        face
-        for face, other in zip(there, nearest.tolist(), strict=True)
-        if used[other] > 1 or not _same(face, due[other], 4.0 * near)
-    ]
+    strange, used = list[Floats](), set[int]()
+    for face, other in zip(there, nearest.tolist(), strict=True):
+        if other in used or not _same(face, due[other], 4.0 * near):
+            strange.append(face)
+        else:
+            used.add(other)
     place.count(len(there))
     corners = scipy.spatial.KDTree(np.concatenate(due))
     added = [face for face in strange if bool(np.all(corners.query(face)[0] <= 4.0 * near))]
