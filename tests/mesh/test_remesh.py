@@ -129,7 +129,7 @@ def test_own_quads_that_are_patched_or_long_are_kept_only_where_no_number_is_sta
 ):
     engines = [giving(tmp_path, new)]
     assert remesh_quads(own, None, engines=engines).method == "unchanged"
-    assert remesh_quads(own, own.n_faces, engines=engines).mesh.n_faces == new.n_faces
+    assert remesh_quads(own, own.n_faces, engines=engines).method == "giver"
     # What no remesher makes better is kept.
     assert remesh_quads(own, own.n_faces, engines=()).method == "unchanged"
 

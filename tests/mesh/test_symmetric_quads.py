@@ -4,19 +4,29 @@ import numpy as np
 import pytest
 from meshes_shared import SPOT, real_mesh
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 from strategies import volume
 
-from fabweave.core.arrays import no_progress
+from fabweave.core.arrays import no_progress, unit
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.mirror import Mirror, find_mirror
 from fabweave.mesh.one_rings import interior_valences
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.engines import ENGINES
-from fabweave.mesh.remesh.quads import not_worse, remesh_quads, symmetric_quads, without_doublets
-from fabweave.mesh.remesh.remeshed import cut_surface, ready_source
+from fabweave.mesh.remesh.fit import model_of
+from fabweave.mesh.remesh.quads import (
+    made_symmetric,
+    not_worse,
+    remesh_quads,
+    symmetric_quads,
+    without_doublets,
+)
+from fabweave.mesh.remesh.remeshed import check_remeshed, cut_surface, ready_source
 from fabweave.mesh.shapes import grids, solids
+from fabweave.mesh.subdivide import catmull_clark, split_to_quads
+from fabweave.mesh.triangulate import triangulate
 
 quadriflow = pytest.mark.skipif(ENGINES[0].lack != "", reason="QuadriFlow is not installed")
 
@@ -42,13 +52,47 @@ def test_quads_of_spot_are_symmetric_and_as_like_as_others():
 
 
 def test_a_body_without_a_mirror_has_no_symmetric_quads_and_no_reason():
-    ball = grids.sphere(10, 50.0)
-    skew = ball.vertices + 0.2 * np.stack(
-        [np.sin(ball.vertices[:, 1] / 17), np.cos(ball.vertices[:, 2] / 13), ball.vertices[:, 0]], 1
-    ) * ball.vertices[:, [2]]  # fmt: skip
-    source, _ = ready_source(ball.with_vertices(skew))
+    source, _ = ready_source(skewed(grids.sphere(10, 50.0)))
     found = symmetric_quads(ENGINES[0], source, cut_surface(source), 100, progress=no_progress)
     assert found == (None, "")
+
+
+def turned_egg(degrees: float) -> PolyMesh:
+    """Return quads of an egg of three axes whose corners lie anywhere, half of them irregular."""
+    quads = split_to_quads(triangulate(catmull_clark(solids.icosahedron())))
+    turn = Rotation.from_euler("xyz", [degrees, 2 * degrees, 0.5 * degrees], degrees=True)
+    return quads.with_vertices(50.0 * unit(quads.vertices) @ turn.as_matrix() * EGG)
+
+
+EGG = np.array([1.0, 1.4, 1.9])
+
+
+def symmetric_by(mesh: PolyMesh, mirror: Mirror) -> bool:
+    """Tell whether faces are the images of faces, turned over."""
+    off, partner = cKDTree(mesh.vertices).query(mirror.image(mesh.vertices))
+    faces = {frozenset(face) for face in mesh.faces()}
+    return off.max() < 1e-6 and {frozenset(partner[list(face)].tolist()) for face in faces} == faces
+
+
+@pytest.mark.slow
+def test_the_better_half_of_quads_and_its_image_are_symmetric():
+    egg = grids.sphere(20, 50.0).with_vertices(grids.sphere(20, 50.0).vertices * EGG)
+    made = turned_egg(29.0)
+    assert not symmetric_by(made, find_mirror(egg))
+    result = made_symmetric(egg, made, model_of(egg, made.n_vertices))
+    assert result is not None
+    assert symmetric_by(result, find_mirror(egg))
+    assert check_remeshed(egg, result) == ()
+    assert not_worse(egg, result, made)
+    # What has no mirror, or is open, stays.
+    assert made_symmetric(skewed(egg), made, model_of(egg, made.n_vertices)) is None
+
+
+def skewed(mesh: PolyMesh) -> PolyMesh:
+    """Return a body without a mirror."""
+    x, y, z = mesh.vertices.T
+    bent = mesh.vertices + 0.2 * np.stack([np.sin(y / 17), np.cos(z / 13), x], 1) * z[:, None]
+    return mesh.with_vertices(bent)
 
 
 def test_a_worse_result_is_not_taken():

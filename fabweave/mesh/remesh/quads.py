@@ -14,10 +14,10 @@ from fabweave.mesh.bodies import bodies_of
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.likeness import nearly_as_like
+from fabweave.mesh.likeness import likeness, nearly_as_like
 from fabweave.mesh.mirror import Mirror, find_mirror, joined_with_image, sound_half
 from fabweave.mesh.one_rings import find_irregular, interior_valences
-from fabweave.mesh.polymesh import PolyMesh, without_loose
+from fabweave.mesh.polymesh import PolyMesh, face_centres, without_loose
 from fabweave.mesh.remesh.coarse import cage_of_quads
 from fabweave.mesh.remesh.engines import (
     ENGINES,
@@ -60,6 +60,8 @@ _TIMES = 2
 #: Boundary vertices of half an open surface nearer to the mirror than this share of the size belong
 #: on it; of a closed one, all do.
 _REACH = 0.01
+#: Rounds of smoothing the boundary of half a mesh.
+_SMOOTHED = 3
 #: Turns of fitting and of making symmetric again, and the rounds of each fit.
 _TURNS, _ROUNDS = 3, 3
 
@@ -136,13 +138,56 @@ def symmetric_quads(
     return best_of(good, wanted).mesh, ""
 
 
+def made_symmetric(source: PolyMesh, made: PolyMesh, model: Model) -> PolyMesh | None:
+    """Join the better half of a mesh of quads of a closed symmetric surface to its image.
+
+    The faces on one side of the mirror are taken, and their boundary is put on it; where it had
+    corners, quads at the seam become one. Then the whole is fitted.
+
+    Parameters
+    ----------
+    source : PolyMesh
+        The given surface.
+    made : PolyMesh
+        Quads like it.
+    model : Model
+        The surface, for fitting.
+
+    Returns
+    -------
+    PolyMesh or None
+        Exactly symmetric, and not worse (see `not_worse`); None where there is no such.
+    """
+    mirror = find_mirror(source)
+    if not mirror.symmetric or not check_mesh(source).closed:
+        return None
+    side = (face_centres(made) - mirror.point) @ mirror.normal > 0
+    halfedges = build_halfedges(made)
+    beside = halfedges.face[halfedges.twin].reshape(-1, 4)
+    for _ in range(_SMOOTHED):
+        # A face goes with three neighbours of four, so that the boundary has few corners.
+        votes = side[beside].sum(axis=1)
+        side = np.where(votes == 2, side, votes > 2)
+    good: list[tuple[int, float, PolyMesh]] = []
+    for part in (side, ~side):
+        half = without_loose(PolyMesh.from_faces(made.vertices, made.indices.reshape(-1, 4)[part]))
+        result, faults = _joined(half, half, mirror, np.inf)
+        if faults or surface_faults(source, result):
+            continue
+        result = _fitted(model, mirror, result, _TURNS)
+        if not check_remeshed(source, result) and not_worse(source, result, made):
+            clashes, like = len(self_intersections(result)), likeness(source, result)
+            good.append((clashes, like.in_rms_mm, result))
+    return min(good, key=lambda one: one[:2])[2] if good else None
+
+
 def _joined(
     found: PolyMesh, half: PolyMesh, mirror: Mirror, reach: float
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Join half a result to its image; say what is wrong with it."""
-    faults = surface_faults(half, found)
-    if faults:
-        return found, faults
+    faults = () if found is half else surface_faults(half, found)
+    if faults or not found.n_faces or check_mesh(found).fatal:
+        return found, faults or ("a half is no surface",)
     joined = joined_with_image(found, mirror, reach)
     if check_mesh(joined).fatal:
         return joined, ("the halves do not join to a surface",)
@@ -248,8 +293,8 @@ def remesh_quads(
        `check_remeshed` the one that keeps the shape best is taken (see `best_run`). A scan with
        far more triangles than quads are wanted is decimated for them first.
     5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
-       edges, and which is joined to its image. That is taken if it is sound and not worse (see
-       `not_worse`); else the notes say why not.
+       edges, and which is joined to its image; or half of the quads is joined to its image. That is
+       taken if it is sound and not worse (see `not_worse`); else the notes say why not.
     6. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
@@ -366,14 +411,16 @@ def _mirrored(
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
     symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
-    if symmetric is not None and not_worse(source, symmetric, best.mesh):
+    if symmetric is not None and not not_worse(source, symmetric, best.mesh):
+        symmetric, why = None, "they would keep its shape worse, or be less regular"
+    if why:
+        symmetric = made_symmetric(source, best.mesh, model_of(source, wanted))
+    if symmetric is not None:
         told = (
             f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
             "mirror-symmetric, and so are they: half was remeshed"
         )
         return symmetric, [Note("quads", told, detail=True)]
-    if symmetric is not None:
-        why = "they would keep its shape worse, or be less regular"
     told = "the model is mirror-symmetric, and the quads are not"
     return best.mesh, [*([Note("quads", told, f"For {why}")] if why else []), best.note]
 

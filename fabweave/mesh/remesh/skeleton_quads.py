@@ -49,6 +49,7 @@ from fabweave.mesh.remesh.engines import (
 )
 from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.limbs import pillowed
+from fabweave.mesh.remesh.quads import made_symmetric
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
     check_remeshed,
@@ -520,6 +521,7 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     2. Quads are extruded along it, and grow to the surface. At a boundary the tube is opened.
     3. Rows of quads are taken out where they are too narrow, rings are put around what is too
        wide, and rows are split where they are too long, until faces have the size wanted.
+    4. Of a mirror-symmetric model, one half is taken and joined to its image, if that is not worse.
 
     Parameters
     ----------
@@ -577,10 +579,12 @@ def remesh_tubes(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
         )
     if found is None:
         raise _failed("; ".join([*faults, *told]))
-    made = found[1]
+    symmetric = made_symmetric(source, found[1], model)
+    made = found[1] if symmetric is None else symmetric
     notes.append(
         f"PyGEL found a skeleton with {agree(bones.n_tips, '{n} tip[|s]')}; tubes around it have "
         f"{made.n_faces} quads ({n_quads} were wanted)"
+        + ("" if symmetric is None else ", mirror-symmetric as the model is")
     )
     notes += told
     return finished_quads(made, "tubes", notes)
