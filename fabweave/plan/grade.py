@@ -118,16 +118,16 @@ def grade(
     10.0
     """
     widths = [station_widths(piece) for piece in pieces]
-    turns = [station_turns(piece) for piece in pieces]
+    kinks = [station_kinks(piece) for piece in pieces]
     lost = [
         one
-        for one in _lost(widths, turns, verdict, like, form, foretold, irregular)
+        for one in _lost(widths, kinks, verdict, like, form, foretold, irregular)
         if one.points >= 0.05
     ]
     lost.sort(key=lambda one: -one.points)
     left = max(BEST - sum(one.points for one in lost), 0.0)
     score = 0.0 if verdict.stops else round(left, 1)
-    return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, turns))
+    return Grade(score=score, lost=tuple(lost), worst=_worst(pieces, widths, kinks))
 
 
 def verdict_json(verdict: Verdict, grade: Grade, form: Form | None) -> dict[str, Any]:
@@ -153,9 +153,20 @@ def station_turns(piece: Piece) -> FloatArray:
     return turns
 
 
+def station_kinks(piece: Piece) -> FloatArray:
+    """Return by how many degrees the turn of a piece changes from station to station, (S - 2,).
+
+    Beside the corners at which it turns back at a rim that is not known (NaN): these are meant.
+    """
+    kinks: FloatArray = np.abs(np.diff(station_turns(piece)))
+    beside = np.concatenate([piece.rim_turns - 1, piece.rim_turns])
+    kinks[beside[(beside >= 0) & (beside < len(kinks))]] = np.nan
+    return kinks
+
+
 def _lost(
     widths: Sequence[FloatArray],
-    turns: Sequence[FloatArray],
+    kinks: Sequence[FloatArray],
     verdict: Verdict,
     like: Likeness | None,
     form: Form | None,
@@ -170,7 +181,7 @@ def _lost(
     if widths:
         ratio = float(np.median([each.max() / each.min() for each in widths]))
         narrow = float(np.mean(np.concatenate(widths) < EASY_MM))
-        kink = float(np.mean(np.concatenate([np.zeros(1), *(np.abs(np.diff(x)) for x in turns)])))
+        kink = float(np.nanmean(np.concatenate([np.zeros(1), *kinks])))
         yield lose(
             "even",
             (ratio - _EVEN) / _UNEVEN,
@@ -211,16 +222,15 @@ def _lost(
 
 
 def _worst(
-    pieces: Sequence[Piece], widths: Sequence[FloatArray], turns: Sequence[FloatArray]
+    pieces: Sequence[Piece], widths: Sequence[FloatArray], kinks: Sequence[FloatArray]
 ) -> tuple[Place, ...]:
     """Return the narrowest and the most crooked places, one of a piece at most."""
     found: list[tuple[float, str, Place]] = []
-    for piece, width, turn in zip(pieces, widths, turns, strict=True):
+    for piece, width, kink in zip(pieces, widths, kinks, strict=True):
         thin = int(width.argmin())
         bad = [(EASY_MM / width[thin], thin, f"is {width[thin]:.1f} mm wide")]
-        if len(turn) > 1:
-            kink = np.abs(np.diff(turn))
-            bent = int(kink.argmax())
+        if np.isfinite(kink).any():
+            turn, bent = station_turns(piece), int(np.nanargmax(kink))
             before, after = np.abs(turn[bent : bent + 2])
             text = f"turns by {before:.0f}° up to there, and then by {after:.0f}°"
             if turn[bent] * turn[bent + 1] < 0.0:

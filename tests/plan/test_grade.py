@@ -52,6 +52,14 @@ def test_a_wavy_strip_loses_what_its_turns_change_by(turn):
     assert lost == pytest.approx(min(max(2 * turn - 5, 0) / 5, 2), abs=0.06)
 
 
+def test_the_corners_of_a_rim_are_meant():
+    """A strip that turns back by 98 degrees at two crossings is as smooth as one that goes on."""
+    strip = piece(turns_deg=(0.0, 98.0, 0.0, 0.0, -98.0, 0.0))
+    meant = replace(strip, rim_turns=np.array([1, 4]))
+    assert [one.rule for one in grade([strip], GOOD).lost] == ["smooth"]
+    assert (grade([meant], GOOD).score, grade([meant], GOOD).worst) == (BEST, ())
+
+
 @given(st.floats(0.0, 1.0))
 def test_a_patched_weave_loses_for_what_its_surface_does_not_need(share):
     lost = sum(one.points for one in grade([piece()], GOOD, irregular=share).lost)
