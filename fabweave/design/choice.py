@@ -175,8 +175,8 @@ def mesh_rounds(
 
     Its own comes first, then a grid, quads and tubes whose strips are some 12 mm wide; then
     finer and coarser ones of the better kind; at last triangles. A closed model of which none could
-    be made at all, or that runs through itself, has several bodies or many handles, is wrapped as
-    one: never one that is open, as it would become a bag.
+    be made at all, or that runs through itself, or has many handles, is wrapped: never one that is
+    open, as it would become a bag.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def mesh_rounds(
     base = asked.but(width=KAGOME_WIDTH) if straight and asked.ribbons.width is None else asked
     bodies = asked.mesh.bodies
     report, is_open = check_mesh(model.mesh), _is_open(model)
-    many = report.n_components > 1 or report.euler < _EULER
+    many = (report.n_components > 1 and model.clashes > 0) or report.euler < _EULER
     closed = bodies == "all" and not is_open
     if closed and many:
         bodies = "wrap"
@@ -223,7 +223,9 @@ def mesh_rounds(
     best = next(iter(search.ranked), None)
     if best is not None:
         bodies = best.design.mesh.bodies
-    able = [way for way in ways if _made(search, way)] or ways
+    able = [way for way in ways if _made(search, way)]
+    # What has no grid at all has no finer one either; another remesher may do.
+    able = able or [way for way in ways if way != "grid"] or ways
     kind = (density(best.design)[0] if best is not None else "") or able[0]
     others = [way for way in able if way != kind and best is None]
     numbers = (between, finer, coarser)

@@ -172,8 +172,8 @@ def standing_in(tries, loaded, verdicts=()):
     return trying
 
 
-@pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "wrap"), (None, "all")])
-def test_what_runs_through_itself_or_has_several_bodies_is_wrapped_first(
+@pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "all"), (None, "all")])
+def test_bodies_that_run_through_one_another_are_wrapped_first(
     fine, monkeypatch, move, bodies
 ):
     ball = load_asked(fine).mesh
