@@ -32,7 +32,7 @@ _NEAR = 0.004
 _SAGS = BOUND
 #: Such a share of the vertices may be irregular beyond what its surface needs; a point goes for so
 #: much more. To the eye, a hundredth is masterly, a tenth is patched, and a half is no weave.
-_REGULAR, _IRREGULAR = 0.04, 0.08
+_REGULAR, _IRREGULAR = 0.04, 0.05
 #: A feature that is lost by more than this share of the size is a limb, and takes a point.
 _LIMB = 0.05
 #: So many places are named.

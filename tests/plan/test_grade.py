@@ -63,7 +63,7 @@ def test_the_corners_of_a_rim_are_meant():
 @given(st.floats(0.0, 1.0))
 def test_a_patched_weave_loses_for_what_its_surface_does_not_need(share):
     lost = sum(one.points for one in grade([piece()], GOOD, irregular=share).lost)
-    assert lost == pytest.approx(min(max(share - 0.04, 0.0) / 0.08, 4.0), abs=0.06)
+    assert lost == pytest.approx(min(max(share - 0.04, 0.0) / 0.05, 4.0), abs=0.06)
 
 
 def test_each_rule_takes_points_and_names_the_place():
