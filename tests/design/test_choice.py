@@ -173,9 +173,7 @@ def standing_in(tries, loaded, verdicts=()):
 
 
 @pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "all"), (None, "all")])
-def test_bodies_that_run_through_one_another_are_wrapped_first(
-    fine, monkeypatch, move, bodies
-):
+def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch, move, bodies):
     ball = load_asked(fine).mesh
     if move is not None:
         beside = ball.with_vertices(ball.vertices + np.array([70.0 * move, 0.0, 0.0]))

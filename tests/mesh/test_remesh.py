@@ -242,11 +242,26 @@ def test_check_tells_bodies_of_swapped_genus_apart():
 def test_spoiled_result_of_a_remesher_is_not_used(tmp_path, what):
     # All in one box, for that is how a remesher sees the surface.
     spoiled, words = SPOILED[what]
+    # Fewer handles would do, but not so far away.
+    words = "off the given surface" if what == "another genus" else words
     with pytest.raises(CannotMakeError) as caught:
         # Neither its pairs (960) nor its cage (240) are about as many.
         remesh_quads(triangulate(GIVEN), 400, engines=[giving(tmp_path, spoiled)])
     assert "The giver:" in str(caught.value)
     assert words in str(caught.value)
+
+
+def test_small_openings_may_be_closed_where_nothing_keeps_them(tmp_path):
+    opened = triangulate(without_face(GIVEN, 5))
+    remeshed = remesh_quads(opened, 400, engines=[giving(tmp_path, GOOD)])
+    assert remeshed.mesh.n_faces == GOOD.n_faces
+    assert any(
+        "1 opening" in note and not note.detail for note in remeshed.notes if "closed" in note
+    )
+    assert "boundary loops: 0 instead of 1" in check_remeshed(opened, GOOD)
+    assert check_remeshed(opened, GOOD, simpler=True) == ()
+    # What has more than the given surface never does.
+    assert check_remeshed(GIVEN, without_face(GOOD, 5), simpler=True)
 
 
 # --- children that misbehave -------------------------------------------------------------------

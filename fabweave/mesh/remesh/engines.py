@@ -333,6 +333,8 @@ class Candidate:
         How many irregular vertices, and pairs of faces that run through one another, there are.
     drawn : bool
         Whether it has long edges (see `drawn_out`).
+    closed : int
+        How many openings and handles of the given surface it lacks.
     """
 
     engine: Engine
@@ -342,6 +344,7 @@ class Candidate:
     irregular: int
     clashes: int
     drawn: bool = False
+    closed: int = 0
 
     @property
     def note(self) -> Note:
@@ -354,7 +357,10 @@ class Candidate:
         if self.clashes:
             text += agree(self.clashes, "; {n} [pair|pairs] of them run[s|] through one another")
             text += ": more quads, or --remesh triangles:N, would keep limbs apart"
-        return Note("quads", text, detail=True)
+        if self.closed:
+            told = "{n} opening[|s] or handle[|s] too small for its quads [was|were] closed"
+            text += f"; {agree(self.closed, told)}"
+        return Note("quads", text, detail=not self.closed)
 
 
 def best_run(
@@ -377,7 +383,8 @@ def best_run(
     3. of these, the one with the fewest irregular vertices, and then the one nearest to the number
        wanted.
 
-    A result with as few irregular vertices as its topology allows ends the search.
+    A result with as few irregular vertices as its topology allows ends the search. Where none keeps
+    all openings and handles, the best of those that close fewest is taken.
 
     Parameters
     ----------
@@ -407,6 +414,7 @@ def best_run(
     model = model_of(source, wanted) if wanted <= _MOST_FITTED else None
     failures: list[str] = []
     hung: list[str] = []
+    simpler: list[Candidate] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
         runs = runs_of(engine, wanted, seed, rim=rim, large=large)
@@ -419,12 +427,16 @@ def best_run(
                         str(result)
                     )
                     continue
-                good.append(candidate_of(engine, source, result, task.run))
-                if good[-1].irregular <= enough:
+                one = candidate_of(engine, source, result, task.run)
+                (simpler if one.closed else good).append(one)
+                if not one.closed and one.irregular <= enough:
                     break
         if good:
             return best_of(good, wanted), _summed_up(engine, hung) + _summed_up(engine, failures)
-    return None, _summed_up(engine, hung) + _summed_up(engine, failures)
+    failed = _summed_up(engine, hung) + _summed_up(engine, failures)
+    least = min((one.closed for one in simpler), default=0)
+    alike = [one for one in simpler if one.closed == least]
+    return (best_of(alike, wanted) if alike else None), failed
 
 
 def results_of(
@@ -464,12 +476,12 @@ def _fitted(
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
     spikes: tuple[str, ...] = ()
-    if model is not None and not surface_faults(source, result):
+    if model is not None and not surface_faults(source, result, simpler=True):
         fitted = fit(model, result, _ROUNDS)
         fitted, spikes = with_limbs(source, fitted, partial(fit, model, rounds=_REFIT), wanted)
-        if not spikes and not check_remeshed(source, fitted):
+        if not spikes and not check_remeshed(source, fitted, simpler=True):
             result = fitted
-    faults = check_remeshed(source, result)
+    faults = check_remeshed(source, result, simpler=True)
     faults = (*spikes, *faults) if faults else ()
     if not wanted / _FAR <= result.n_faces <= wanted * _FAR:
         faults += (f"{result.n_faces} quads, far from the {wanted} wanted",)
@@ -481,7 +493,11 @@ def candidate_of(engine: Engine, source: PolyMesh, result: PolyMesh, run: Run) -
     like = likeness(source, result)
     irregular, clashes = len(find_irregular(result)), len(self_intersections(result))
     off, drawn = like.percent(like.in_rms_mm), drawn_out(result)
-    return Candidate(engine, result, run, off, irregular, clashes, drawn)
+    # Each opening and each handle more takes one, and two, from the Euler characteristic.
+    before, after = check_mesh(source), check_mesh(result)
+    openings = before.n_boundary_loops - after.n_boundary_loops
+    closed = openings + (after.euler - before.euler - openings) // 2
+    return Candidate(engine, result, run, off, irregular, clashes, drawn, closed)
 
 
 def best_of(good: Sequence[Candidate], wanted: int) -> Candidate:

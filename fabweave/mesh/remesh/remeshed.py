@@ -173,7 +173,9 @@ _REVERSED = 0.05
 _LEAST_EDGES = 3
 
 
-def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
+def check_remeshed(
+    given: PolyMesh, result: PolyMesh, corners: int | None = 4, *, simpler: bool = False
+) -> tuple[str, ...]:
     """Check a remeshed surface against the given one.
 
     Every face has as many corners as it should; the surface is a consistently oriented manifold
@@ -189,6 +191,8 @@ def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
         Any mesh.
     corners : int or None
         How many corners each face should have; None for any number.
+    simpler : bool
+        Whether it may have fewer openings and handles.
 
     Returns
     -------
@@ -203,7 +207,7 @@ def check_remeshed(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
     >>> check_remeshed(torus(9, 6, 3.0, 1.0), torus(9, 6, 6.0, 2.0))[0][:42]
     'vertices are up to 4 off the given surface'
     """
-    faults = surface_faults(given, result, corners)
+    faults = surface_faults(given, result, corners, simpler=simpler)
     # Distances are measured by foreign code that must not see a broken mesh.
     if not result.n_faces or check_mesh(result).fatal:
         return faults
@@ -227,7 +231,9 @@ def sound_faults(given: PolyMesh, result: PolyMesh, corners: int | None) -> tupl
     return (agree(len(pairs), "{n} [pair|pairs] of faces run[s|] through one another"),)
 
 
-def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -> tuple[str, ...]:
+def surface_faults(
+    given: PolyMesh, result: PolyMesh, corners: int | None = 4, *, simpler: bool = False
+) -> tuple[str, ...]:
     """Say how a result differs from the given surface as a surface, wherever its vertices are.
 
     Parameters
@@ -238,10 +244,14 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
         Any mesh.
     corners : int or None
         How many corners each face should have; None for any number.
+    simpler : bool
+        Whether it may have fewer openings and handles.
 
     Examples
     --------
     >>> from fabweave.mesh.shapes.grids import sphere, torus
+    >>> surface_faults(torus(9, 6, 3.0, 1.0), sphere(2, 1.0), simpler=True)
+    ()
     >>> surface_faults(torus(9, 6, 3.0, 1.0), sphere(2, 1.0))
     ('Euler characteristic: 2 instead of 0',)
     """
@@ -259,9 +269,17 @@ def surface_faults(given: PolyMesh, result: PolyMesh, corners: int | None = 4) -
         ("boundary loops", before.n_boundary_loops, after.n_boundary_loops),
         ("Euler characteristic", before.euler, after.euler),
     )
-    faults += [f"{what}: {now} instead of {once}" for what, once, now in counts if once != now]
-    if not faults and sorted(map(str, before.component_genus)) != sorted(
-        map(str, after.component_genus)
+    fewer = after.n_boundary_loops <= before.n_boundary_loops and after.euler >= before.euler
+    allowed = counts[1:] if simpler and fewer else ()
+    faults += [
+        f"{what}: {now} instead of {once}"
+        for what, once, now in counts
+        if once != now and (what, once, now) not in allowed
+    ]
+    if (
+        not faults
+        and not allowed
+        and sorted(map(str, before.component_genus)) != sorted(map(str, after.component_genus))
     ):
         faults.append(f"genus: {after.component_genus} instead of {before.component_genus}")
     if not faults:
