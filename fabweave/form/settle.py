@@ -35,6 +35,11 @@ _THUMBS, _THUMB_DAMPING = 32, 1e-7
 _APART_N = 0.01
 
 
+#: What its own weight can push farther, the way in which it gives most easily, as a share of its
+#: size, is a mechanism.
+_SWAYS = 0.5
+
+
 @record
 class Form:
     """What becomes of an object's form when the maker lets go.
@@ -118,7 +123,8 @@ class Form:
     def collapse(self) -> str:
         """Why it collapses, in words; empty where it does not.
 
-        It goes by more than a tenth of its size, or its own weight can push it so far.
+        It goes by more than a tenth of its size, or its own weight can push it by half of its size:
+        what is limp in a few places, as the tips of a crown are, stands all the same.
         """
         for number, one in enumerate(self.bodies or (), start=1):
             if one.collapse:
@@ -130,10 +136,11 @@ class Form:
             (self.sags_mm, f"it collapses under its own weight: it sags {by}"),
             (self.loaded_mm or 0.0, f"it collapses under its load: it sags {by}"),
             (self.settles_mm, f"it collapses when it is let go: it goes {by}"),
-            (self.pushed_mm, f"it collapses: its own weight is enough to sway it {by}"),
         ):
             if far_mm > self.limit_mm:
                 return why
+        if self.pushed_mm > _SWAYS * self.size_mm:
+            return "it collapses: its own weight is enough to sway it by more than half of its size"
         return ""
 
     @property
@@ -193,7 +200,8 @@ class Form:
         """Return it as ``verdict.json`` holds it: of what collapses, no distance is told."""
         record = to_json(self)
         for key in ("settles_mm", "mean_mm", "sags_mm", "loaded_mm", "pushed_mm"):
-            if (record.get(key) or 0.0) > self.limit_mm:
+            limit_mm = _SWAYS * self.size_mm if key == "pushed_mm" else self.limit_mm
+            if (record.get(key) or 0.0) > limit_mm:
                 record[key] = None
         if self.bodies is not None:
             record["bodies"] = [one.record() for one in self.bodies]
