@@ -148,7 +148,8 @@ def irregular_note(irregular: Irregular) -> Note:
     '8 irregular vertices (8 of valence 3): vertex 0 (valence 3) at'
     """
     if not len(irregular):
-        return Note("irregular", "no irregular vertices: every vertex inside has four edges")
+        text = "no irregular vertices: every vertex inside has four edges"
+        return Note("irregular", text, detail=True)
     valences, numbers = np.unique(irregular.valence, return_counts=True)
     kinds = ", ".join(
         f"{number} of valence {valence}"
