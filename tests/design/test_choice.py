@@ -58,7 +58,7 @@ def test_what_is_too_fine_is_made_on_a_coarser_mesh(fine, tmp_path):
     # What is not said of the mesh is as it was asked for, and job.toml has what was made.
     assert chosen.but(remesh=None, bodies="all") == fine
     assert read_job_options(tmp_path / "plain" / "job.toml")["remesh"] == chosen.mesh.remesh
-    assert f"(--remesh {chosen.mesh.remesh})" in made.chosen
+    assert f"--remesh {chosen.mesh.remesh}: " in made.chosen
     assert "5,120 triangles" in made.chosen
     # Asked for by hand, it comes to the very same files.
     run_job(Stations(chosen), tmp_path / "stated")
@@ -77,8 +77,7 @@ def test_a_mesh_that_is_to_be_kept_is_refused_with_what_can_be_built(fine, tmp_p
 
 
 @pytest.mark.slow
-def test_what_can_be_built_as_it_is_stays(tmp_path, monkeypatch):
-    monkeypatch.setattr(choice, "mesh_rounds", lambda *_, **__: pytest.fail("meshes were tried"))
+def test_what_is_good_as_it_is_stays(tmp_path):
     mesh = tmp_path / "cube.obj"
     write_mesh(mesh, parse_shape("shape:cube"))
     asked = Settings.of(str(mesh), size_mm=200.0, effort="quick")
