@@ -22,7 +22,8 @@ lines += [f"f {i} {j} {k}" for i, j, k in triangles + 1]
 (directory / "ring.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 options = {"size": "300mm", "effort": "quick"}
-for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-clark:1"}):
+refined = {"remesh": "quads", "refine": "catmull-clark:1"}
+for change in ({"remesh": "none"}, {"remesh": "quads"}, refined):
     facts = fw.inspect(directory / "ring.obj", **options, **change).facts
     faces = ", ".join(
         f"{n} faces of {size} sides" for size, n in facts["mesh"]["face_sizes"].items()
@@ -30,6 +31,6 @@ for change in ({}, {"remesh": "quads"}, {"remesh": "quads", "refine": "catmull-c
     twill = "exact twill" if facts["twill"]["exact"] else f"no twill: {facts['twill']['because']}"
     print(f"{faces}; {facts['threads']['count']} threads; {twill}")
 
-mesh = fw.read(directory / "ring.obj", remesh="quads", refine="catmull-clark:1", **options)
+mesh = fw.read(directory / "ring.obj", **refined, **options)
 job = fw.make(mesh, directory / "job", pattern="twill")
 print(f"exact: {job.weave.exact}; {len(job.pieces)} pieces, proved: {job.proof.ok}")

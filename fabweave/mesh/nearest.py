@@ -57,13 +57,14 @@ class Surface:
         self._points = np.ascontiguousarray((points - self._origin) * self._scale)
         corner = self._points[triangles]
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        wide = np.any(area != 0, axis=1)
+        # What is so thin that the square of its area is no number has none.
+        size = np.linalg.norm(area, axis=1, keepdims=True)
+        wide = size[:, 0] > 0.0
         if not wide.any():
             raise ValueError("a surface needs triangles with an area")
         self._numbers = np.flatnonzero(wide)
         self._triangles = np.ascontiguousarray(triangles[wide])
-        size = np.linalg.norm(area[wide], axis=1, keepdims=True)
-        self._normals = area[wide] / size
+        self._normals = area[wide] / size[wide]
         self._tree = AABB()
         self._tree.init(self._points, self._triangles)
 

@@ -192,10 +192,13 @@ def find_wall(mesh: PolyMesh, *, insist: bool = False) -> Wall | None:
     diameter function", 2008; Kunegis et al., "Spectral analysis of signed graphs", 2010.
     """
     size = float(np.ptp(mesh.vertices, axis=0).max())
-    if not size > 0.0 or not face_areas(mesh).any():
+    if not size > 0.0:
         return None
     # As large as one, so that no square is too small or too large.
-    one = _faces(mesh.with_vertices((mesh.vertices - mesh.vertices.mean(axis=0)) / size))
+    mesh = mesh.with_vertices((mesh.vertices - mesh.vertices.mean(axis=0)) / size)
+    if not np.linalg.norm(face_areas(mesh), axis=1).any():
+        return None
+    one = _faces(mesh)
     thick, across = _opposite(one)
     order = np.argsort(thick, kind="stable")
     until = np.cumsum(one.areas[order])
