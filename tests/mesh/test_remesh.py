@@ -290,8 +290,10 @@ def test_misbehaving_child_is_reported_and_the_next_remesher_used(tmp_path, what
     bad = replace(stub(tmp_path, body, "bad"), limit_s=1.0 if what == "hangs" else 60.0)
     remeshed = remesh_quads(BALL, 216, engines=[bad, giving(tmp_path, WELL)])
     assert remeshed.method == "giver"
+    # A ball is its own mirror image, and half of the result was joined to its image.
     assert remeshed.mesh.n_faces == WELL.n_faces
-    assert np.array_equal(remeshed.mesh.indices, WELL.indices)
+    assert remeshed.mesh.n_vertices == WELL.n_vertices
+    assert len(remeshed.irregular) == 8
     # It was fitted, so it is nearer than what was given.
     assert likeness(BALL, remeshed.mesh).in_rms_mm < likeness(BALL, WELL).in_rms_mm
     (failed,) = [note for note in remeshed.notes if "The bad" in note]
