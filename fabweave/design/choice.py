@@ -10,9 +10,10 @@ from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree
 from fabweave.design.beside import density, near_rounds, why_few
 from fabweave.design.search import Search
-from fabweave.design.tried import Tried
+from fabweave.design.tried import MOST_CROSSINGS, Tried
 from fabweave.design.variety import (
     FEWEST,
+    KAGOME_SHARE,
     KAGOME_WIDTH,
     WIDTH_SHARE,
     is_free,
@@ -40,8 +41,8 @@ _FIRST_MM, _FINER_MM, _COARSER = 12.0, 8.5, 2
 #: The first meshes have no more quads than an evening's work, a finer one than some evenings'. A
 #: slender model has as many as the last, if strips are easy to handle.
 _EVENING, _MOST, _SLENDER = 350, 500, 240
-#: So many triangles for a quad make ribbons of the same width, or straight ones.
-_TRIANGLES, _STRAIGHT = 0.6, 0.48
+#: So many triangles for a quad make ribbons of the same width.
+_TRIANGLES = 0.6
 #: A score at which no other mesh need be tried: of its own, as somebody may have drawn it to
 #: be woven; in the first rounds; and in those after them.
 _OWN, _FINE, _GOOD = 7.0, 8.0, 6.0
@@ -50,8 +51,8 @@ _CLOSELY = 4
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
 _MESHES, _TOLD = 4, 3
 #: Strips of a mesh are about such a share of the root of the area of each crossing; its own is not
-#: tried where that is less than so many millimetres, or where it has more crossings.
-_WIDE, _LEAST_MM, _MOST_CROSSINGS = 0.54, 4.0, 1000
+#: tried where that is less than so many millimetres.
+_WIDE, _LEAST_MM = 0.54, 4.0
 #: Rims longer than this share of the size are rims; shorter ones are cracks, which a wrap closes.
 _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
@@ -146,7 +147,7 @@ def _unfit(job: Stations) -> str:
     wide = _WIDE * float(np.sqrt(surface_area(job.loaded.mesh) / max(crossings, 1)))
     if wide < _LEAST_MM:
         return f"would need strips of some {max(wide, 0.1):.1f} mm"
-    if crossings > _MOST_CROSSINGS:
+    if crossings > MOST_CROSSINGS:
         return f"would have {crossings} crossings"
     if job.asked.ribbons.straight:
         return ""  # it takes longer to say
@@ -207,7 +208,7 @@ def mesh_rounds(
         bodies = "wrap"
 
     def mesh(kind: str, number: float) -> Settings:
-        share = 1.0 if kind != "triangles" else _STRAIGHT if straight else _TRIANGLES
+        share = 1.0 if kind != "triangles" else KAGOME_SHARE if straight else _TRIANGLES
         return base.but(remesh=f"{kind}:{two_digits(share * max(number, FEWEST))}", bodies=bodies)
 
     yield [mesh(way, first) for way in ways]

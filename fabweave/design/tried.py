@@ -42,7 +42,7 @@ _OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 #: built.
 _POOR = 0.01
 #: Strips narrower than that, and more crossings, are not taken unasked: nobody begins with that.
-_LEAST_MM, _MOST_CROSSINGS = 5.0, 1000
+_LEAST_MM, MOST_CROSSINGS = 5.0, 1000
 
 
 @frozen_value
@@ -100,7 +100,7 @@ class Tried:
         """Whether its strips are too narrow, or its crossings too many, to be taken unasked."""
         figures = self.figures
         return figures is not None and (
-            figures.median_mm < _LEAST_MM or figures.crossings > _MOST_CROSSINGS
+            figures.median_mm < _LEAST_MM or figures.crossings > MOST_CROSSINGS
         )
 
     @property

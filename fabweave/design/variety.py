@@ -17,7 +17,7 @@ from fabweave.options.table import option_named
 #: How wide ribbons of a kagome basket are: they take more of their room than in other weaves, as
 #: its large openings stay anyway. Then so many triangles for each quad give ribbons as wide.
 KAGOME_WIDTH = option_named("width").kind.parse("even,0.8")
-_KAGOME_SHARE = 0.48
+KAGOME_SHARE = 0.48
 #: Ribbons of a mesh of quads are about so wide, as a share of the sides of its faces.
 WIDTH_SHARE = 0.38
 #: Widths of ribbons that are comfortable to weave, millimetres: the coarsest and the finest mesh.
@@ -174,7 +174,7 @@ def _meshes(asked: Settings, mesh: PolyMesh, count: int) -> Iterator[Settings]:
     # Where ribbons run straight over triangles, fewer of these make them as wide as on quads; else
     # there are as many crossings: a triangle has one and a half, a quad two.
     straight = asked.weave.course != "projection"
-    share = _KAGOME_SHARE if straight else 4 / 3
+    share = KAGOME_SHARE if straight else 4 / 3
     if straight and asked.ribbons.width is None:
         asked = asked.but(width=KAGOME_WIDTH)
     triangles = dict.fromkeys(two_digits(max(FEWEST, share * number)) for number in quads)
