@@ -19,7 +19,8 @@ import paper_theory
 from PIL import Image
 
 from fabweave.core.messages import agree
-from fabweave.job.ask import complete_settings, load_asked
+from fabweave.job.ask import complete_settings
+from fabweave.job.stations import Stations
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
@@ -85,9 +86,7 @@ def woven(
             **options,
         )
     )
-    found = weave_mesh(
-        load_asked(settings, given_mesh=given), settings.weave, settings.search, supplies
-    )
+    found = weave_mesh(Stations(settings, given).loaded, settings.weave, settings.search, supplies)
     if vote:
         threads = found.weave.threads
         conditions = twill_conditions(found.halfedges, threads)

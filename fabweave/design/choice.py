@@ -103,6 +103,7 @@ def choose_mesh(
     CannotMakeError
         If it cannot be built as asked; the message tells what was tried instead, and can be built.
     """
+    search.share(job)
     if not is_free(job.asked):
         return _as_asked(job, search, most_planned, advise=advise)
     unfit = _unfit(job)

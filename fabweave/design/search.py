@@ -5,13 +5,16 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from fabweave.core.arrays import Progress, no_progress
+from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.design.tried import Tried, try_design
 from fabweave.design.variety import is_free, name_of
 from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
-from fabweave.job.stations import Stations
+from fabweave.job.stations import Stations, given_by
+from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.settings import MeshSettings
 from fabweave.options.settings import Settings
 from fabweave.options.table import option_of_field
 
@@ -80,6 +83,7 @@ class Search:
         self.progress, self.executors, self.looks = progress, executors, looks
         self.told, self.better, self._partly = told, better, partly
         self._known: dict[str, Tried] = {}
+        self._given: dict[MeshSettings, GivenMesh | None] = {}
         self._best = UNBUILT
         #: Whether Ctrl-C ended it.
         self.stopped = False
@@ -99,7 +103,9 @@ class Search:
         """Return the model as it is loaded, before anything is done to it, at its size."""
         self.progress("mesh", 0, 1)
         plain = self.asked.but(remesh=None, refine=None, fair=0, pattern="plain")
-        return Stations(plain, self.given).loaded
+        job = Stations(plain, self.given)
+        given_mesh = self._given_mesh(plain)
+        return (job if given_mesh is None else job.know(given_mesh=given_mesh)).loaded
 
     def run(self, rounds: Iterable[Sequence[Settings]]) -> None:
         """Try round after round, each chosen when the one before is done."""
@@ -120,7 +126,10 @@ class Search:
             with self.executors() as executor:
                 while left:
                     now = self._one_of_each_mesh(left, found)
-                    tasks = [(one, name, self.given, mesh) for name, (one, mesh) in now.items()]
+                    tasks = [
+                        (one, name, self.given, mesh, self._given_mesh(one))
+                        for name, (one, mesh) in now.items()
+                    ]
                     for _, tried in finished(executor, trying, tasks):
                         found[tried.name] = tried
                         del left[tried.name]
@@ -142,6 +151,20 @@ class Search:
         if (away := rank(tried, self.wishes)) < self._best:
             self._best = away
             self.better(f"best so far: {tried.brief}")
+
+    def share(self, job: Stations) -> None:
+        """Take the mesh that a job is given, so that it is read once for all."""
+        self._given.setdefault(given_by(job.asked), job.given_mesh)
+
+    def _given_mesh(self, design: Settings) -> GivenMesh | None:
+        """Return the mesh that a design is given, read once for all; None if it is refused."""
+        key = given_by(design)
+        if key not in self._given:
+            try:
+                self._given[key] = Stations(design, self.given).given_mesh
+            except FabweaveError:
+                self._given[key] = None
+        return self._given[key]
 
     def _one_of_each_mesh(
         self, left: dict[str, Settings], found: dict[str, Tried]

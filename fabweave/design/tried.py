@@ -13,6 +13,7 @@ from fabweave.estimate.texts import hours_text
 from fabweave.form.settle import STANDS
 from fabweave.job.figures import Figures, figures_of, words
 from fabweave.job.stations import Stations
+from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -144,6 +145,7 @@ def try_design(
     name: str,
     given: PolyMesh | None = None,
     remeshed: Remeshed | None = None,
+    given_mesh: GivenMesh | None = None,
     *,
     looks: bool = False,
     opens: bool = False,
@@ -163,6 +165,8 @@ def try_design(
         A mesh from memory, in place of the file that the settings name.
     remeshed : Remeshed, optional
         What the model is remeshed to, if that is known.
+    given_mesh : GivenMesh, optional
+        The model at its size, if that is known.
     looks : bool
         Whether its picture is wanted.
     opens : bool
@@ -174,7 +178,7 @@ def try_design(
     Tried
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
-    found = _try_once(design, name, given, remeshed, looks=looks)
+    found = _try_once(design, name, given, remeshed, given_mesh, looks=looks)
     for _ in range(_OPENINGS if opens else 0):
         tried = found.tried
         loaded, left = tried.loaded, parse_leave_out(tried.design.mesh.leave_out)
@@ -186,7 +190,7 @@ def try_design(
         if len(gone) > max(_FEW_FACES * len(whole), _LEAST_OPENING):
             break
         opened = design.but(leave_out=",".join(map(str, gone)))
-        further = _try_once(opened, name, given, loaded.remeshed, looks=looks)
+        further = _try_once(opened, name, given, loaded.remeshed, given_mesh, looks=looks)
         if further.tried.loaded is None or further.bodies > found.bodies:
             # It cannot be opened there, or a limb would fall off.
             break
@@ -207,11 +211,14 @@ def _try_once(
     name: str,
     given: PolyMesh | None,
     remeshed: Remeshed | None,
+    given_mesh: GivenMesh | None,
     *,
     looks: bool,
 ) -> _Once:
     """Try a design as it is."""
     job = Stations(design.but(effort="quick"), given, depth=Depth.NEAR, remeshed=remeshed)
+    if given_mesh is not None:
+        job.know(given_mesh=given_mesh)
     loaded, far, figures, picture = None, None, None, None
     try:
         loaded, woven = job.loaded, job.ribbons

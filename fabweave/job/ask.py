@@ -5,8 +5,8 @@ from pathlib import Path
 
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.mesh.fair.energy import Wish
+from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.load import LoadedMesh, load_mesh
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.settings import Settings
 from fabweave.piece.brief import Brief, make_brief
@@ -112,16 +112,16 @@ def brief_of(settings: Settings, supplies: Supplies) -> Brief:
 
 def load_asked(
     settings: Settings,
+    given: GivenMesh,
     progress: Progress = no_progress,
-    given_mesh: PolyMesh | None = None,
     remeshed: Remeshed | None = None,
 ) -> LoadedMesh:
     """Load the mesh of a job, see :func:`fabweave.mesh.load.load_mesh`."""
     limits = [ribbon_limits(material) for material in supplies_of(settings).materials]
     return load_mesh(
         settings.mesh,
+        given,
         progress,
-        given_mesh,
         remeshed,
         course=settings.weave.course,
         triaxial=settings.weave.triaxial,

@@ -18,9 +18,11 @@ from fabweave.form.hold import Foretold, foretell, form_hold
 from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
 from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
+from fabweave.mesh.given import GivenMesh, give_mesh
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
+from fabweave.mesh.settings import MeshSettings
 from fabweave.nest.layout import Layout
 from fabweave.options.settings import Settings, settings_from_options, settings_table
 from fabweave.piece.brief import Brief
@@ -50,6 +52,17 @@ _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
 
+#: What is asked of the mesh that is woven, not of the one that is given.
+_MADE: dict[str, Any] = {
+    "remesh": None, "refine": None, "symmetrise": False, "fair": None, "leave_out": None,
+    "rim": "none",
+}  # fmt: skip
+
+
+def given_by(settings: Settings) -> MeshSettings:
+    """Return what the mesh that is given depends on: the rest is as it is by default."""
+    return replace(settings.mesh, **_MADE)
+
 
 def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
     """Return what stations depend on beside what those before them do, and which these are."""
@@ -59,6 +72,7 @@ def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
     # A mesh is faired for what its ribbons are cut from.
     faired_for = material if mesh.faired else None
     return [
+        ((given_by(settings),), ("given_mesh",)),
         ((mesh, weave.course, weave.triaxial, seed, faired_for), ("loaded",)),
         (
             (weave, ends_at_rims(settings), search if weave.pattern == "twill" else None),
@@ -151,9 +165,14 @@ class Stations:
         return complete_settings(self.asked)
 
     @cached_property
+    def given_mesh(self) -> GivenMesh:
+        """The mesh that is given, at its size."""
+        return give_mesh(self.asked.mesh, self.progress, self.given)
+
+    @cached_property
     def loaded(self) -> LoadedMesh:
         """The mesh."""
-        return load_asked(self.completed[0], self.progress, self.given, self._remeshed)
+        return load_asked(self.completed[0], self.given_mesh, self.progress, self._remeshed)
 
     @cached_property
     def weave(self) -> WovenMesh:

@@ -1,27 +1,21 @@
-"""Bring the mesh of a job to the loom: read or build it, check, remesh, refine, fair, size it."""
+"""Make the mesh that is woven of the one that is given: remesh, refine, fair, open it."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, Progress, frozen, frozen_value, no_progress
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
 from fabweave.core.finding import Note
-from fabweave.core.messages import agree
-from fabweave.mesh.bodies import has_bodies, with_bodies
-from fabweave.mesh.check import faces_text, mesh_counts, mesh_notes
-from fabweave.mesh.clean import Cleaned, clean_mesh
+from fabweave.mesh.check import faces_text, mesh_counts
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.fair.fairing import STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
+from fabweave.mesh.given import GivenMesh, Taken, require_few
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
-from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh
-from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
-from fabweave.mesh.prepare import inward_faces, prepare_mesh
+from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.coarse import remesh_coarse
 from fabweave.mesh.remesh.fit import model_of
 from fabweave.mesh.remesh.grid import remesh_grid
@@ -30,49 +24,12 @@ from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
 from fabweave.mesh.remesh.skeleton_quads import remesh_tubes
 from fabweave.mesh.remesh.triangles import remesh_triangles
-from fabweave.mesh.seen import Seen, fill_cracks, seen_of
+from fabweave.mesh.seen import Seen
 from fabweave.mesh.settings import MeshSettings
-from fabweave.mesh.shapes.catalogue import is_shape, object_title, parse_shape
+from fabweave.mesh.shapes.catalogue import object_title
 from fabweave.mesh.subdivide import format_refinements, mid_edge, parse_refinements, refine_mesh
 from fabweave.mesh.symmetrise import symmetrise
-from fabweave.mesh.upright import guess_up, largest_dimension, resize_mesh, turn_of, turn_upright
-from fabweave.mesh.walls import outer_walls
-
-#: Sizes beyond these are slips of a unit, and arithmetic gets coarse there.
-_LEAST_MM, _MOST_MM = 0.01, 1e6
-
-
-#: Faces with more corners are slips of an export; looking for intersections takes the square of it.
-_MOST_CORNERS = 2000
-#: Larger meshes would fill the memory of a workstation, and nobody weaves so much by hand.
-MOST_EDGES = 2_000_000
-
-
-@frozen_value
-class Taken:
-    """What of a mesh is woven where that is not all of it: the outer side of walls, cracks closed.
-
-    Parameters
-    ----------
-    scale : float
-        What brings the mesh as it was given to the size of the object.
-    wall_mm : float or None
-        How thick the wall is whose outer side was taken.
-    cut : int
-        Along how many rims faces were cut.
-    added : int
-        How many triangles close cracks.
-    """
-
-    scale: float
-    wall_mm: float | None
-    cut: int
-    added: int
-
-    def record(self) -> dict[str, float | int]:
-        """Return it for job.toml."""
-        wall = {} if self.wall_mm is None else {"wall_mm": round(self.wall_mm, 3)}
-        return {"scale": self.scale, **wall, "cut": self.cut, "added": self.added}
+from fabweave.mesh.upright import resize_mesh
 
 
 @frozen_value
@@ -158,17 +115,10 @@ class LoadedMesh:
         return tuple(one for one in self.openings if self.ringed and one.diameter_mm is not None)
 
 
-#: What may help against a mesh that cannot be woven.
-_WRAPS = (
-    "\nWhat may help: --bodies wrap, which lays one closed surface around whatever the mesh "
-    "encloses, with --remesh quads:N"
-)
-
-
 def load_mesh(
     settings: MeshSettings,
+    given: GivenMesh,
     progress: Progress = no_progress,
-    given_mesh: PolyMesh | None = None,
     remeshed: Remeshed | None = None,
     *,
     course: str = "auto",
@@ -176,19 +126,17 @@ def load_mesh(
     seed: int = 0,
     wish: Wish | None = None,
 ) -> LoadedMesh:
-    """Read or build the mesh of a job, and do to it what the settings ask for.
+    """Make the mesh of a job of the one that is given, as the settings ask for it.
 
-    A mesh is first cleaned, rid of debris if asked, turned upright, checked, oriented, and brought
-    to size; then remeshed, refined, faired, made symmetric, and brought to size again
-    where that changed it; at last opened, and subdivided for triaxial twill.
+    It is remeshed, refined, faired, made symmetric, and brought to size again where that changed
+    it; at last opened, and subdivided for triaxial twill.
 
     Parameters
     ----------
     settings : MeshSettings
+    given : GivenMesh
+        By the same settings.
     progress : callable
-    given_mesh : PolyMesh, optional
-        A mesh from memory. It is taken as one read from the file that the settings name would be,
-        from a format that states no unit.
     remeshed : Remeshed, optional
         What the mesh was remeshed to before, with the same settings that matter for it.
     course : str
@@ -207,184 +155,45 @@ def load_mesh(
     CannotMakeError
         If it cannot be remeshed or refined as asked.
     """
-    progress("mesh", 0, 1)
-    file = _given(settings, given_mesh)
-    mesh, unit_mm = file.mesh, file.unit_mm or 1.0
-    built_in = given_mesh is None and is_shape(settings.source)
-    _require_small_faces(mesh)
-    if not settings.remeshed:
-        _require_few(mesh.n_corners // 2)
-    cleaned = Cleaned(mesh, np.zeros(3), ())
-    if not built_in:
-        cleaned = clean_mesh(mesh, settings.weld, settings.size_mm, unit_mm)
-    mesh, kept, left_out = with_bodies(cleaned.mesh, settings.bodies)
-    up, said = _upward(mesh, settings, file, in_memory=given_mesh is not None)
-    mesh = turn_upright(mesh, up)
-    try:
-        inward = inward_faces(mesh) if has_bodies(mesh) else np.zeros(mesh.n_faces, dtype=bool)
-        mesh, report, repairs = prepare_mesh(mesh)
-    except InputError as error:
-        # The numbers in the message are those of the mesh after what was done to it.
-        done = "".join(f"\n(before that check: {note})" for note in (*cleaned.notes, *kept))
-        helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
-        raise InputError(f"{error}{done}{helps}") from None
-    whole, added, wall, cut, mended = mesh, 0, None, 0, list[Note]()
-    if not built_in:
-        mesh, added, mended = fill_cracks(mesh)
-        mesh, wall, cut, left = _walled(mesh, inward, settings.walls)
-        mended += left
-    partly = mesh is not whole
-    if partly:
-        mesh, report, _ = prepare_mesh(mesh)
-    clashes = self_intersections(mesh)
-    if settings.size_mm is None:
-        mesh, factor = resize_mesh(mesh, scale=unit_mm)
-    else:
-        mesh, factor = resize_mesh(mesh, size_mm=settings.size_mm)
-    seen = None if built_in else seen_of(report, None if wall is None else wall * factor)
-    notes = [
-        *Note.each("file", file.notes),
-        *Note.each("up", said),
-        *Note.each("repaired", (*cleaned.notes, *kept, *repairs)),
-        *mended,
-        *([] if seen is None else seen.notes),
-        *mesh_notes(report, clashes),
-    ]
-    _require_size(largest_dimension(mesh))
-    basis = "the file states " + (f"its unit ({file.unit})" if file.unit else "no unit")
-    if built_in:
-        basis = "built-in shapes are in millimetres"
-    how = f"is scaled by {factor:.6g}" if factor != 1.0 else "keeps its lengths, as millimetres"
-    worn = (
-        resize_mesh(turn_upright(cleaned.mesh, up), scale=factor)[0]
-        if settings.bodies == "wrap"
-        else None
-    )
+    notes = list(given.notes)
     mesh, remeshed, like, loss, turn_deg = _changed(
-        mesh, settings, notes, progress, remeshed, worn, course=course, seed=seed, wish=wish
+        given, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
     halfedges = build_halfedges(mesh)
-    _require_few(halfedges.n_edges)
+    require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
-    size = f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {basis}, and the mesh {how}"
+    size = f"size: {x:.1f} × {y:.1f} × {z:.1f} mm; {given.size_note}"
     notes.append(Note("size", size, detail=True))
     return LoadedMesh(
         mesh=mesh,
         halfedges=halfedges,
-        up=up if file.up is None else None,
-        upward=up,
+        up=given.up,
+        upward=given.upward,
         title=object_title(settings.source, settings.title),
         notes=tuple(notes),
         n_old_vertices=n_old_vertices,
-        clashes=len(clashes),
-        left_out=left_out,
+        clashes=given.clashes,
+        left_out=given.left_out,
         likeness=like,
         loss=loss,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
-        origin_mm=None if built_in else factor * (turn_of(up) @ cleaned.origin),
+        origin_mm=given.origin_mm,
         remeshed=remeshed,
-        seen=seen,
-        taken=Taken(factor, seen.wall_mm, cut, added) if partly and seen is not None else None,
+        seen=given.seen,
+        taken=given.taken,
         ringed=settings.rim != "none",
         turn_deg=turn_deg,
     )
 
 
-def _walled(
-    mesh: PolyMesh, inward: BoolArray, wanted: str
-) -> tuple[PolyMesh, float | None, int, list[Note]]:
-    """Return what is seen of a mesh from outside, as ``--walls`` says it.
-
-    Beside it, the thickness of its wall, along how many rims faces were cut, and notes.
-    """
-    if wanted == "both":
-        return mesh, None, 0, []
-    # Cracks were closed with faces at the end.
-    looked = np.concatenate([inward, np.zeros(mesh.n_faces - len(inward), dtype=bool)])
-    walled = outer_walls(mesh, looked, insist=wanted == "outside")
-    if wanted == "outside" and walled.thickness is None and not walled.hidden:
-        raise CannotMakeError(
-            "--walls outside found no wall of two sides in the mesh; leave it out, or use a model "
-            "whose wall is thinner than a quarter of its size"
-        )
-    notes = []
-    if walled.hidden:
-        told = agree(walled.hidden, "{n} bod[y lies|ies lie] inside another, out of sight, and ")
-        told += agree(walled.hidden, "[was|were] left out; --walls both keeps [it|them]")
-        notes.append(Note("model", f"model: {told}"))
-    return walled.mesh, walled.thickness, walled.ragged, notes
-
-
-def _given(settings: MeshSettings, in_memory: PolyMesh | None) -> MeshFile:
-    """Return the mesh of a job as it was read, built or given."""
-    if in_memory is not None:
-        return MeshFile(in_memory, "")
-    if is_shape(settings.source):
-        return MeshFile(parse_shape(settings.source), "", "mm", up="z")
-    return read_mesh(settings.source)
-
-
-def _upward(
-    mesh: PolyMesh, settings: MeshSettings, file: MeshFile, *, in_memory: bool
-) -> tuple[str, list[str]]:
-    """Return what of a mesh points up, and what a person should know about it."""
-    stated = file.up
-    if in_memory or (stated is not None and settings.up is not None):
-        return settings.up or "z", []
-    if stated is not None:
-        kind = file.format.upper()
-        turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
-        return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
-    guess = guess_up(mesh)
-    up, reason = guess or ("z", "")
-    # The settings of a job say what was guessed for it, and its notes are the same again.
-    if settings.up not in (None, up):
-        return settings.up, []
-    if guess is None:
-        return "z", ["z is taken to point up; if pictures show it lying, add --up y or --up x"]
-    other = "--up y or --up x turns it" if up == "z" else "--up z keeps the axes of the file"
-    return up, [f"up: {up}, guessed from its {reason}; {other}"]
-
-
-def _require_small_faces(mesh: PolyMesh) -> None:
-    """Raise InputError for faces with more corners than ribbons could have room at."""
-    large = np.flatnonzero(mesh.face_sizes > _MOST_CORNERS)
-    if len(large):
-        raise InputError(
-            agree(len(large), "{n} [face has|faces have]")
-            + f" more than {_MOST_CORNERS} corners (face {large[0]} has "
-            f"{mesh.face_sizes[large[0]]}), and a ribbon would cross each of their sides; divide "
-            "them into smaller faces in a modelling program"
-        )
-
-
-def _require_few(n_edges: int) -> None:
-    """Raise CannotMakeError for more edges than can be woven."""
-    if n_edges > MOST_EDGES:
-        raise CannotMakeError(
-            f"the mesh to be woven has {n_edges} edges, each a crossing, but at most {MOST_EDGES} "
-            "can be woven; use a coarser mesh or fewer steps of refinement"
-        )
-
-
-def _require_size(size_mm: float) -> None:
-    """Raise InputError for an object that nobody can mean."""
-    if not _LEAST_MM <= size_mm <= _MOST_MM:
-        raise InputError(
-            f"the mesh would be {size_mm:.3g} mm in size, but woven objects measure {_LEAST_MM:g} "
-            f"to {_MOST_MM:g} mm: set the size, such as --size 400mm"
-        )
-
-
 def _changed(
-    mesh: PolyMesh,
+    given: GivenMesh,
     settings: MeshSettings,
     notes: list[Note],
     progress: Progress,
     remeshed: Remeshed | None,
-    worn: PolyMesh | None,
     *,
     course: str,
     seed: int,
@@ -392,17 +201,17 @@ def _changed(
 ) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, float]:
     """Remesh, refine, fair and symmetrise as the settings ask, and note what was done.
 
-    What was wrapped (``worn``) is what a wrap adds to: where a mask became a bag, its back is far.
+    A wrap is measured against what was wrapped, too: where a mask became a bag, its back is far.
     """
     done = []
-    given, model, growth, turn_deg = mesh, None, 1.0, 0.0
+    mesh, model, growth, turn_deg = given.mesh, None, 1.0, 0.0
     wanted = parse_remesh(settings.remesh or NONE)
     if wanted.kind != NONE:
         if remeshed is None:
             remeshed = _remeshed(mesh, wanted, progress, seed=seed)
         notes += Note.each("remeshed", remeshed.notes)
         if remeshed.method != "unchanged":
-            model = given
+            model = given.mesh
             if remeshed.mesh.n_faces < mesh.n_faces:
                 became = f"{faces_text(mesh)} became {faces_text(remeshed.mesh)}"
                 told = f"the model's own {became} (--remesh {settings.remesh})"
@@ -417,7 +226,7 @@ def _changed(
     # What was made anew need not stay as it is.
     steps = settings.fair if settings.fair is not None else STEPS if model is not None else 0
     if steps:
-        near = model_of(given, mesh.n_vertices)
+        near = model_of(given.mesh, mesh.n_vertices)
         faired = fair_mesh(mesh, near, steps, wish=wish, course=course, progress=progress)
         mesh, turn_deg = faired.mesh, faired.after.turn_deg
         notes.append(faired.note)
@@ -435,8 +244,8 @@ def _changed(
         # Where it is, not where it went when it was brought to size again.
         there = mesh.with_vertices(mesh.vertices / growth)
         like, loss = likeness(model, there), loss_map(model, there)
-        if worn is not None:
-            off = likeness(worn, there)
+        if given.worn is not None:
+            off = likeness(given.worn, there)
             like = replace(
                 like, out_mean_mm=off.out_mean_mm, out_rms_mm=off.out_rms_mm,
                 out_greatest_mm=off.out_greatest_mm,

@@ -71,7 +71,7 @@ def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
 def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
     """Return the mesh of some stations, which may be one of those that were loaded last."""
     meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
-    key = repr(views(stations.asked)[0])
+    key = repr(views(stations.asked)[:2])
     found = meshes[key] = meshes.get(key) or stations.loaded
     while len(meshes) > _KEPT_MESHES:
         del meshes[next(iter(meshes))]

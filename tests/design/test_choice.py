@@ -17,7 +17,6 @@ from fabweave.design.search import Search
 from fabweave.design.tried import try_design
 from fabweave.design.variety import is_free
 from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
-from fabweave.job.ask import load_asked
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
@@ -121,7 +120,7 @@ def test_a_mesh_is_free_where_nothing_counts_its_faces(options, free):
 
 def test_good_grades_come_first_and_limbs_and_evenings_count():
     ball = parse_shape("shape:sphere?n=8")
-    loaded = load_asked(Settings.of("shape:sphere?n=8"))
+    loaded = Stations(Settings.of("shape:sphere?n=8")).loaded
 
     def graded(grade, away=0.001, **figures):
         """A mesh that is so far from its model everywhere, as a share of its size."""
@@ -173,7 +172,7 @@ def standing_in(tries, loaded, verdicts=()):
 
 @pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "all"), (None, "all")])
 def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch, move, bodies):
-    ball = load_asked(fine).mesh
+    ball = Stations(fine).loaded.mesh
     if move is not None:
         beside = ball.with_vertices(ball.vertices + np.array([70.0 * move, 0.0, 0.0]))
         ball = PolyMesh(
@@ -182,7 +181,7 @@ def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch
             np.concatenate([ball.indices, ball.n_vertices + ball.indices]),
         )
     tries = []
-    loaded = load_asked(fine, given_mesh=ball)
+    loaded = Stations(fine, ball).loaded
     monkeypatch.setattr(search, "try_design", standing_in(tries, loaded))
     found = Search(fine)
     found.run(mesh_rounds(found, loaded))
@@ -192,11 +191,11 @@ def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch
 
 def test_what_is_open_is_never_wrapped(fine, monkeypatch):
     """A bowl that runs through itself stays a bowl, though none of its meshes can be made."""
-    bowl = load_asked(fine).mesh
+    bowl = Stations(fine).loaded.mesh
     low = bowl.vertices[bowl.indices.reshape(-1, 3)].max(axis=1)[:, 2] < 15.0
-    loaded = load_asked(
-        fine, given_mesh=PolyMesh.from_faces(bowl.vertices, bowl.indices.reshape(-1, 3)[low])
-    )
+    loaded = Stations(
+        fine, PolyMesh.from_faces(bowl.vertices, bowl.indices.reshape(-1, 3)[low])
+    ).loaded
     tries = []
     monkeypatch.setattr(search, "try_design", standing_in(tries, None, [BAD] * 20))
     found = Search(fine)
@@ -211,11 +210,11 @@ def test_a_mesh_that_is_good_is_kept_and_else_competes(fine, monkeypatch, grade,
 
     def trying(design, name, *_, **__):
         tries.append(design)
-        return replace(outcome(name, design=design, grade=grade), loaded=load_asked(fine))
+        return replace(outcome(name, design=design, grade=grade), loaded=Stations(fine).loaded)
 
     monkeypatch.setattr(search, "try_design", trying)
     found = Search(fine)
-    found.run(mesh_rounds(found, load_asked(fine), own=True))
+    found.run(mesh_rounds(found, Stations(fine).loaded, own=True))
     assert tries[0] == fine
     assert (len(tries) == 1) is kept
     assert all(one.mesh.remesh for one in tries[1:])
@@ -253,7 +252,7 @@ def test_a_mesh_is_opened_where_a_few_places_stop_it(pinched, opened):
         corners = points[quads[face]]
         points[quads[face]] = corners.mean(axis=0) + 0.05 * (corners - corners.mean(axis=0))
     asked = Settings.of("ball.obj", size_mm=200.0, remesh="quads:216")
-    remeshed = replace(load_asked(asked, given_mesh=ball).remeshed, mesh=ball.with_vertices(points))
+    remeshed = replace(Stations(asked, ball).loaded.remeshed, mesh=ball.with_vertices(points))
     attempt = try_design(asked, "ball", ball.with_vertices(points), remeshed, opens=True)
     gone = parse_leave_out(attempt.design.mesh.leave_out).faces
     assert attempt.makeable == opened
@@ -279,7 +278,7 @@ def test_only_what_is_better_than_all_before_it_is_told(monkeypatch):
 
 @pytest.mark.parametrize(("built", "most"), [(False, 0), (True, 1), (True, 3)])
 def test_ctrl_c_keeps_what_can_be_built(fine, monkeypatch, built, most):
-    loaded, tries = load_asked(fine), []
+    loaded, tries = Stations(fine).loaded, []
     makes = standing_in(tries, loaded, [] if built else [BAD] * 9)
 
     def trying(*task, **options):
@@ -299,7 +298,7 @@ def test_ctrl_c_keeps_what_can_be_built(fine, monkeypatch, built, most):
 
 
 def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
-    loaded, tries = load_asked(fine), []
+    loaded, tries = Stations(fine).loaded, []
 
     def made(design):
         return None if design.mesh.remesh.startswith("quads") else loaded
@@ -313,7 +312,7 @@ def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
 
 @pytest.mark.parametrize(("bodies", "opened"), [(1, True), (2, False)])
 def test_no_limb_is_cut_off_by_an_opening(fine, monkeypatch, bodies, opened):
-    loaded, design = load_asked(fine), fine.but(remesh="quads:90")
+    loaded, design = Stations(fine).loaded, fine.but(remesh="quads:90")
 
     def once(design, *_, **__):
         if design.mesh.leave_out is None:

@@ -12,7 +12,7 @@ import pytest
 from spoilt_input import Kinds, try_one
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.options.settings import Settings, settings_from_job, settings_from_options
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -84,7 +84,7 @@ def test_a_face_of_very_many_corners_is_refused(tmp_path):
     (tmp_path / "cone.obj").write_text("\n".join(rows))
     settings = settings_from_options(str(tmp_path / "cone.obj"), size=300)
     with pytest.raises(InputError, match=r"1 face has more than 2000 corners \(face 0 has 50000\)"):
-        load_asked(settings)
+        _ = Stations(settings).loaded
 
 
 def test_a_drawing_that_is_cut_off_is_not_taken_for_a_smaller_one(kinds, tmp_path, capfd):

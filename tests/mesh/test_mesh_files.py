@@ -20,7 +20,7 @@ from mesh_writers import (
 from strategies import any_meshes
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh import weld
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh, write_mesh
@@ -369,7 +369,7 @@ def test_gltf_has_y_up_unless_said_otherwise(extension, up, tall, tmp_path):
         else json.dumps(gltf_in_one_file(box)).encode()
     )
     assert read_mesh(path).up == "y"
-    loaded = load_asked(Settings.of(str(path), up=up, size_mm=70.0))
+    loaded = Stations(Settings.of(str(path), up=up, size_mm=70.0)).loaded
     size = np.ptp(loaded.mesh.vertices, axis=0)
     # With x up, y becomes x.
     assert size[tall] == pytest.approx(70.0)
@@ -387,6 +387,6 @@ def test_our_own_models_are_read_as_they_were_written(tmp_path):
         assert run("model", *torus, *extra, "-o", tmp_path / "own.glb") == 0
         found = read_mesh(tmp_path / "own.glb")
         assert found.up == "z"
-        loaded = load_asked(Settings.of(str(tmp_path / "own.glb")))
+        loaded = Stations(Settings.of(str(tmp_path / "own.glb"))).loaded
         assert np.argmin(np.ptp(loaded.mesh.vertices, axis=0)) == 2  # it lies flat, as the torus
         assert not any("points up" in note for note in loaded.notes)

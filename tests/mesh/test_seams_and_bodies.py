@@ -7,7 +7,7 @@ from meshes_shared import shared_mesh
 from strategies import merged
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh.bodies import KeptBodies, keep_bodies, parse_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import read_mesh
@@ -102,9 +102,10 @@ def test_other_numbers_of_bodies_are_refused(text) -> None:
 def test_files_are_welded_by_themselves_or_as_asked(extension, written, tmp_path) -> None:
     path = tmp_path / f"ring.{extension}"
     path.write_bytes(written(split_all(grids.torus(8, 6, 3.0, 1.0))))
-    loaded = load_asked(Settings.of(str(path), size_mm=100.0))
+    loaded = Stations(Settings.of(str(path), size_mm=100.0)).loaded
     assert loaded.halfedges.n_edges == 2 * 48
     assert any("144 vertices were at the same place" in note for note in loaded.notes)
     assert (
-        load_asked(Settings.of(str(path), size_mm=100.0, weld="none")).halfedges.n_edges == 4 * 48
+        Stations(Settings.of(str(path), size_mm=100.0, weld="none")).loaded.halfedges.n_edges
+        == 4 * 48
     )

@@ -6,7 +6,7 @@ import trimesh
 from strategies import merged, volume
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh.bodies import join_bodies
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.io.files import write_mesh
@@ -58,8 +58,8 @@ def test_a_joined_model_is_loaded_as_one_body(tmp_path):
     path = tmp_path / "two.obj"
     one = box([0, 0, 0], [2, 2, 2])
     write_mesh(path, merged(one, one.with_vertices(one.vertices + 1.0)))
-    loaded = load_asked(Settings.of(str(path), size_mm=300.0, bodies="join"))
+    loaded = Stations(Settings.of(str(path), size_mm=300.0, bodies="join")).loaded
     assert check_mesh(loaded.mesh).n_components == 1
     assert np.ptp(loaded.mesh.vertices, axis=0) == pytest.approx([300.0] * 3)
     assert loaded.left_out == 0.0
-    assert load_asked(Settings.of(str(path), size_mm=300.0, bodies="largest")).left_out == 0.5
+    assert Stations(Settings.of(str(path), size_mm=300.0, bodies="largest")).loaded.left_out == 0.5

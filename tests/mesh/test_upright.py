@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
@@ -100,13 +100,13 @@ def test_a_guess_is_used_and_said_and_kept(tmp_path):
     bowl = parse_shape("shape:hemisphere")
     write_mesh(tmp_path / "bowl.obj", lying(bowl))
     settings = Settings.of(str(tmp_path / "bowl.obj"))
-    loaded = load_asked(settings)
+    loaded = Stations(settings).loaded
     assert loaded.up == "y"
     assert any(note.startswith("up: y, guessed from its base") for note in loaded.notes)
     assert np.allclose(np.ptp(loaded.mesh.vertices, axis=0), np.ptp(bowl.vertices, axis=0))
-    kept = load_asked(Settings.of(settings.mesh.source, up="z"))
+    kept = Stations(Settings.of(settings.mesh.source, up="z")).loaded
     assert kept.up == "z"
     assert np.allclose(turn_upright(kept.mesh, "y").vertices, loaded.mesh.vertices)
     # A mesh from memory, and a shape of ours, stand as they are.
-    assert load_asked(settings, given_mesh=lying(bowl)).up == "z"
-    assert load_asked(Settings.of("shape:hemisphere")).up is None
+    assert Stations(settings, lying(bowl)).loaded.up == "z"
+    assert Stations(Settings.of("shape:hemisphere")).loaded.up is None

@@ -8,7 +8,7 @@ from walled_meshes import opened_box, revolved
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.load import load_mesh
+from fabweave.mesh.given import give_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.rim_cut import boundary_walks, part_along_rim
@@ -103,7 +103,7 @@ def test_what_is_no_wall_stays(shape):
      "tri/polyhedraexplorer_genus49.stl", "open/hypar.obj"],
 )  # fmt: skip
 def test_animals_and_frames_stay(name):
-    mesh = load_mesh(Settings.of(str(shared_mesh(name)), walls="both").mesh).mesh
+    mesh = give_mesh(Settings.of(str(shared_mesh(name)), walls="both").mesh).mesh
     assert find_wall(mesh) is None
 
 
@@ -155,7 +155,7 @@ def test_cracks_are_closed_and_rims_are_not():
 def test_the_option_says_which_sides_are_woven():
     whole = revolved(sides(2.0)[1])
     load = {
-        walls: load_mesh(Settings.of("vase.obj", walls=walls, size_mm=400.0).mesh, given_mesh=whole)
+        walls: give_mesh(Settings.of("vase.obj", walls=walls, size_mm=400.0).mesh, in_memory=whole)
         for walls in ("auto", "both", "outside")
     }
     assert load["both"].mesh.n_faces == whole.n_faces
@@ -164,4 +164,4 @@ def test_the_option_says_which_sides_are_woven():
     assert load["auto"].seen.kind == "disc"
     assert np.ptp(load["auto"].mesh.vertices, axis=0).max() == pytest.approx(400.0)
     with pytest.raises(CannotMakeError, match="no wall"):
-        load_mesh(Settings.of("x.obj", walls="outside").mesh, given_mesh=parse_shape("shape:cube"))
+        give_mesh(Settings.of("x.obj", walls="outside").mesh, in_memory=parse_shape("shape:cube"))

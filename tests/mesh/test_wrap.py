@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import merged, volume, with_flips
 
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh import bodies
 from fabweave.mesh.bodies import bodies_of, wrap_bodies
 from fabweave.mesh.check import check_mesh
@@ -174,7 +174,7 @@ def test_a_bag_around_a_bowl_is_as_far_from_it_as_its_lid():
     ball = parse_shape("shape:sphere?n=12&radius=100")
     bowl = keep_faces(ball, ball.vertices[ball.indices.reshape(-1, 4)].mean(axis=1)[:, 2] < 0.0)
     asked = Settings.of("bowl.obj", bodies="wrap", remesh="quads:150", walls="both")
-    bag = load_asked(asked, given_mesh=bowl)
+    bag = Stations(asked, bowl).loaded
     # The lid is a third of the bag, and its points are a third of the radius from the bowl.
     assert bag.likeness.out_mean_mm > 0.05 * bag.likeness.size_mm
     assert bag.likeness.in_mean_mm < 0.02 * bag.likeness.size_mm

@@ -14,7 +14,7 @@ from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
-from fabweave.job.ask import load_asked
+from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import write_mesh
 from fabweave.options.settings import job_toml, settings_from_options
 from fabweave.verify.check.source import check_source
@@ -154,7 +154,7 @@ def test_another_size_is_found(finished, tmp_path):
 def checked(folder, **options):
     """Bring a mesh to the loom, and return what is said of it against its own settings."""
     settings = settings_from_options(options.pop("mesh"), **options)
-    loaded = load_asked(settings)
+    loaded = Stations(settings).loaded
     write_mesh(folder / "woven_mesh.obj", loaded.mesh)
     used = settings.but(up=settings.mesh.up or loaded.up)
     (folder / "job.toml").write_text(job_toml(used, {}))
