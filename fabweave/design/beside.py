@@ -303,7 +303,12 @@ _NARROW = {"width", "clearance", "layers"}
 
 
 def near_rounds(
-    search: Search, planned: Sequence[Settings], most: int, *, first: int | None = None
+    search: Search,
+    planned: Sequence[Settings],
+    most: int,
+    *,
+    first: int | None = None,
+    enough: float = math.inf,
 ) -> Iterator[list[Settings]]:
     """Yield designs to try, and others beside them, round after round.
 
@@ -318,6 +323,8 @@ def near_rounds(
         How many designs to try in all.
     first : int, optional
         How many of the planned designs to try before others may be chosen; all if not given.
+    enough : float
+        Once so many can be built, nothing more is tried.
     """
     wishes, more = search.wishes, list(planned[:first])
     designs: list[Settings] = []
@@ -326,7 +333,10 @@ def near_rounds(
         designs += more
         tried, room = search.tried, most - len(designs)
         more = [one for one in planned if one not in designs][:room]
-        if wishes or sum(one.makeable for one in apart(tried)) < ENOUGH:
+        built = sum(one.makeable for one in apart(tried))
+        if built >= enough:
+            break
+        if wishes or built < ENOUGH:
             near = beside(search.asked, tried, wishes)
             at_a_time = min(_AT_A_TIME, room) if wishes else math.ceil(room / 2)
             # Where a wish is met as well as may be, nothing more is tried.

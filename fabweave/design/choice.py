@@ -135,6 +135,7 @@ def _as_asked(
         # Where other meshes were tried, the nearest of them is tried larger, thinner and softer.
         ways = ""
         if advise:
+            search.better(f"as asked it cannot be built: {error.reason}; looking for what can")
             ways = f"{why_few(search)}\n" if search.tried else what_can_be_built(search)
         if isinstance(error, NotMakeableError):
             raise NotMakeableError(error.verdict, ways) from None
@@ -234,8 +235,11 @@ def mesh_rounds(
     yield [*(mesh(kind, number) for number in numbers), *(mesh(way, coarser) for way in others)]
     if _is_good(search, _GOOD):
         return
+    # Limbs and horns are lost where strips are as wide as they are.
+    finest = float(np.sqrt(finer * min(slender, _MOST)))
     yield [
         *(mesh(way, between) for way in able if way != kind),
+        *(mesh(way, number) for way in able if way == "quads" for number in (finer, finest)),
         mesh("triangles", first),
         mesh("triangles", coarser),
         mesh(kind, coarser / _COARSER),
@@ -288,7 +292,9 @@ def beside_it(search: Search, chosen: Tried) -> tuple[str, ...]:
     return tuple(f"  {name}: {brief}" for name, brief in lines.items())
 
 
-def shelf(search: Search, count: int, *, first: int | None = None) -> Search:
+def shelf(
+    search: Search, count: int, *, first: int | None = None, enough: float = np.inf
+) -> Search:
     """Try designs of a model from coarse to fine, and as many beside these where few can be built.
 
     What is stated of the mesh is left open; what was tried for the same question is among them.
@@ -300,6 +306,8 @@ def shelf(search: Search, count: int, *, first: int | None = None) -> Search:
         How many designs are planned.
     first : int, optional
         How many of these are tried before others may be chosen; all if not given.
+    enough : float
+        Once so many can be built, nothing more is tried.
     """
     asked = search.asked.but(layout=None, remesh=None, refine=None)
     if asked != search.asked:
@@ -308,7 +316,7 @@ def shelf(search: Search, count: int, *, first: int | None = None) -> Search:
             told=search.told, looks=search.looks,
         )  # fmt: skip
     planned = variety(asked, search.model().mesh, 3 * count)[:count]
-    search.run(near_rounds(search, planned, 2 * count, first=first))
+    search.run(near_rounds(search, planned, 2 * count, first=first, enough=enough))
     return search
 
 
@@ -318,7 +326,7 @@ def what_can_be_built(search: Search) -> str:
     Where none can be built, the nearest is tried larger, thinner and from card.
     """
     try:
-        other = shelf(search, 2 * _MESHES, first=_MESHES)
+        other = shelf(search, 2 * _MESHES, first=_MESHES, enough=_TOLD)
         why = why_few(other)
     except CannotMakeError:
         return ""
