@@ -55,6 +55,16 @@ def test_a_job_of_each_length_has_the_pieces_and_joints_that_were_foretold(name)
         assert made.split_plan.prefer is None
 
 
+@pytest.mark.parametrize("prefer", ["balanced", "work", "waste"])
+def test_in_a_hurry_the_same_length_is_taken(prefer) -> None:
+    woven, settings = ribbons_of("shape:hypar?m=7&n=6", size="400mm", prefer=prefer)
+    hurried, usual = (
+        plan_job(woven, settings.but(effort=effort)).split_plan for effort in ("quick", "normal")
+    )
+    assert hurried.chosen == usual.chosen
+    assert hurried.runs.thread.tolist() == usual.runs.thread.tolist()
+
+
 @pytest.fixture(scope="module")
 def torus():
     mesh, options = TORUS

@@ -116,11 +116,16 @@ class ChoiceRecord:
     cost: float
 
 
-def compared_threads(sites: Sites) -> IntArray:
-    """Return the threads that are cut for a comparison: all, but on very fine meshes every k-th."""
-    threads = np.flatnonzero(np.diff(sites.offsets))
+def compared_threads(sites: Sites) -> tuple[IntArray, float]:
+    """Return the threads that are cut for a comparison: all, but on very fine meshes every k-th.
+
+    The second is how many times their sites stand for all.
+    """
+    count = np.diff(sites.offsets)
+    threads = np.flatnonzero(count)
     stride = max(1, round(len(sites.position) / _MOST_SITES))
-    return np.asarray(threads[(len(threads) - 1) % stride // 2 :: stride])
+    some = np.asarray(threads[(len(threads) - 1) % stride // 2 :: stride])
+    return some, float(count.sum() / max(count[some].sum(), 1))
 
 
 def foretell(
@@ -131,6 +136,8 @@ def foretell(
     workshop: Workshop,
     bed: Bed,
     scale: float = 1.0,
+    *,
+    full: bool = False,
 ) -> Choice:
     """Return what some runs come to, as predicted before anything is nested.
 
@@ -147,6 +154,8 @@ def foretell(
         What pieces must fit on.
     scale : float
         How many times the threads that are cut stand for all.
+    full : bool
+        Whether sheets count as if pieces filled them: no choice can come to fewer.
     """
     strips = unfold_runs(ribbons, runs)
     rings = strip_outlines(strips)
@@ -160,8 +169,9 @@ def foretell(
     long = np.add.reduceat(steps, strips.offsets[:-1]) > length_mm + 1e-6
 
     supply, count = workshop.supply[runs.thread], len(workshop.stock)
-    needed = all_sheets_for(np.bincount(supply, scale * sheet, count).astype(np.float64), workshop)
-    if bed.packed is not None and scale == 1.0 and _few(len(rings), needed.count):
+    taken = np.bincount(supply, scale * (area if full else sheet), count).astype(np.float64)
+    needed = all_sheets_for(taken, workshop)
+    if not full and bed.packed is not None and scale == 1.0 and _few(len(rings), needed.count):
         needed = bed.packed(rings, supply) or needed
     pieces, joints = len(runs.thread), len(runs.joint_passes(threads))
     by_hand = scale * hand_hours(pieces, joints)
@@ -206,16 +216,62 @@ def preferred(choices: Sequence[Choice], prefer: str) -> Choice:
     >>> [preferred([many, few], name).pieces for name in ("waste", "work", "balanced")]
     [240, 135, 135]
     """
-    keys: dict[str, Callable[[Choice], tuple[float, ...]]] = {
-        "waste": lambda choice: (choice.sheets_mm2, choice.joints, choice.sheet_mm2),
-        "work": lambda choice: (choice.hours, choice.sheets_mm2),
-        "balanced": lambda choice: (choice.cost, choice.sheets_mm2),
-    }
+    return min(choices, key=lambda choice: rank(choice, prefer))
 
-    def rank(choice: Choice) -> tuple[float, ...]:
-        return tuple(round(value, 6) for value in (choice.lacking_mm2, *keys[prefer](choice)))
 
-    return min(choices, key=rank)
+#: What a choice is judged by, for each preference.
+_KEYS: dict[str, Callable[[Choice], tuple[float, ...]]] = {
+    "waste": lambda choice: (choice.sheets_mm2, choice.joints, choice.sheet_mm2),
+    "work": lambda choice: (choice.hours, choice.sheets_mm2),
+    "balanced": lambda choice: (choice.cost, choice.sheets_mm2),
+}
+
+
+def rank(choice: Choice, prefer: str) -> tuple[float, ...]:
+    """Return how good a choice is, for comparing: what the stock suffices for goes first."""
+    return tuple(round(value, 6) for value in (choice.lacking_mm2, *_KEYS[prefer](choice)))
+
+
+def compare(
+    count: int,
+    prefer: str,
+    packed: Callable[[int], Choice],
+    by_area: Callable[[int], Choice],
+    full: Callable[[int], Choice] | None,
+) -> tuple[Choice, tuple[Choice, ...]]:
+    """Return the choice that serves the maker best, and all: those laid on sheets that may be it.
+
+    Parameters
+    ----------
+    count : int
+        How many choices there are.
+    prefer : str
+        See :func:`preferred`.
+    packed, by_area : callable
+        Return what a choice comes to, by its number, on sheets, which takes long, and by its area.
+    full : callable, optional
+        Returns what it comes to at least; if not given, all are laid on sheets.
+
+    Examples
+    --------
+    >>> hours = [4.0, 2.0, 3.0]
+    >>> def choice(share):
+    ...     return lambda number: Choice(9.0, 9, 9, 1.0, 2.0, hours=share * hours[number])
+    >>> best, every = compare(3, "work", choice(1.0), choice(0.9), choice(0.8))
+    >>> best.hours, [one.hours for one in every]
+    (2.0, [3.6, 2.0, 2.7])
+    """
+    if full is None:
+        every = tuple(map(packed, range(count)))
+        return preferred(every, prefer), every
+    least = [rank(full(number), prefer) for number in range(count)]
+    likely: dict[int, Choice] = {}
+    for number in sorted(range(count), key=least.__getitem__):
+        if likely and least[number] > min(rank(one, prefer) for one in likely.values()):
+            break
+        likely[number] = packed(number)
+    best = preferred([likely[number] for number in sorted(likely)], prefer)
+    return best, tuple(likely.get(number) or by_area(number) for number in range(count))
 
 
 @frozen_value

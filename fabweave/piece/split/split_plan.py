@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,9 +25,9 @@ from fabweave.piece.split.length_curve import (
     LENGTHS,
     Choice,
     SplitPlan,
+    compare,
     compared_threads,
     foretell,
-    preferred,
 )
 from fabweave.piece.split.preferences import (
     CUT_MM_S,
@@ -149,8 +150,8 @@ def plan_pieces(
             rests=rests,
         )
 
-    def told(length: float, runs: Runs, scale: float = 1.0) -> Choice:
-        return foretell(ribbons, weave.threads, runs, length, workshop, bed, scale)
+    def told(length: float, runs: Runs) -> Choice:
+        return foretell(ribbons, weave.threads, runs, length, workshop, bed)
 
     if earlier is not None:
         runs = cut(earlier.length_mm)
@@ -161,14 +162,22 @@ def plan_pieces(
         return replace(earlier, runs=runs, chosen=chosen, choices=choices)
     # What was asked for is cut first: what it is refused for, is said of it.
     as_asked = None if asked is None else cut(asked)
-    some = compared_threads(candidates.sites)
-    count = np.diff(candidates.sites.offsets)
-    scale = float(count.sum() / max(count[some].sum(), 1))
+    some, scale = compared_threads(candidates.sites)
     lengths = _lengths(candidates, side, beyond)
-    choices = tuple(told(length, cut(length, some, None), scale) for length in lengths)
+    cuts = [cut(length, some, None) for length in lengths]
+
+    def compared(number: int, bed: Bed = bed, *, full: bool = False) -> Choice:
+        length, runs = lengths[number], cuts[number]
+        return foretell(ribbons, weave.threads, runs, length, workshop, bed, scale, full=full)
+
+    # In a hurry, what cannot be the best is not laid on sheets.
+    hurry = brief.effort == "quick" and all(len(kinds) == 1 for kinds in workshop.stock)
+    best, choices = compare(
+        len(cuts), settings.prefer, compared, partial(compared, bed=replace(bed, packed=None)),
+        partial(compared, full=True) if hurry else None,
+    )  # fmt: skip
     if asked is not None and as_asked is not None:
         return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None, likes is not None)
-    best = preferred(choices, settings.prefer)
     runs = cut(best.length_mm)
     chosen = best if best.exact and rests is None else told(best.length_mm, runs)
     return SplitPlan(runs, best.length_mm, choices, chosen, settings.prefer, likes is not None)
