@@ -343,6 +343,8 @@ class Stations:
         settings, broken = self.settled[0], {finding.rule for finding in check.findings}
         if not broken & _COARSE:
             return check
+        if settings.mesh.remeshed:
+            return replace(check, untried="a mesh that is made anew is made finer by --remesh")
         if settings.weave.pattern != "plain":
             return replace(check, untried="fabweave tries it for plain weave only")
         crossings, most = self.n_crossings, MOST_CROSSINGS // 4
