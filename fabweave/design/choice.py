@@ -46,6 +46,8 @@ _TRIANGLES = 0.6
 #: A score at which no other mesh need be tried: of its own, as somebody may have drawn it to
 #: be woven; in the first rounds; and in those after them.
 _OWN, _FINE, _GOOD = 7.0, 8.0, 6.0
+#: What is sure to be so many points behind the best is no choice.
+_BEHIND = 1.0
 #: So many of the meshes are planned closely, the best first, until one can be built.
 _CLOSELY = 4
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
@@ -107,7 +109,7 @@ def choose_mesh(
     if not is_free(job.asked):
         return _as_asked(job, search, most_planned, advise=advise)
     unfit = _unfit(job)
-    search.run(mesh_rounds(search, job.loaded, own=not unfit))
+    search.run(mesh_rounds(search, job.loaded, own=not unfit), behind=_BEHIND)
     for one in islice(search.ranked, _CLOSELY):
         own = one.design == job.asked
         taken = job if own else job.instead(one.design).know(loaded=one.loaded)

@@ -1,5 +1,6 @@
 """Search designs of a model in rounds, each chosen by what the last came to, and keep them all."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, TypeAlias
@@ -9,7 +10,7 @@ from fabweave.core.errors import FabweaveError
 from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.design.tried import Tried, try_design
 from fabweave.design.variety import is_free, name_of
-from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
+from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank, score
 from fabweave.job.stations import Stations, given_by
 from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.load import LoadedMesh
@@ -107,21 +108,33 @@ class Search:
         given_mesh = self._given_mesh(plain)
         return (job if given_mesh is None else job.know(given_mesh=given_mesh)).loaded
 
-    def run(self, rounds: Iterable[Sequence[Settings]]) -> None:
-        """Try round after round, each chosen when the one before is done."""
+    def run(self, rounds: Iterable[Sequence[Settings]], *, behind: float = math.inf) -> None:
+        """Try round after round, each chosen when the one before is done.
+
+        No pieces are planned of what is sure to be so many points ``behind`` the best of the rounds
+        before.
+        """
         for some in rounds:
-            self.add(some)
+            best = next(iter(self.ranked), None)
+            least = -math.inf if best is None or not best.like else score(best) - behind
+            self.add(some, least=least)
             if self.stopped:
                 break
 
-    def add(self, designs: Iterable[Settings]) -> list[Tried]:
-        """Try designs, those that were not, and return what all of them came to."""
+    def add(self, designs: Iterable[Settings], *, least: float = -math.inf) -> list[Tried]:
+        """Try designs, those that were not, and return what all of them came to.
+
+        Of what is sure to have a lower grade than ``least``, no pieces are planned.
+        """
         names = {name_of(one, self.asked): one for one in designs}
-        left = {name: one for name, one in names.items() if name not in self._known}
+        known = {
+            name for name, one in self._known.items() if least > -math.inf or not one.passed_over
+        }
+        left = {name: one for name, one in names.items() if name not in known}
         found: dict[str, Tried] = {}
         untold, total = list(left), len(self._known) + len(left)
         self.progress("designs", len(self._known), total)
-        trying = partial(try_design, looks=self.looks, opens=is_free(self.asked))
+        trying = partial(try_design, looks=self.looks, opens=is_free(self.asked), least=least)
         try:
             with self.executors() as executor:
                 while left:

@@ -16,6 +16,7 @@ from fabweave.job.stations import Stations
 from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.leave_out import LeaveOut, leave_out, parse_leave_out
 from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.one_rings import irregular_share
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.triangulate import plain_triangles
@@ -24,6 +25,7 @@ from fabweave.options.settings import Settings
 from fabweave.picture.camera import choose_view
 from fabweave.picture.contact_sheet import stacked
 from fabweave.picture.object_picture import loss_legend, loss_tiles, png_bytes, weave_picture
+from fabweave.plan.grade import BEST, grade
 from fabweave.plan.verdict import Verdict, excess, judge, refused
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import FAR
@@ -84,6 +86,11 @@ class Tried:
     def soft(self) -> bool:
         """Whether nothing stops it but that it does not stand by itself."""
         return {stop.rule for stop in self.verdict.stops} == {"form"}
+
+    @property
+    def passed_over(self) -> bool:
+        """Whether no pieces were planned, as others were better already."""
+        return {stop.rule for stop in self.verdict.stops} == {"grade"}
 
     @property
     def laid(self) -> bool:
@@ -149,6 +156,7 @@ def try_design(
     *,
     looks: bool = False,
     opens: bool = False,
+    least: float = -np.inf,
 ) -> Tried:
     """Try a design, quickly.
 
@@ -172,13 +180,15 @@ def try_design(
     opens : bool
         Whether faces may be left out where ribbons have no room, if it cannot be built for a few
         places alone: twice at most.
+    least : float
+        No pieces are planned of what is sure to come to a lower grade: a grade without its floor.
 
     Returns
     -------
     Tried
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
-    found = _try_once(design, name, given, remeshed, given_mesh, looks=looks)
+    found = _try_once(design, name, given, remeshed, given_mesh, looks=looks, least=least)
     for _ in range(_OPENINGS if opens else 0):
         tried = found.tried
         loaded, left = tried.loaded, parse_leave_out(tried.design.mesh.leave_out)
@@ -190,7 +200,9 @@ def try_design(
         if len(gone) > max(_FEW_FACES * len(whole), _LEAST_OPENING):
             break
         opened = design.but(leave_out=",".join(map(str, gone)))
-        further = _try_once(opened, name, given, loaded.remeshed, given_mesh, looks=looks)
+        further = _try_once(
+            opened, name, given, loaded.remeshed, given_mesh, looks=looks, least=least
+        )
         if further.tried.loaded is None or further.bodies > found.bodies:
             # It cannot be opened there, or a limb would fall off.
             break
@@ -214,6 +226,7 @@ def _try_once(
     given_mesh: GivenMesh | None,
     *,
     looks: bool,
+    least: float,
 ) -> _Once:
     """Try a design as it is."""
     job = Stations(design.but(effort="quick"), given, depth=Depth.NEAR, remeshed=remeshed)
@@ -226,6 +239,11 @@ def _try_once(
         if job.foreseen:
             check = job.along
             verdict = judge(check.findings, narrowest_mm=np.inf)
+        elif (sure := _at_best(loaded)) < least:
+            check = job.along
+            text = f"its grade would be {max(sure, 0.0):.1f} at best"
+            reason = Finding(rule="grade", level="not makeable", text=text)
+            verdict = Verdict(level="not makeable", reasons=(reason,))
         else:
             check, woven = job.check, job.joined.woven
             figures, verdict = figures_of(job), replace(job.planned.verdict, forced=False)
@@ -242,6 +260,13 @@ def _try_once(
     hopeless = _hopeless_faces(woven, check, verdict) if verdict.stops else ()
     bodies = count_bodies(woven.weave.threads)
     return _Once(Tried(design, name, verdict, figures, far, loaded, picture), hopeless, bodies)
+
+
+def _at_best(loaded: LoadedMesh) -> float:
+    """Return the grade that no pieces can better, by the mesh alone: without its floor."""
+    nothing = Verdict(level="makeable", reasons=())
+    known = grade([], nothing, loaded.likeness, irregular=irregular_share(loaded.mesh))
+    return BEST - sum(one.points for one in known.lost)
 
 
 def _picture(job: Stations) -> bytes:
