@@ -1,0 +1,84 @@
+"""Compare whole jobs with those of an older commit, in one run; run by hand.
+
+    python tests/benchmarks/bench_jobs.py [COMMIT] [--only NAME ...]
+
+Without a commit, the seconds of this tree alone are printed. Each job is made once by each tree,
+one after the other, each in a process of its own; seconds are those of the processor, of that
+process and all that it started. Printed are their ratio, and what says whether the result
+is as good: pieces, sheets, how full the last one is, hours of assembly, and the grade.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+_SHEET = ("--sheet", "600x400mm")
+#: Meshes are those of this tree.
+JOBS = {
+    "torus": ("shape:torus?m=24&n=12", "--size", "400mm", "--pattern", "twill", *_SHEET),
+    "lampshade": ("examples/lampshade.obj", "--size", "300mm", "--pattern", "twill", *_SHEET),
+    "koala": ("examples/meshes/koala.obj", "--size", "400mm", "--remesh", "quads:350", *_SHEET),
+    "plain spot": ("examples/meshes/spot.obj", "--size", "400mm", *_SHEET),
+    "plain head": ("examples/meshes/nefertiti.obj", "--size", "400mm", *_SHEET),
+    "straight ball": ("shape:sphere?n=6", "--size", "200mm", "--strips", "straight", *_SHEET),
+    "2,304 crossings": ("shape:torus?m=48&n=24", "--size", "900mm", *_SHEET),
+}
+
+
+def made(tree: Path, job: tuple[str, ...], folder: Path) -> tuple[float, dict[str, str]]:
+    """Make a job by a tree; return the seconds that it took, and what it came to."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [sys.executable, "-m", "fabweave", "make", *job, "-o", str(folder), "--quiet"],
+        check=True, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(tree)},
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    waste, verdict = (
+        json.loads((folder / name).read_text()) for name in ("waste.json", "verdict.json")
+    )
+    sheets = waste["sheets"]
+    return seconds, {
+        "pieces": str(waste["totals"]["pieces"]),
+        "sheets": str(len(sheets)),
+        "last": f"{min(sheet['utilisation'] for sheet in sheets):.0%}",
+        "grade": str(verdict["grade"]["score"]),
+    }
+
+
+def main() -> None:
+    """Print a line for each job and tree."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("commit", nargs="?", help="the older commit")
+    parser.add_argument("--only", nargs="+", choices=JOBS, default=list(JOBS))
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        trees = {"now": ROOT}
+        if asked.commit:
+            old = Path(folder) / "old"
+            git = ["git", "-C", str(ROOT)]
+            subprocess.run([*git, "worktree", "add", "-q", "--detach", str(old), asked.commit],
+                           check=True)  # fmt: skip
+            trees = {asked.commit: old} | trees
+        try:
+            for name in asked.only:
+                first = 0.0
+                for number, (title, tree) in enumerate(trees.items()):
+                    seconds, figures = made(tree, JOBS[name], Path(folder) / f"{name} {number}")
+                    first = first or seconds
+                    told = ", ".join(f"{key} {value}" for key, value in figures.items())
+                    print(f"{name:16} {title:10} {seconds:7.1f} s  {seconds / first:5.2f}  {told}",
+                          flush=True)  # fmt: skip
+        finally:
+            if asked.commit:
+                subprocess.run([*git, "worktree", "remove", "--force", str(old)], check=True)
+
+
+if __name__ == "__main__":
+    main()
