@@ -45,7 +45,7 @@ _EVENING, _MOST, _SLENDER = 350, 500, 240
 _TRIANGLES = 0.6
 #: A score at which no other mesh need be tried: of its own, as somebody may have drawn it to
 #: be woven; in the first rounds; and in those after them.
-_OWN, _FINE, _GOOD = 7.0, 8.0, 6.0
+_OWN, _FINE, _GOOD = 7.0, 8.0, 5.0
 #: What is sure to be so many points behind the best is no choice.
 _BEHIND = 1.0
 #: So many of the meshes are planned closely, the best first, until one can be built.
