@@ -217,6 +217,8 @@ class _Flat:
         The border along the rim, with arcs in place of chords where it bends gently.
     way, depth, outward : (3K,), (3K,) and (3K, 2) float arrays
         How far along the line each foot is, how far from it, and which way; not for the last lap.
+    corners : (C,) float array
+        How far along the line its corners are.
     """
 
     rungs: Rungs
@@ -226,6 +228,7 @@ class _Flat:
     way: FloatArray
     depth: FloatArray
     outward: FloatArray
+    corners: FloatArray
 
 
 def _unfolded(rungs: Rungs, rim: FloatArray, foot: FloatArray) -> _Flat:
@@ -239,7 +242,8 @@ def _unfolded(rungs: Rungs, rim: FloatArray, foot: FloatArray) -> _Flat:
     new = np.append(True, vertices[1:] != vertices[:-1])
     number = np.cumsum(new) - 1
     points = flat_rim[new]
-    bulges = _bulges(points)
+    turn = _turns(points)
+    bulges = _bulges(turn)
     parts = [
         flattened(points[k : k + 2], bulges[k : k + 2], _CHORD_MM, closed=False)
         for k in range(len(points) - 1)
@@ -255,17 +259,22 @@ def _unfolded(rungs: Rungs, rim: FloatArray, foot: FloatArray) -> _Flat:
         back = np.array(near.interpolate(along).coords[0]) - flat_foot[at]
         way[at], depth[at], outward[at] = begins[low] + along, np.hypot(*back), unit(back)
     line = shapely.LineString(np.concatenate([points[:1], *(part[1:] for part in parts)]))
-    return _Flat(rungs, flat_rim, flat_foot, line, way, depth, outward)
+    corners = begins[1:-1][np.abs(turn) > math.radians(_CORNER_DEG)]
+    return _Flat(rungs, flat_rim, flat_foot, line, way, depth, outward, corners)
 
 
-def _bulges(points: FloatArray) -> FloatArray:
+def _turns(points: FloatArray) -> FloatArray:
+    """Return by how much a line turns at each of its points but its ends, (N - 2,)."""
+    ways = np.diff(points, axis=0) @ np.array([1.0, 1.0j])
+    return np.asarray(np.angle(ways[1:] / ways[:-1]))
+
+
+def _bulges(turn: FloatArray) -> FloatArray:
     """Return how the sides of a line bulge that are arcs where it bends gently, (N,).
 
     On a circle each arc is of that circle; elsewhere it sweeps as little as the line turns at
     either end, and nothing where that is to both sides.
     """
-    ways = np.diff(points, axis=0) @ np.array([1.0, 1.0j])
-    turn = np.angle(ways[1:] / ways[:-1])
     turn = np.where(np.abs(turn) > math.radians(_CORNER_DEG), 0.0, turn)
     one, two = np.append(turn[:1], turn), np.append(turn, turn[-1:])
     sweep = np.where(one * two > 0.0, np.sign(one) * np.minimum(np.abs(one), np.abs(two)), 0.0)
@@ -334,9 +343,13 @@ def plan_ring(
     told = f"a ring along the rim at the {side}"
     owns = [_held(flat, hole_mm) for flat in flats]
     if len(owns[0]) < _LEAST_HOLES:
+        beside = len(set(rungs.feet.tolist()))
+        helps = "a larger --size has room for more, and so has a smaller --fastener"
+        if beside < _LEAST_HOLES:
+            helps = "a finer mesh has more crossings there, such as --refine catmull-clark:1"
         raise CannotMakeError(
-            f"{told} would be held by {len(owns[0])} fasteners only; a finer mesh has more "
-            "crossings there, and --fastener a hole that has room"
+            f"{told} would be held by {agree(len(owns[0]), '{n} fastener[|s]')} only, at "
+            f"{agree(beside, '{n} crossing[|s]')}; {helps}"
         )
     depths = np.concatenate([flat.depth[own] for flat, own in zip(flats, owns, strict=True)])
     width = math.ceil(100.0 * (float(depths.max()) + edge_mm)) / 100.0
@@ -389,19 +402,15 @@ class _Band:
                 f"{told} would be {self.width + self.over:.1f} mm wide, and the rim bends so much "
                 f"that its fasteners change places (crossings {back}); {narrow}"
             )
-        ends = self._ends(rungs)
-        hole = self.hole_mm[self.flat.rungs.feet[rungs % count]]
+        ends, clear = self._ends(rungs)
         n = len(self.own)
-        gap = np.diff(way)
-        room = np.max(np.abs(ends - way[:, None]), axis=1) + hole
-        free = np.flatnonzero(np.minimum(gap[:n], np.roll(gap[:n], 1)) >= room[:n])
+        free = np.flatnonzero(clear[np.append(n, np.arange(1, n))])
         reason = (
             f"{told} cannot be cut into pieces: its holes are too near to one another for laps; a "
             "smaller --fastener or a coarser mesh helps"
         )
         for pieces in range(2, min(_MOST_PIECES, len(free)) + 1):
-            places = (np.arange(pieces) + self.inside / 2.0) * len(free) / pieces
-            cuts = free[np.floor(places + 1e-9).astype(np.int64)]
+            cuts = self._cuts(free, way[free], pieces)
             made = list[RingPiece]()
             for low, high in pairwise([*cuts.tolist(), int(cuts[0]) + n]):
                 own, name = rungs[low : high + 1], f"{prefix}{first + len(made)}"
@@ -423,27 +432,50 @@ class _Band:
                 )
         raise CannotMakeError(reason)
 
+    def _cuts(self, free: IntArray, way: FloatArray, pieces: int) -> IntArray:
+        """Return at which of some crossings the band is cut: far from corners, spread evenly.
+
+        Laps inside lie between those outside.
+        """
+        shifts = np.arange(max(len(free) // pieces, 1))
+        spread = np.arange(pieces) * len(free) // pieces
+        chosen = (spread + shifts[:, None] + int(self.inside) * (len(shifts) // 2)) % len(free)
+        corners = self.flat.corners
+        if not len(corners):
+            return np.sort(free[chosen[0]])
+        away = np.abs(way[:, None] - corners).min(axis=1)
+        return np.sort(free[chosen[np.argmax(away[chosen].min(axis=1))]])
+
     def _feet(self, rungs: IntArray) -> str:
         feet = self.flat.rungs.feet
         return few_of(list(dict.fromkeys(feet[rungs % len(feet)].tolist())))
 
-    def _ends(self, rungs: IntArray) -> FloatArray:
+    def _ends(self, rungs: IntArray) -> tuple[FloatArray, BoolArray]:
         """Return where pieces begin and end along the line that have their outer holes at rungs.
 
-        An end is square to the rim, and keeps its distance from the hole.
+        An end is square to the rim, and keeps its distance from the hole. Beside it is whether
+        no other hole is so near that a lap there would reach it.
         """
         line, ends = self.flat.line, np.zeros((len(rungs), 2))
-        steps = np.arange(self.edge_mm, _FARTHEST * self.edge_mm + _STEP_MM, _STEP_MM)
+        clear, feet = np.ones(len(rungs), dtype=np.bool_), self.flat.foot[rungs]
+        hole = self.hole_mm[self.flat.rungs.feet[rungs % len(self.flat.rungs.feet)]]
+        steps = np.arange(_STEP_MM, _FARTHEST * self.edge_mm + _STEP_MM, _STEP_MM)
         for row, at in enumerate(rungs.tolist()):
             for column, sense in enumerate((-1.0, 1.0)):
                 places = self.flat.way[at] + sense * steps
-                here, ahead = (
-                    shapely.get_coordinates(line.interpolate(places + sense * more))
-                    for more in (0.0, _STEP_MM)
+                here, behind = (
+                    shapely.get_coordinates(line.interpolate(places - sense * less))
+                    for less in (0.0, _CHORD_MM)
                 )
-                away = np.einsum("nd,nd->n", here - self.flat.foot[at], unit(ahead - here))
-                ends[row, column] = places[int(np.argmax(away >= self.edge_mm))]
-        return ends
+                square = unit(here - behind)
+                away = np.einsum("nd,nd->n", here - feet[row], square)
+                end = int(np.argmax(away >= self.edge_mm))
+                ends[row, column] = places[end]
+                other = row + (1 if sense > 0.0 else -1)
+                if 0 <= other < len(rungs):
+                    beyond = float((feet[other] - here[end]) @ square[end])
+                    clear[row] &= beyond >= hole[other]
+        return ends, clear
 
     def _piece(self, name: str, rungs: IntArray, begin: float, end: float) -> RingPiece | None:
         """Return the piece with holes at some rungs; None if it cannot be cut."""
