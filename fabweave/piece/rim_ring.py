@@ -49,6 +49,8 @@ _STEP_MM, _FARTHEST = 0.25, 3.0
 _FIT_MM, _CHORD_MM = 0.01, 0.002
 #: Arcs of rings are nested as chords that are off by this at most, millimetres.
 FLAT_MM = 0.01
+#: Widths are whole hundredths of a millimetre, but for rounding of the lengths before.
+_ROUNDING = 1e-6
 #: A rim in the uppermost or lowermost share of the object is at the top or the bottom.
 _SIDE = 0.25
 
@@ -352,8 +354,10 @@ def plan_ring(
             f"{agree(beside, '{n} crossing[|s]')}; {helps}"
         )
     depths = np.concatenate([flat.depth[own] for flat, own in zip(flats, owns, strict=True)])
-    width = math.ceil(100.0 * (float(depths.max()) + edge_mm)) / 100.0
-    over = max(math.ceil(100.0 * (edge_mm - float(depths.min()))) / 100.0, 0.0)
+    width, over = (
+        math.ceil(100.0 * room - _ROUNDING) / 100.0
+        for room in (float(depths.max()) + edge_mm, max(edge_mm - float(depths.min()), 0.0))
+    )
     pieces = list[RingPiece]()
     for number, (flat, own) in enumerate(zip(flats, owns, strict=True)):
         band = _Band(flat, own, hole_mm, edge_mm, width, over, number == 1)
@@ -396,12 +400,6 @@ class _Band:
         count = len(self.flat.rungs.feet)
         rungs = np.concatenate([count + self.own, 2 * count + self.own])
         way = self.flat.way[rungs]
-        if np.any(np.diff(way) <= 0.0):
-            back = self._feet(rungs[:-1][np.diff(way) <= 0.0])
-            raise CannotMakeError(
-                f"{told} would be {self.width + self.over:.1f} mm wide, and the rim bends so much "
-                f"that its fasteners change places (crossings {back}); {narrow}"
-            )
         ends, clear = self._ends(rungs)
         n = len(self.own)
         free = np.flatnonzero(clear[np.append(n, np.arange(1, n))])
@@ -480,6 +478,8 @@ class _Band:
     def _piece(self, name: str, rungs: IntArray, begin: float, end: float) -> RingPiece | None:
         """Return the piece with holes at some rungs; None if it cannot be cut."""
         flat, count = self.flat, len(self.flat.rungs.feet)
+        if end <= begin:
+            return None
         part = ops.substring(flat.line, begin, end)
         upper = np.array(part.coords) if self.over == 0.0 else _beside(part, self.over)
         lower = _beside(part, -self.width)
@@ -534,7 +534,11 @@ class _Band:
 
 def _beside(line: shapely.LineString, away: float) -> FloatArray | None:
     """Return a line beside another, to its left if that is positive; None if there is not one."""
-    beside = shapely.offset_curve(line, away, join_style="mitre", mitre_limit=5.0)
+    # Points that are on a line but for rounding would break it.
+    line = line.simplify(_CHORD_MM / 10.0)
+    beside = shapely.line_merge(
+        shapely.offset_curve(line, away, join_style="mitre", mitre_limit=5.0)
+    )
     if beside.is_empty or beside.geom_type != "LineString":
         return None
     points = np.array(beside.coords)
