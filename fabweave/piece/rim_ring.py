@@ -51,6 +51,8 @@ _FIT_MM, _CHORD_MM = 0.01, 0.002
 FLAT_MM = 0.01
 #: Widths are whole hundredths of a millimetre, but for rounding of the lengths before.
 _ROUNDING = 1e-6
+#: What bends to a larger radius is as good as flat.
+_FLATTEST_MM = 10_000.0
 #: A rim in the uppermost or lowermost share of the object is at the top or the bottom.
 _SIDE = 0.25
 
@@ -115,6 +117,8 @@ class RimRing:
         Of the band, and how much of it stands out over the rim, where holes are near that.
     thickness_mm : float
         Of its material.
+    radius_mm : float or None
+        To which it is bent along the rim, at the tightest; None where it stays flat.
     """
 
     side: str
@@ -122,6 +126,7 @@ class RimRing:
     width_mm: float
     over_mm: float
     thickness_mm: float
+    radius_mm: float | None
 
     @property
     def crossings(self) -> IntArray:
@@ -362,7 +367,22 @@ def plan_ring(
     for number, (flat, own) in enumerate(zip(flats, owns, strict=True)):
         band = _Band(flat, own, hole_mm, edge_mm, width, over, number == 1)
         pieces += band.pieces(told, fits, prefix, first + len(pieces))
-    return RimRing(side, tuple(pieces), round(width + over, 3), over, thickness_mm)
+    radius = _tightest(*rim)
+    return RimRing(side, tuple(pieces), round(width + over, 3), over, thickness_mm, radius)
+
+
+def _tightest(rim: FloatArray, normal: FloatArray) -> float | None:
+    """Return the least radius of a surface along a line on it; None if it bends nowhere.
+
+    From vertex to vertex that is the length over the turn of the normal about the strip's width;
+    what it turns about the line is twist.
+    """
+    way = np.roll(rim, -1, axis=0) - rim
+    turn = np.abs(np.einsum("kd,kd->k", np.roll(normal, -1, axis=0) - normal, way))
+    far = np.einsum("kd,kd->k", way, way)
+    if np.all(turn * _FLATTEST_MM <= far):
+        return None
+    return round(float((far[turn > 0.0] / turn[turn > 0.0]).min()), 1)
 
 
 def _raised(lifted: Lifted, by: float) -> FloatArray:

@@ -14,11 +14,12 @@ from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, draw_flat
 from fabweave.sheet.labels.lettering import place_text
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets, sheet_name, side_sheets
+from fabweave.stock.material import Material, forming_advice, min_bend_radius_mm
 from fabweave.stock.supplies import Supplies
 
 #: The folder with rings in a job's folder.
 FOLDER = "rim"
-_MEASURES = ("side", "width_mm", "over_mm", "thickness_mm")
+_MEASURES = ("side", "width_mm", "over_mm", "thickness_mm", "radius_mm")
 
 
 def _drawn(piece: RingPiece, placement: Placement) -> PieceDrawing:
@@ -106,12 +107,13 @@ def _rim_text(rings: Sequence[RimRing]) -> str:
     return "\n".join(told)
 
 
-def rim_notes(rings: Sequence[RimRing]) -> list[Note]:
-    """Say which rings there are.
+def rim_notes(rings: Sequence[RimRing], material: Material) -> list[Note]:
+    """Say which rings there are, and what helps where one bends more than its material takes.
 
     Examples
     --------
-    >>> rim_notes([])
+    >>> from fabweave.stock.material import material_named
+    >>> rim_notes([], material_named("card"))
     []
     """
     return [
@@ -123,12 +125,24 @@ def rim_notes(rings: Sequence[RimRing]) -> list[Note]:
             + agree(len(ring.pieces), "{n} piece[|s]")
             + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, over "
             + f"{len(set(ring.crossings.tolist()))} fasteners"
-            + (f"; it stands out {ring.over_mm:.1f} mm over the rim" if ring.over_mm else ""),
+            + (f"; it stands out {ring.over_mm:.1f} mm over the rim" if ring.over_mm else "")
+            + _bent(ring, material),
             "rim/rim.txt says how it is laid, as the last step. It is cut from sheets of its own, "
             "which cost what waste.html says, on top of the rest",
         )
         for ring in rings
     ]
+
+
+def _bent(ring: RimRing, material: Material) -> str:
+    """Say to which radius a ring is bent, and what helps if that is too tight."""
+    if ring.radius_mm is None:
+        return ""
+    told, least = f"; it bends to a radius of {ring.radius_mm:.0f} mm", min_bend_radius_mm(material)
+    if ring.radius_mm >= least:
+        return told
+    helps = forming_advice(material, ring.radius_mm) or "a thinner material helps"
+    return f"{told}, and the material takes {least:.0f} mm: {helps}"
 
 
 def ring_sheets(

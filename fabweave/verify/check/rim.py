@@ -15,9 +15,8 @@ from fabweave.verify.read.job_files import RIM, RIM_RECORD, Job, required
 from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Place, Tally
 
-#: Holes lie where they must to this, lengths are those of the surface to this, and figures are
-#: rounded to a hundredth.
-_SAME_MM, _LENGTH_MM, _FIGURE_MM = 0.02, 5e-3, 0.011
+#: Holes lie where they must to this, and lengths are those of the surface to this.
+_SAME_MM, _LENGTH_MM = 0.02, 5e-3
 #: A hole keeps two diameters off the edge, less what arcs in place of chords take.
 _EDGE, _CHORD_MM = 2.0, 0.05
 #: Facets that are turned over have an area of less than this, square millimetres.
@@ -27,6 +26,8 @@ _CORNER_DEG = 50.0
 #: Rims in the uppermost or lowermost quarter of the object are at the top or the bottom.
 _SIDE = 0.25
 _TINY = 1e-3
+#: Radii are rounded to a tenth, and larger ones than ten metres are flat; per millimetre.
+_BENT_MM, _FLATTEST = 0.06, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +121,8 @@ def _check_ring(job: Job, ring: dict[str, Any], rim: _Rim, place: Place) -> None
     share = (heights[[vertex for vertex, _ in rim.rungs]].mean() - heights.min()) / max(
         float(np.ptp(heights)), _SAME_MM
     )
+    radius = _tightest(mesh, rim)
+    place.number("radius_mm", ring["radius_mm"] or 0.0, radius, within=_BENT_MM + _TINY * radius)
     where = "bottom" if share < _SIDE else "top" if share > 1.0 - _SIDE else "side"
     place.equal("its side", ring["side"], where)
     courses = [[one for one in ring["pieces"] if bool(one["inside"]) is it] for it in (False, True)]
@@ -132,6 +135,30 @@ def _check_ring(job: Job, ring: dict[str, Any], rim: _Rim, place: Place) -> None
             continue
         for piece in course:
             _check_piece(job, ring, piece, place.at(f"piece {piece['id']}"))
+
+
+def _tightest(mesh: LoadedMesh, rim: _Rim) -> float:
+    """Return the least radius to which a surface bends along a rim; 0 where it stays flat."""
+    loop = list(dict.fromkeys(vertex for vertex, _ in rim.rungs))
+    out = np.array([_out(mesh, vertex) for vertex in loop])
+    points = mesh.vertices[loop]
+    bends = [0.0]
+    for one, two in zip(range(len(loop)), [*range(1, len(loop)), 0], strict=True):
+        way = points[two] - points[one]
+        bends.append(abs(float((out[two] - out[one]) @ way)) / float(way @ way))
+    return 1.0 / max(bends) if max(bends) > _FLATTEST else 0.0
+
+
+def _out(mesh: LoadedMesh, vertex: int) -> Floats:
+    """Return the mean normal of the faces at a vertex."""
+    total = np.zeros(3)
+    for face in mesh.face[mesh.corner == vertex].tolist():
+        sides = np.flatnonzero(mesh.face == face)
+        arms = mesh.vertices[mesh.corner[sides]] - mesh.centres[face]
+        ahead = mesh.vertices[mesh.corner[mesh.next[sides]]] - mesh.centres[face]
+        area = np.cross(arms, ahead).sum(axis=0)
+        total += area / np.linalg.norm(area)
+    return np.asarray(total / np.linalg.norm(total))
 
 
 def _check_course(
@@ -173,13 +200,6 @@ def _raised(job: Job, piece: dict[str, Any], by: float) -> tuple[Floats, Floats]
     """Return both ends of a piece's rungs in space, on the face of the strands."""
     plan, mesh = required(job.map), required(job.mesh)
     by = -by if piece["inside"] else by
-    sides = np.cross(
-        mesh.vertices[mesh.corner] - mesh.centres[mesh.face],
-        mesh.vertices[mesh.corner[mesh.next]] - mesh.centres[mesh.face],
-    )
-    faces = np.zeros_like(mesh.centres)
-    np.add.at(faces, mesh.face, sides)
-    faces /= np.linalg.norm(faces, axis=1, keepdims=True)
     inner = {
         tuple(sorted((int(mesh.corner[one]), int(mesh.corner[mesh.next[one]])))): one
         for one in mesh.inner.tolist()
@@ -187,8 +207,7 @@ def _raised(job: Job, piece: dict[str, Any], by: float) -> tuple[Floats, Floats]
     rim, foot = [], []
     for rung in piece["rungs"]:
         vertex, crossing = int(rung["vertex"]), plan.crossing[int(rung["crossing"])]
-        out = faces[mesh.face[mesh.corner == vertex]].sum(axis=0)
-        rim.append(mesh.vertices[vertex] + by * out / np.linalg.norm(out))
+        rim.append(mesh.vertices[vertex] + by * _out(mesh, vertex))
         side = inner[tuple(sorted(crossing.edge))]
         start, end = mesh.vertices[mesh.corner[[side, mesh.next[side]]]]
         between = mesh.centres[mesh.face[side]] - mesh.centres[mesh.face[mesh.twin[side]]]
