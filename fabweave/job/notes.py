@@ -80,7 +80,7 @@ def job_notes(
         *([] if rolls else _label_notes(marks)),
         *([] if rolls else _title_notes(woven.title)),
         *([] if seen_mm is None else [Note("engraving", _seen_text(marks, seen_mm), detail=True)]),
-        *rim_notes(pieces.rings),
+        *rim_notes(pieces.rings, planned.supplies.materials[0]),
         *former_notes(laid),
         *hanging_notes(pieces, woven.weave, woven.labels, holed=bool(planned.rules)),
         Note("pieces", f"pieces: {reason}", detail=True),

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
+from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
 from fabweave.mesh.check import faces_text, mesh_counts
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.fair.fairing import STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.given import GivenMesh, Taken, require_few
-from fabweave.mesh.halfedge import Halfedges, build_halfedges
+from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
 from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
 from fabweave.mesh.polymesh import PolyMesh
@@ -70,8 +71,8 @@ class LoadedMesh:
         What brings its vertices back to where the file had them, turned and scaled as they are.
     remeshed : Remeshed or None
         What the given mesh was remeshed to, before anything else was done to it.
-    ringed : bool
-        Whether its round openings get a ring.
+    rim : str
+        What lies along its rims: ``none``, a ``ring``, or a ``double`` one.
     seen : Seen or None
         What the given mesh was seen to be, before it was remeshed; None of a built-in shape.
     taken : Taken or None
@@ -95,7 +96,7 @@ class LoadedMesh:
     portals: FloatArray | None = None
     origin_mm: FloatArray | None = None
     remeshed: Remeshed | None = None
-    ringed: bool = False
+    rim: str = "none"
     seen: Seen | None = None
     taken: Taken | None = None
     turn_deg: float = 0.0
@@ -108,11 +109,6 @@ class LoadedMesh:
     def n_crossings(self) -> int:
         """How many crossings its weave has: one at each edge between two faces."""
         return int(np.count_nonzero(self.halfedges.twin >= 0)) // 2
-
-    @property
-    def rims(self) -> tuple[Opening, ...]:
-        """The openings that get a ring."""
-        return tuple(one for one in self.openings if self.ringed and one.diameter_mm is not None)
 
 
 def load_mesh(
@@ -159,7 +155,7 @@ def load_mesh(
     mesh, remeshed, like, loss, turn_deg = _changed(
         given, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
-    mesh, n_old_vertices, openings = _opened(mesh, settings.leave_out, notes, triaxial=triaxial)
+    mesh, n_old_vertices, openings = _opened(mesh, settings, notes, triaxial=triaxial)
     halfedges = build_halfedges(mesh)
     require_few(halfedges.n_edges)
     x, y, z = np.ptp(mesh.vertices, axis=0)
@@ -183,7 +179,7 @@ def load_mesh(
         remeshed=remeshed,
         seen=given.seen,
         taken=given.taken,
-        ringed=settings.rim != "none",
+        rim=settings.rim,
         turn_deg=turn_deg,
     )
 
@@ -268,16 +264,21 @@ def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) 
 
 
 def _opened(
-    mesh: PolyMesh, left_out: str | None, notes: list[Note], *, triaxial: bool
+    mesh: PolyMesh, settings: MeshSettings, notes: list[Note], *, triaxial: bool
 ) -> tuple[PolyMesh, int, tuple[Opening, ...]]:
     """Leave out faces, and subdivide for triaxial twill, and note what was done.
 
     The second is how many vertices there were before a subdivision.
+
+    Raises
+    ------
+    InputError
+        If a ring is wanted, and no rim is left for it.
     """
     done = []
     openings: tuple[Opening, ...] = ()
-    if left_out is not None:
-        mesh, openings = leave_out(mesh, parse_leave_out(left_out))
+    if settings.leave_out is not None:
+        mesh, openings = leave_out(mesh, parse_leave_out(settings.leave_out))
         notes += Note.each("opening", (opening.note for opening in openings))
         done.append("opened")
     n_old_vertices = 0
@@ -285,7 +286,16 @@ def _opened(
         n_old_vertices = mesh.n_vertices
         mesh = mid_edge(mesh)
         done.append("subdivided through the middles of its edges for triaxial twill")
-    return _prepared(mesh, done, notes), n_old_vertices, openings
+    mesh = _prepared(mesh, done, notes)
+    if settings.rim != "none" and not len(group_edges(mesh).rim):
+        # Four faces of a coarse mesh, and less than half of the object.
+        size_mm = settings.size_mm
+        wide_mm = 80 if size_mm is None else max(10 * round(0.04 * size_mm), 10)
+        raise InputError(
+            "rim: a ring lies along a rim, and this mesh is closed; leave out --rim, or add "
+            f"--leave-out top:{wide_mm}mm"
+        )
+    return mesh, n_old_vertices, openings
 
 
 def _prepared(

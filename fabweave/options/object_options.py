@@ -147,10 +147,10 @@ OBJECT_OPTIONS = (
     ),
     _mesh(
         "rim",
-        choice(("none", "ring")),
-        "ring lays a ring around each round opening of --leave-out, over the ends of the "
-        "threads. Its pieces R1, R2 ... are in the folder rim. The fasteners of the crossings "
-        "beside the rim go through it.",
+        choice(("none", "ring", "double")),
+        "ring lays a ring along each rim of an open mesh, and of --leave-out, over the ends of "
+        "the strips. double lays one inside, too. Pieces R1, R2 ... are in the folder rim. The "
+        "fasteners of the crossings beside the rim go through them.",
         default="none",
     ),
     _weave(

@@ -186,15 +186,10 @@ class Settings:
 def _at_odds(settings: Settings) -> Iterator[str]:
     """Say which fields, each good in itself, do not go together."""
     # These rooms are needed only here, and not for help.
-    from fabweave.mesh.leave_out import parse_leave_out  # noqa: PLC0415
     from fabweave.sheet.targets import target_named  # noqa: PLC0415
     from fabweave.stock.supplies import parse_materials, sort_of_material  # noqa: PLC0415
 
-    mesh, weave = settings.mesh, settings.weave
-    if mesh.rim != "none" and not parse_leave_out(mesh.leave_out).diameters_mm:
-        # Four faces of a coarse mesh, and less than half of the object.
-        wide_mm = 80 if mesh.size_mm is None else max(10 * round(0.04 * mesh.size_mm), 10)
-        yield f"rim: a ring needs a round opening; add --leave-out top:{wide_mm}mm"
+    weave = settings.weave
     if weave.twists is not None and weave.pattern != option_of_field("pattern").default_value:
         yield "a pattern and twists exclude each other; give one of them"
     try:

@@ -85,15 +85,31 @@ def unfold(ribbons: Ribbons, offsets: IntArray, rung: IntArray) -> Strips:
     Strips
         The development, by strips.
     """
-    right, left = ribbons.right[rung], ribbons.left[rung]
+    rails = unfold_rails(ribbons.right[rung], ribbons.left[rung], ribbons.from_right[rung], offsets)
+    return Strips(offsets, rung, *rails)
+
+
+def unfold_rails(
+    right: FloatArray, left: FloatArray, from_right: BoolArray, offsets: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Unfold strips from their rails in space, as :func:`unfold` does; return both, (N, 2) each.
+
+    A rung may share one of its ends with the next: the quad between them is a triangle.
+
+    Parameters
+    ----------
+    right, left : (N, 3) float arrays
+        Where each rung begins and ends.
+    from_right : (N,) bool array
+        Whether the diagonal of the quad after each rung starts at the right rail.
+    offsets : (S + 1,) int array
+    """
     breadth = np.linalg.norm(left - right, axis=1)
-    count = len(rung)
+    count = len(right)
     if count == 0:
-        return Strips(offsets, rung, np.empty((0, 2)), np.empty((0, 2)))
+        return np.empty((0, 2)), np.empty((0, 2))
     after = np.minimum(np.arange(count) + 1, count - 1)
-    near_right, near_left = _lay_quads(
-        right, left, right[after], left[after], breadth, ribbons.from_right[rung]
-    )
+    near_right, near_left = _lay_quads(right, left, right[after], left[after], breadth, from_right)
     # A strip's last rung starts no quad: the next strip sets off afresh.
     last = offsets[1:][np.diff(offsets) > 0] - 1
     turn = np.angle((near_left - near_right) / 1j)
@@ -105,12 +121,7 @@ def unfold(ribbons: Ribbons, offsets: IntArray, rung: IntArray) -> Strips:
     rotation = np.exp(1j * heading)
     origin = _running_sum(rotation * near_right, offsets, strip)
     end = origin + 1j * rotation * breadth
-    return Strips(
-        offsets,
-        rung,
-        np.column_stack((origin.real, origin.imag)),
-        np.column_stack((end.real, end.imag)),
-    )
+    return np.column_stack((origin.real, origin.imag)), np.column_stack((end.real, end.imag))
 
 
 def _running_sum(

@@ -40,7 +40,7 @@ from fabweave.piece.joint.kinds import GLUE, JointKind, JointRule, parse_joint
 from fabweave.piece.joint.planning import JointPlan, plan_joints
 from fabweave.piece.outline import RigidMotion, resting_frame
 from fabweave.piece.piece import Joint, Piece, Slot
-from fabweave.piece.rim_ring import RimRing, beside_opening, plan_rings
+from fabweave.piece.rim_ring import RimRing, beside_rims, plan_rings, rim_rungs
 from fabweave.piece.split.preferences import KIND_PRICES
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave, strand_passes
@@ -138,7 +138,7 @@ class PieceSet:
         engraved, if they were as near as ``fit_mm``.
     fit_mm : float
     rings : tuple of RimRing
-        The rings around openings.
+        The rings along rims.
     hanging : (X,) bool array or None
         The crossings that carry something besides the weave, if that is known.
     """
@@ -288,10 +288,8 @@ def joined_pieces(
     fastened = fastened_crossings(
         parse_fastening(brief.fasten), woven.weave, woven.halfedges, joined.joints.crossing
     )
-    openings = woven.source.rims
-    beside = [beside_opening(woven, opening) for opening in openings]
-    for crossings in beside:
-        fastened |= crossings
+    loops = rim_rungs(woven.halfedges, woven.weave.threads) if woven.source.rim != "none" else []
+    fastened |= beside_rims(loops, len(fastened))
     hanging = np.zeros_like(fastened)
     if asked.hang is not None:
         hanging = hanging_crossings(parse_hanging(asked.hang), woven.ribbons.centre)
@@ -312,7 +310,7 @@ def joined_pieces(
         supply=supplies.of(woven.bunches),
         fit=KIND_PRICES[asked.kinds] is not None,
     )
-    rings = plan_rings(woven, brief, beside, piece_set.fastened, piece_set.rules, piece_set.size_mm)
+    rings = plan_rings(woven, brief, loops, piece_set.fastened, piece_set.rules, piece_set.size_mm)
     return replace(piece_set, rings=rings, hanging=hanging)
 
 
@@ -427,7 +425,7 @@ def _holes_at(piece: Piece, station: int) -> FloatArray:
 def count_layers(piece_set: PieceSet) -> IntArray:
     """Return how many layers lie on one another at each crossing, (X,): three at a lap.
 
-    Those of rings around openings count, too.
+    Those of rings along rims count, too.
     """
     return np.bincount(
         np.concatenate(

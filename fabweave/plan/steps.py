@@ -160,16 +160,22 @@ def _ring_steps(
 
 def _say_ring(ring: RimRing, names: Sequence[str]) -> str:
     """Say how a ring is laid; ``names`` says which pieces meet at each crossing."""
-    parts = [
-        f"{piece.id} at "
-        + ", ".join(f"{names[key]} ({at})" for at, key in enumerate(piece.crossings.tolist(), 1))
-        for piece in ring.pieces
-    ]
-    return (
-        f"Lay the ring of {listed([piece.id for piece in ring.pieces])} around the opening at the "
-        f"{ring.side}, letters up, the last hole of each piece over the first of the next, and "
-        f"fasten it through all layers: {'; '.join(parts)}. Then no clip is needed there."
-    )
+    said = []
+    for course in ring.courses:
+        face = "inside" if course[0].inside else "outside"
+        parts = [
+            f"{piece.id} at "
+            + ", ".join(
+                f"{names[key]} ({at})" for at, key in enumerate(piece.crossings.tolist(), 1)
+            )
+            for piece in course
+        ]
+        said.append(
+            f"Lay {listed([piece.id for piece in course])} along the rim at the {ring.side}, "
+            f"{face}, letters towards you, to the right as seen with the rim above, the last hole "
+            f"of each piece over the first of the next: {'; '.join(parts)}."
+        )
+    return " ".join([*said, "Fasten the ring through all layers. Then no clip is needed there."])
 
 
 def _grouped(placings: Sequence[_Placing]) -> list[list[_Placing]]:

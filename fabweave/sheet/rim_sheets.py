@@ -1,4 +1,4 @@
-"""Draw rings around openings on sheets of their own, and say how they are laid."""
+"""Draw rings along rims on sheets of their own, and say how they are laid."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,11 +14,12 @@ from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, draw_flat
 from fabweave.sheet.labels.lettering import place_text
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets, sheet_name, side_sheets
+from fabweave.stock.material import Material, forming_advice, min_bend_radius_mm
 from fabweave.stock.supplies import Supplies
 
 #: The folder with rings in a job's folder.
 FOLDER = "rim"
-_MEASURES = ("side", "opening_mm", "width_mm", "slope_deg", "off_mm", "thickness_mm")
+_MEASURES = ("side", "width_mm", "over_mm", "thickness_mm", "radius_mm")
 
 
 def _drawn(piece: RingPiece, placement: Placement) -> PieceDrawing:
@@ -40,7 +41,8 @@ def _rim_record(rings: Sequence[RimRing], layout: Layout) -> dict[str, Any]:
     """Return what ``rim/rim.json`` holds of rings whose pieces are laid out.
 
     Of each ring it tells the measures and the pieces; of each piece the file that it is cut from,
-    and where its holes are on that sheet, each with the crossing whose fastener goes through it.
+    where its holes are on that sheet, each with the crossing whose fastener goes through it, and
+    where its rungs are, each with the vertex of the rim and the crossing between which it runs.
     """
     placements = iter(layout.placements)
     return {
@@ -61,6 +63,7 @@ def _record(piece: RingPiece, placement: Placement) -> dict[str, Any]:
     places = placement.apply(piece.holes[:, :2]).round(DECIMALS).tolist()
     return {
         "id": piece.id,
+        "inside": piece.inside,
         "sheet": sheet_name(FOLDER, placement.sheet),
         "holes": [
             {"crossing": crossing, "x": x, "y": y, "hole_mm": diameter}
@@ -68,23 +71,34 @@ def _record(piece: RingPiece, placement: Placement) -> dict[str, Any]:
                 piece.crossings.tolist(), places, piece.holes[:, 2].tolist(), strict=True
             )
         ],
+        "rungs": [
+            {"vertex": vertex, "rim": rim, "crossing": crossing, "foot": foot}
+            for vertex, rim, crossing, foot in zip(
+                piece.vertices.tolist(),
+                placement.apply(piece.rim).round(DECIMALS).tolist(),
+                piece.feet.tolist(),
+                placement.apply(piece.foot).round(DECIMALS).tolist(),
+                strict=True,
+            )
+        ],
     }
 
 
 def _rim_text(rings: Sequence[RimRing]) -> str:
     """Return how rings are laid, for people: ``rim/rim.txt``."""
-    told = ["The last step: the ring around each opening.\n"]
+    told = ["The last steps: a ring along each rim.\n"]
     for ring in rings:
-        names = [piece.id for piece in ring.pieces]
-        told.append(
-            f"Opening at the {ring.side}: {', '.join(names)}, counter-clockwise as seen from above."
-        )
-        for piece, after in zip(ring.pieces, [*ring.pieces[1:], ring.pieces[0]], strict=True):
-            told.append(
-                f"  {piece.id}: letters up. Its holes go over crossings "
-                f"{', '.join(map(str, piece.crossings.tolist()))}; its last hole goes over the "
-                f"first of {after.id}, and covers that id."
-            )
+        told.append(f"Rim at the {ring.side}:")
+        for course in ring.courses:
+            face = "Inside" if course[0].inside else "Outside"
+            names = ", ".join(piece.id for piece in course)
+            told.append(f"  {face}, to the right as seen with the rim above: {names}.")
+            for piece, after in zip(course, [*course[1:], course[0]], strict=True):
+                told.append(
+                    f"    {piece.id}: letters towards you. Its holes go over crossings "
+                    f"{', '.join(map(str, piece.crossings.tolist()))}; its last hole goes over "
+                    f"the first of {after.id}, and covers that id."
+                )
         told.append("")
     told.append(
         "Leave the fasteners of these crossings out until then, and put them through ring and "
@@ -93,28 +107,42 @@ def _rim_text(rings: Sequence[RimRing]) -> str:
     return "\n".join(told)
 
 
-def rim_notes(rings: Sequence[RimRing]) -> list[Note]:
-    """Say which rings there are.
+def rim_notes(rings: Sequence[RimRing], material: Material) -> list[Note]:
+    """Say which rings there are, and what helps where one bends more than its material takes.
 
     Examples
     --------
-    >>> rim_notes([])
+    >>> from fabweave.stock.material import material_named
+    >>> rim_notes([], material_named("card"))
     []
     """
     return [
         Note(
             "ring",
-            f"ring at the {ring.side}: "
+            f"ring along the rim at the {ring.side}"
+            + (", outside and inside" if ring.courses[1:] else "")
+            + ": "
             + agree(len(ring.pieces), "{n} piece[|s]")
-            + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, "
-            f"{ring.slope_deg:.0f}° from flat, around an opening of {ring.opening_mm:.1f} mm, "
-            f"over {len(set(ring.crossings.tolist()))} fasteners; the strands there lie "
-            f"within {max(ring.off_mm, 0.05):.1f} mm of it",
+            + f" ({', '.join(piece.id for piece in ring.pieces)}) of {ring.width_mm:.1f} mm, over "
+            + f"{len(set(ring.crossings.tolist()))} fasteners"
+            + (f"; it stands out {ring.over_mm:.1f} mm over the rim" if ring.over_mm else "")
+            + _bent(ring, material),
             "rim/rim.txt says how it is laid, as the last step. It is cut from sheets of its own, "
             "which cost what waste.html says, on top of the rest",
         )
         for ring in rings
     ]
+
+
+def _bent(ring: RimRing, material: Material) -> str:
+    """Say to which radius a ring is bent, and what helps if that is too tight."""
+    if ring.radius_mm is None:
+        return ""
+    told, least = f"; it bends to a radius of {ring.radius_mm:.0f} mm", min_bend_radius_mm(material)
+    if ring.radius_mm >= least:
+        return told
+    helps = forming_advice(material, ring.radius_mm) or "a thinner material helps"
+    return f"{told}, and the material takes {least:.0f} mm: {helps}"
 
 
 def ring_sheets(

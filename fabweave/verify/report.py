@@ -54,7 +54,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "tables": "the tables of pieces, stations and crossings say what the plan says",
         "stock": "sheets, angles and prices are those of the stock in the settings",
         "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
-        "rim": "rings around openings lie hole on hole on the crossings beside them, all round",
+        "rim": "rings along rims unfold exactly, and lie hole on hole on the crossings beside them",
         "former": "a former keeps off all strips, holds together, bears their names, comes out",
         "form": "its relaxed strips are those that are cut, and it goes as far as its record says",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",

@@ -9,8 +9,10 @@ from fabweave.core.errors import InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.leave_out import leave_out, parse_leave_out, read_leave_out, rim_on_circle
+from fabweave.mesh.load import load_mesh
 from fabweave.mesh.polymesh import PolyMesh, face_normals
 from fabweave.mesh.shapes import grids, solids
+from fabweave.options.settings import Settings
 from fabweave.weave.threads import trace_threads
 
 
@@ -126,3 +128,14 @@ def test_a_file_lists_faces(tmp_path):
     for name, words in ((str(path), "line 2 of faces.txt has 'many'"), ("mouth.txt", "mouth.txt")):
         with pytest.raises(InputError, match=words):
             read_leave_out(name)
+
+
+@pytest.mark.parametrize("size_mm", [30.0, 100.0, 400.0, 3000.0])
+def test_a_ring_on_a_closed_mesh_is_refused_with_an_opening_in_proportion(size_mm):
+    with pytest.raises(InputError, match=r"^rim: ") as caught:
+        load_mesh(Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring").mesh)
+    said = str(caught.value).rpartition(" ")[2]
+    ((_, wide_mm),) = parse_leave_out(said).diameters_mm
+    assert 0.3 * size_mm <= wide_mm <= 0.5 * size_mm
+    asked = Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring", leave_out=said)
+    assert load_mesh(asked.mesh).rim == "ring"

@@ -16,7 +16,6 @@ from jobs import run
 
 from fabweave.cli.guide import options_page
 from fabweave.core.errors import InputError
-from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.nest.layout import effort_named
 from fabweave.options.machines import machine_profile
 from fabweave.options.option import SECTIONS
@@ -179,21 +178,6 @@ def test_settings_refuse_what_no_job_can_be_made_with(name: str) -> None:
             Settings.of(**{"source": "shape:cube", name: value})
     with pytest.raises(InputError, match=f"^{said}: "):
         Settings.of("shape:cube").but(**{name: SPOILT[name][0]})
-
-
-@pytest.mark.parametrize("leave_out", [None, "0,1"])
-def test_a_ring_without_a_round_opening_is_refused_before_the_work(leave_out) -> None:
-    with pytest.raises(InputError, match=r"^rim: "):
-        Settings.of("shape:torus", rim="ring", leave_out=leave_out)
-    assert Settings.of("shape:torus", rim="ring", leave_out="top:8cm").mesh.rim == "ring"
-
-
-@pytest.mark.parametrize("size_mm", [30.0, 100.0, 400.0, 3000.0])
-def test_the_opening_that_a_ring_proposes_is_in_proportion(size_mm: float) -> None:
-    with pytest.raises(InputError) as caught:
-        Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring")
-    ((_, wide_mm),) = parse_leave_out(str(caught.value).rpartition(" ")[2]).diameters_mm
-    assert 0.3 * size_mm <= wide_mm <= 0.5 * size_mm
 
 
 def test_how_open_a_weave_is_stands_for_its_width() -> None:

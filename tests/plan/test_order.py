@@ -9,10 +9,10 @@ from assembly_models import model_of
 from crossing_maps import step_record
 from hypothesis import given
 from hypothesis import strategies as st
+from rims import ring_of
 from slow import slow_but
 
 from fabweave.piece.piece import find_owners
-from fabweave.piece.rim_ring import plan_ring
 from fabweave.plan import order as model
 from fabweave.plan.order import (
     MeasuredOrder,
@@ -288,12 +288,9 @@ def test_what_a_ring_holds_is_fastened_with_it_in_the_last_step():
     woven = model_of("shape:hypar?m=4&n=3")
     found = planned(woven, enclosed=False)
     keys = np.array([5, 2, 9, 7])
-    turn = np.arange(4) * np.pi / 2
-    places = np.column_stack((50 * np.cos(turn), 50 * np.sin(turn), np.zeros(4)))
-    ring = plan_ring(
-        "top", keys, places, (0.0, 0.0), 60.0, count=2, first=1,
-        hole_mm=np.full(4, 2.0), edge_mm=4.0, thickness_mm=0.4,
-    )  # fmt: skip
+    ring = ring_of((50.0, 0.0), (55.0, 0.0), 4, hole_mm=np.full(4, 2.0), edge_mm=4.0)
+    named = (replace(piece, crossings=keys[piece.crossings]) for piece in ring.pieces)
+    ring = replace(ring, pieces=tuple(named))
     plain = build_steps(woven.made, found)
     *steps, last = build_steps(replace(woven.made, rings=(ring,)), found)
     assert (last.ring, last.pieces, last.effort, last.step) == (

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import shapely
+from rims import ring_of
 
-from fabweave.piece.rim_ring import plan_ring
 from fabweave.show.manual.steps import lay_ring
 
 POINTS_MM = 72 / 25.4
@@ -12,11 +12,9 @@ POINTS_MM = 72 / 25.4
 
 @pytest.mark.parametrize(("radius", "count"), [(60.0, 2), (20.0, 2), (200.0, 5)])
 def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, count):
-    turn = np.arange(12) * np.pi / 6
-    places = np.column_stack((radius * np.cos(turn), radius * np.sin(turn), -0.3 * np.ones(12)))
-    ring = plan_ring(
-        "top", np.arange(12), places, (0.0, 0.0), 2 * radius - 12, count=count, first=1,
-        hole_mm=np.full(12, 2.0), edge_mm=4.0, thickness_mm=0.4,
+    ring = ring_of(
+        (radius, 0.0), (radius + 8.0, -3.0), 12, hole_mm=np.full(12, 2.0), edge_mm=4.0,
+        double=True, fits=lambda pieces: len(pieces) >= count,
     )  # fmt: skip
     wide = 250.0
     pieces, high, ratio = lay_ring(ring, wide)

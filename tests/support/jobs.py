@@ -34,6 +34,11 @@ STRAIGHT = (
     "--size", "250mm", "--joint", "rivet:2,slots", "--spares", "1", "--effort", "quick",
     "--template", "none",
 )  # fmt: skip
+#: A job with a ring outside and inside along a rim with corners.
+DOUBLED = (
+    "shape:hypar?m=6&n=5", "--size", "300mm", "--rim", "double", "--boundary", "end",
+    "--effort", "quick",
+)  # fmt: skip
 #: A job with a ring around an opening, and one with a former, both with kerf.
 RINGED = (
     "shape:sphere?n=3", "--size", "200mm", "--leave-out", "top:80mm", "--rim", "ring",

@@ -194,7 +194,7 @@ def newest_job(seed, folder):
         "load": maybe(0.15, "200g@top", "1kg@bottom:3"),
         "fasten": maybe(0.3, "form", "form:3mm", "all", "none", "joints", "every:2"),
         "leave_out": maybe(0.15, "top:60mm", "bottom:50mm"),
-        "rim": maybe(0.1, "ring"),
+        "rim": maybe(0.1, "ring", "double"),
         "pin": maybe(0.1, "A1@1:60,60,0", "A1@3:40,40,90"),
         "preset": maybe(0.3, "boxes", "epilog", "glowforge", "snijlab", "trotec", "xtool"),
         "profile": maybe(0.15, "service"),

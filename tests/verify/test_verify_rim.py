@@ -4,7 +4,7 @@ import json
 import shutil
 
 import pytest
-from jobs import RINGED
+from jobs import DOUBLED, RINGED
 from sealing import told
 from spoiling import edit_json, edit_text
 
@@ -24,21 +24,71 @@ def test_a_ring_passes_and_is_bought_for(ringed):
     assert crossings <= {one["id"] for one in plan["crossings"] if one["fastened"]}
     rows = json.loads((ringed / "waste.json").read_text("utf-8"))["fasteners"]
     assert sum(row["needed"] for row in rows if row["layers"] >= 3) >= len(crossings)
-    assert "R2: letters up" in (ringed / "rim" / "rim.txt").read_text("utf-8")
+    assert "R2: letters" in (ringed / "rim" / "rim.txt").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_a_doubled_ring_around_corners_passes_and_its_courses_differ(finished, tmp_path):
+    doubled = finished.copy(tmp_path / "job", *DOUBLED)
+    assert told(doubled) == {}
+    path = doubled / "rim" / "rim.json"
+    (ring,) = json.loads(path.read_text("utf-8"))["rings"]
+    assert [one["inside"] for one in ring["pieces"]] == [False, False, True, True]
+    edit_json(path, lambda document: flipped(document["rings"][0]))
+    assert "do not follow one another" in str(told(doubled)["rim"])
+    edit_text(doubled / "job.toml", 'rim = "double"', 'rim = "ring"')
+    assert "whether it has pieces inside" in str(told(doubled)["rim"])
+
+
+def flipped(ring):
+    """Lay outside what is to be inside, and the other way."""
+    for one in ring["pieces"]:
+        one["inside"] = not one["inside"]
+    ring["pieces"] = ring["pieces"][2:] + ring["pieces"][:2]
+
+
+def piece(ring):
+    return ring["pieces"][0]
+
+
+def moved(ring, what, at, by=0.2):
+    piece(ring)["rungs"][at][what][0] += by
+
+
+def mirrored(ring):
+    """All lengths stay, but the letters would be inside."""
+    for rung in piece(ring)["rungs"]:
+        for what in ("rim", "foot"):
+            rung[what][0] *= -1
+    for hole in piece(ring)["holes"]:
+        hole["x"] *= -1
+
+
+def shifted(ring):
+    """The band lies on other crossings, as far apart as its own."""
+    for rung in piece(ring)["rungs"]:
+        rung["crossing"] = rung["crossing"] + 1
 
 
 SPOILT = [
-    (lambda r: r["pieces"][0]["holes"][1].update(x=r["pieces"][0]["holes"][1]["x"] + 0.2),
+    (lambda r: piece(r)["holes"][1].update(x=piece(r)["holes"][1]["x"] + 0.2),
      "from where its crossing comes to lie"),
-    (lambda r: r["pieces"][0]["holes"][0].update(hole_mm=9.0), "other holes than the record"),
-    (lambda r: r["pieces"][0]["holes"][1].update(crossing=0), "its crossings"),
-    (lambda r: r.update(slope_deg=1.0), "slope_deg is 1"),
-    (lambda r: r.update(off_mm=2.0), "off_mm is 2"),
-    (lambda r: r.update(width_mm=50.0), "width_mm is 50"),
-    (lambda r: r.update(opening_mm=70.0), "opening_mm is 70"),
-    (lambda r: r.update(side="bottom"), "openings with a ring"),
+    (lambda r: piece(r)["holes"][0].update(hole_mm=9.0), "other holes than the record"),
+    (lambda r: piece(r)["holes"][1].update(crossing=0), "crossings of its holes"),
+    (lambda r: piece(r)["holes"].pop(1), "crossings of its holes"),
+    (lambda r: moved(r, "foot", 1), "from that of the surface"),
+    (lambda r: moved(r, "rim", 2), "from that of the surface"),
+    (mirrored, "it is turned over"),
+    (shifted, "do not follow one another along the rim"),
+    (lambda r: piece(r)["rungs"].pop(1), "do not follow one another along the rim"),
+    (lambda r: r.update(width_mm=50.0), "width_mm is"),
+    (lambda r: r.update(over_mm=3.0), "the border is"),
+    (lambda r: r.update(side="bottom"), "its side"),
     (lambda r: r.update(thickness_mm=3.0), "it is of no material here"),
-    (lambda r: r["pieces"][0].update(sheet="rim_09"), "rim_09.dxf could not be read"),
+    (lambda r: piece(r).update(inside=True), "whether it has pieces inside"),
+    (lambda r: piece(r).update(sheet="rim_09"), "rim_09.dxf could not be read"),
+    (lambda r: piece(r)["rungs"][1].update(vertex=10**6), "do not follow one another"),
+    (lambda r: piece(r).pop("rungs"), "rungs"),
 ]  # fmt: skip
 
 

@@ -4,8 +4,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+import shapely
 
-from fabweave.core.arrays import FloatArray, frozen_value
+from fabweave.core.arrays import FloatArray, frozen_value, unit
 from fabweave.core.messages import agree
 from fabweave.former.way_out import Leaving
 from fabweave.picture.camera import View
@@ -59,7 +60,7 @@ UNPICTURED = (
     "and assembly.html each step on it, where that could be made."
 )
 RINGED = (
-    " Crossings under the ring around an opening get their fasteners with it, at the end: "
+    " Crossings under the ring along a rim get their fasteners with it, at the end: "
     "until then, clips hold them."
 )
 BOXES = " Tick the box of a piece when it is in its place."
@@ -524,16 +525,12 @@ def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]
     scale = _POINTS_MM / ratio
     pieces, top = [], 0.0
     for piece, outline in zip(ring.pieces, outlines, strict=True):
-        radii = np.hypot(*outline.T) * scale
-        reach = float(radii.max()) + _BEYOND
-        holes = piece.holes[:, :2] * scale
-        numbers = holes * (reach / np.hypot(*holes.T))[:, None]
+        holes, outward = piece.holes[:, :2] * scale, piece.outward
+        border = shapely.LinearRing(outline * scale)
+        numbers = holes + (_reach(border, holes, outward) + _BEYOND)[:, None] * outward
         drawn = np.concatenate((outline * scale, numbers))
         low, high = drawn.min(axis=0) - _DIGITS, drawn.max(axis=0) + _DIGITS
         shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
-        half = len(holes) // 2
-        between = holes[half - 1 : half + 1].mean(axis=0)
-        away = (radii.min() + radii.max()) / 2.0
         pieces.append(
             FlatPiece(
                 id=piece.id,
@@ -541,8 +538,27 @@ def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]
                 holes=holes + shift,
                 numbers=numbers + shift,
                 hole=float(piece.holes[0, 2]) / 2.0 * scale,
-                middle=between * (away / np.hypot(*between)) + shift,
+                middle=_middle(border, holes, outward) + shift,
             )
         )
         top -= float(high[1] - low[1]) + _BETWEEN
     return pieces, -top, ratio
+
+
+def _middle(border: shapely.LinearRing, holes: FloatArray, outward: FloatArray) -> FloatArray:
+    """Return the middle of a band between two holes, as near to its half as it is straight."""
+    between, up = (holes[1:] + holes[:-1]) / 2.0, unit(outward[1:] + outward[:-1])
+    within = shapely.contains_xy(shapely.Polygon(border), between)
+    # Between the holes beside a corner there may be no band.
+    off = np.where(within, 0, len(between)) + np.abs(np.arange(len(between)) - len(between) // 2)
+    best = slice(int(np.argmin(off)), int(np.argmin(off)) + 1)
+    above, below = (_reach(border, between[best], way * up[best]) for way in (1.0, -1.0))
+    return np.asarray(between[best] + (above - below)[:, None] / 2.0 * up[best])[0]
+
+
+def _reach(border: shapely.LinearRing, places: FloatArray, ways: FloatArray) -> FloatArray:
+    """Return how far the border is from places in it, each in its direction, (N,)."""
+    far = float(border.length)
+    rays = shapely.linestrings(np.stack((places, places + far * ways), axis=1))
+    met = shapely.intersection(rays, border)
+    return np.asarray(shapely.distance(shapely.points(places), met))

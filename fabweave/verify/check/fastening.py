@@ -1,21 +1,19 @@
 """Check that fasteners go through the crossings that were to take one, and through no others."""
 
 import re
-from typing import Any
 
 import numpy as np
 
+from fabweave.verify.check.rim import rim_crossings
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Flags, Floats
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.read.mesh import LoadedMesh
-from fabweave.verify.report import Tally, stated_number
+from fabweave.verify.report import Tally
 
 _FORM = re.compile(r"form(:\d.*)?")
 _EVERY = re.compile(r"every:(\d+)")
-#: Vertices of a rim are on its circle to this, but for those that are told to be off it.
-_ON_RIM_MM = 2e-3
 #: Heights and directions that differ by less are the same.
 _LEVEL_MM, _SAME_TURN = 1e-3, 1e-6
 
@@ -32,12 +30,8 @@ def check_fastening(job: Job, tally: Tally) -> None:
         wanted is not None, f"{asked!r} does not say which crossings are fastened"
     ):
         return
-    if job.options.get("rim", "none") == "ring":
-        mesh = required(job.mesh)
-        openings = [one for one in job.openings if "diameter_mm" in one]
-        edges = set[tuple[int, int]]().union(*(ring_edges(mesh, one) for one in openings))
-        around = {one.id for one in plan.crossings if tuple(sorted(one.edge)) in edges}
-        wanted = (wanted or set()) | around
+    if job.options.get("rim", "none") != "none":
+        wanted = (wanted or set()) | rim_crossings(required(job.mesh), plan)
     hung = {crossing.id for crossing in plan.crossings if crossing.hang}
     due_to_carry = hanging(str(job.options.get("hang", "")), plan)
     tally.at("crossings that carry").same("something", hung, due_to_carry)
@@ -134,25 +128,6 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
     elif asked != "joints":
         return None
     return wanted
-
-
-def ring_edges(mesh: LoadedMesh, opening: dict[str, Any]) -> set[tuple[int, int]]:
-    """Return the edges beside the rim of a round opening, by their ends.
-
-    Parameters
-    ----------
-    mesh : LoadedMesh
-        The woven mesh.
-    opening : dict
-        What job.toml tells of it.
-    """
-    x, y, diameter, off = (
-        stated_number(opening, key) for key in ("x_mm", "y_mm", "diameter_mm", "off_mm")
-    )
-    away = np.hypot(mesh.vertices[:, 0] - x, mesh.vertices[:, 1] - y)
-    near = np.abs(away - diameter / 2.0) <= off + _ON_RIM_MM
-    ends = near[mesh.corner] & near[mesh.corner[mesh.next]]
-    return _beside(mesh, (mesh.twin < 0) & ends)
 
 
 def _beside(mesh: LoadedMesh, bare: Flags) -> set[tuple[int, int]]:
