@@ -115,11 +115,11 @@ def read_leave_out(text: str) -> str:
 
     Examples
     --------
-    >>> read_leave_out("7,7,3")
-    '3,7'
+    >>> read_leave_out("7,7,3"), read_leave_out("12,13,top:80mm")
+    ('3,7', 'top:80mm,12,13')
     """
-    first = text.partition(",")[0].partition(":")[0].strip().lower()
-    if first in _SIDES or _FACES.fullmatch(text):
+    words = {word.partition(":")[0].strip().lower() for word in text.split(",")}
+    if words & set(_SIDES) or _FACES.fullmatch(text):
         return tidy_leave_out(text)
     path = Path(text)
     if not os.path.exists(path):

@@ -46,7 +46,7 @@ def _rim_record(rings: Sequence[RimRing], layout: Layout) -> dict[str, Any]:
     """
     placements = iter(layout.placements)
     return {
-        "schema": "fabweave.rim/1",
+        "schema": "fabweave.rim/2",
         "units": "mm",
         "rings": [
             {

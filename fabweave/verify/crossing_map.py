@@ -444,7 +444,7 @@ class FormRecord(TypedDict):
 class RimRecord(TypedDict):
     """What is said of the rings around openings."""
 
-    schema: Literal["fabweave.rim/1"]
+    schema: Literal["fabweave.rim/2"]
     units: Literal["mm"]
     rings: list[dict[str, Any]]
 
