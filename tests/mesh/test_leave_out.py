@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabweave.core.errors import InputError
+from fabweave.job.stations import Stations
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.leave_out import leave_out, parse_leave_out, read_leave_out, rim_on_circle
-from fabweave.mesh.load import load_mesh
 from fabweave.mesh.polymesh import PolyMesh, face_normals
 from fabweave.mesh.shapes import grids, solids
 from fabweave.options.settings import Settings
@@ -133,9 +133,9 @@ def test_a_file_lists_faces(tmp_path):
 @pytest.mark.parametrize("size_mm", [30.0, 100.0, 400.0, 3000.0])
 def test_a_ring_on_a_closed_mesh_is_refused_with_an_opening_in_proportion(size_mm):
     with pytest.raises(InputError, match=r"^rim: ") as caught:
-        load_mesh(Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring").mesh)
+        _ = Stations(Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring")).loaded
     said = str(caught.value).rpartition(" ")[2]
     ((_, wide_mm),) = parse_leave_out(said).diameters_mm
     assert 0.3 * size_mm <= wide_mm <= 0.5 * size_mm
     asked = Settings.of("shape:sphere?n=4", size_mm=size_mm, rim="ring", leave_out=said)
-    assert load_mesh(asked.mesh).rim == "ring"
+    assert Stations(asked).loaded.rim == "ring"
