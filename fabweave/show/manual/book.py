@@ -10,7 +10,7 @@ from unicodedata import normalize
 
 import numpy as np
 from reportlab.pdfbase.cidfonts import UnicodeCIDFont
-from reportlab.pdfbase.pdfdoc import PDFImageXObject, PDFZCompress
+from reportlab.pdfbase.pdfdoc import PDFArray, PDFDictionary, PDFName, PDFStream, PDFZCompress
 from reportlab.pdfbase.pdfmetrics import registerFont, stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.pdfgen.pathobject import PDFPathObject
@@ -264,7 +264,7 @@ class Book:
         canvas = self._canvas
         self._n_images += 1
         name = f"picture{self._n_images}"
-        document, pixels = canvas._doc, Pixels(name, picture)
+        document, pixels = canvas._doc, _pixels(picture)
         document.Reference(pixels, document.getXObjectName(name))
         document.addForm(name, pixels)
         canvas.saveState()
@@ -361,15 +361,23 @@ def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list
     return lines
 
 
-class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
-    """A picture as an object of a PDF, of a name that is unique there.
+def _pixels(picture: Painted) -> PDFStream:
+    """Return a picture as an object of a PDF.
 
     reportlab's own pictures are written in letters, which takes a quarter more room and most of
     the time of a manual with a picture for each step.
     """
-
-    def __init__(self, name: str, picture: Painted) -> None:
-        super().__init__(name)
-        self._filters, self.colorSpace, self.bitsPerComponent = ("FlateDecode",), "DeviceRGB", 8
-        self.width, self.height = picture.width_px, picture.height_px
-        self.streamContent = picture.packed
+    colours: object = PDFName("DeviceRGB")
+    if picture.colours:
+        last = len(picture.colours) // 3 - 1
+        colours = PDFArray([PDFName("Indexed"), colours, last, f"<{picture.colours.hex()}>"])
+    record = {
+        "Type": PDFName("XObject"),
+        "Subtype": PDFName("Image"),
+        "Width": picture.width_px,
+        "Height": picture.height_px,
+        "BitsPerComponent": 8,
+        "ColorSpace": colours,
+        "Filter": PDFName("FlateDecode"),
+    }
+    return PDFStream(PDFDictionary(record), picture.packed)

@@ -10,7 +10,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_triangles
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
-from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, paint
+from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, Stage
 
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
@@ -87,6 +87,16 @@ class Drawn:
             for piece in crossing_map.pieces
             for at, station in enumerate(piece.stations)
         }
+
+        self._stages: dict[tuple[View, tuple[float, float], bool], Stage] = {}
+
+    def stage(self, view: View, size: tuple[float, float], *, table: bool) -> Stage:
+        """Return where the whole object grows, as it is seen in pictures of a size."""
+        key = view, size, table
+        if key not in self._stages:
+            frame = self.scene.frame(view, _pixels(size), table=table)
+            self._stages[key] = Stage(self.scene, frame, table=table)
+        return self._stages[key]
 
     def new(self, step: int) -> list[int]:
         """Return the numbers of the pieces that come in a step."""
@@ -561,8 +571,9 @@ def _overview(
 ) -> Overview:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     early = bool(drawn.scene.early[steps[0]])
-    frame = drawn.scene.frame(view, _pixels(size), table=early)
-    painted, shown = paint(drawn.scene, frame, steps[-1], steps[0], coming=early, table=early)
+    stage = drawn.stage(view, size, table=early)
+    frame = stage.frame
+    painted, shown = stage.paint(steps[-1], steps[0], coming=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
@@ -587,7 +598,7 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
     place = _overview(drawn, held, [at], TALL) if beside else None
     # From below, the table would hide the object.
     table = early and view.elevation_deg > 0.0
-    painted, shown = paint(scene, frame, at, at, coming=False, table=table)
+    painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
     places = Places(drawn, frame, shown.near, at)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
