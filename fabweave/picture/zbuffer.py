@@ -98,30 +98,80 @@ def nearest_triangles(
     >>> nearest_triangles(square, np.array([[0, 1, 2], [0, 2, 3]]), width=3, height=2)[0].tolist()
     [[0, 0, -1], [1, 0, -1]]
     """
-    corners = points[triangles]
-    depth = planes_through(corners, corners[:, :, 2])
     nearness = np.full(width * height, -np.inf)
     seen = np.full(width * height, -1, dtype=np.int32)
-    triangle, row, start, end = _row_spans(corners, width, height)
-    counts = end - start
-    first = row * width + start
-    # Along a row, nearness is affine in the number of the pixel.
-    slope = depth.along_x[triangle]
-    begin = depth.at(triangle, start + 0.5, row + 0.5)
-    for low, high in _batches(counts):
-        spans = slice(low, high)
-        shift = first[spans] - offsets_of(counts[spans])[:-1]
-        pixel = np.repeat(shift, counts[spans])
-        pixel += np.arange(len(pixel))
-        near = np.repeat(begin[spans] - slope[spans] * first[spans], counts[spans])
-        near += np.repeat(slope[spans], counts[spans]) * pixel
+    for triangle, pixel, near in _covered(points, triangles, width, height):
         # An earlier batch's triangle gives way only to a nearer one.
         before = nearness[pixel]
         np.maximum.at(nearness, pixel, near)
         wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
         # The last write counts, so the first triangle of equals comes last.
-        seen[pixel[wins]] = np.repeat(triangle[spans].astype(np.int32), counts[spans])[wins]
+        seen[pixel[wins]] = triangle[wins]
     return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+
+
+def nearest_of_layers(
+    points: FloatArray, triangles: IntArray, layer: IntArray, *, width: int, height: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return what each layer adds to a picture that shows the layers before it, in one pass.
+
+    Parameters
+    ----------
+    points, triangles, width, height
+        As of :func:`nearest_triangles`.
+    layer : (T,) int array
+        The layer of each triangle.
+
+    Returns
+    -------
+    triangle, pixel : (N,) int arrays
+        The triangles that are seen of each layer at some pixels, nearer than all layers before it.
+    nearness : (N,) float array
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> nearest_of_layers(
+    ...     square, np.array([[0, 1, 2], [0, 1, 2]]), np.array([1, 0]), width=2, height=1
+    ... )[0].tolist()
+    [1, 1]
+    """
+    parts = list(_covered(points, triangles, width, height))
+    if not parts:
+        none = np.empty(0, dtype=np.int64)
+        return none, none, np.empty(0)
+    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    # By pixel and layer; in a layer the nearest is first, and of equally near ones the first.
+    rank = np.unique(near, return_inverse=True)[1]
+    order = np.lexsort((-rank, layer[triangle], pixel))
+    triangle, pixel, rank, near = triangle[order], pixel[order], rank[order], near[order]
+    # Pixels after one another: what is nearer than all before in its pixel is a new maximum.
+    level = pixel * (len(rank) + 1) + rank
+    before = np.maximum.accumulate(level)[:-1]
+    seen = np.append(True, level[1:] > before)
+    return triangle[seen], pixel[seen], near[seen]
+
+
+def _covered(
+    points: FloatArray, triangles: IntArray, width: int, height: int
+) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+    """Yield triangles, the pixels that they cover and how near they are there, in batches."""
+    corners = points[triangles]
+    depth = planes_through(corners, corners[:, :, 2])
+    triangle, row, start, end = _row_spans(corners, width, height)
+    counts = end - start
+    first = row * width + start
+    # Along a row, nearness is affine in the number of the pixel.
+    slope = depth.along_x[triangle]
+    begin = depth.at(triangle, start + 0.5, row + 0.5) - slope * first
+    for low, high in _batches(counts):
+        spans = slice(low, high)
+        count = counts[spans]
+        pixel = np.repeat(first[spans] - offsets_of(count)[:-1], count)
+        pixel += np.arange(len(pixel))
+        near = np.repeat(slope[spans], count) * pixel
+        near += np.repeat(begin[spans], count)
+        yield np.repeat(triangle[spans], count), pixel, near
 
 
 def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:

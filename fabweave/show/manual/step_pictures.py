@@ -8,7 +8,7 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
-from fabweave.picture.zbuffer import nearest_triangles
+from fabweave.picture.zbuffer import nearest_of_layers
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
 from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, Stage
 
@@ -383,19 +383,14 @@ def _seen(scene: Scene, view: View) -> FloatArray:
     and than the former.
     """
     frame = scene.frame(view, _TRIAL_PX)
-    points, (wide, high) = frame.pixels(scene.points), _TRIAL_PX
-    order = np.argsort(scene.step, kind="stable")
-    bounds = np.searchsorted(scene.step[order], np.arange(1, scene.n_steps))
+    wide, high = _TRIAL_PX
+    triangle, pixel, near = nearest_of_layers(
+        frame.pixels(scene.points), scene.triangles, scene.step, width=wide, height=high
+    )
+    board = scene.former_seen(frame, 0)[1].ravel()[pixel]
+    triangle = triangle[(near > board) | (scene.step[triangle] + 1 >= scene.leaving.until)]
     side = 2 * scene.piece + (scene.normals @ frame.axes[2] < 0.0)
-    area = np.zeros(2 * len(scene.step_of_piece))
-    before, board = np.full((high, wide), -np.inf), scene.former_seen(frame, 0)[1]
-    for step, own in enumerate(np.split(order, bounds)):
-        seen, near = nearest_triangles(points, scene.triangles[own], width=wide, height=high)
-        if step + 1 == scene.leaving.until:
-            board = before
-        shown = own[seen[near > np.maximum(before, board)]]
-        area += np.bincount(side[shown], minlength=len(area))
-        np.maximum(before, near, out=before)
+    area = np.bincount(side[triangle], minlength=2 * len(scene.step_of_piece)).astype(np.float64)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area[::2])
     sides = area[::2], area[1::2]
