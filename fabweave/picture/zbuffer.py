@@ -100,9 +100,9 @@ def nearest_triangles(
     """
     nearness = np.full(width * height, -np.inf)
     seen = np.full(width * height, -1, dtype=np.int32)
-    for triangle, pixel, near in _covered(points, triangles, width, height):
+    for batch, (triangle, pixel, near) in enumerate(_covered(points, triangles, width, height)):
         # An earlier batch's triangle gives way only to a nearer one.
-        before = nearness[pixel]
+        before = nearness[pixel] if batch else -np.inf
         np.maximum.at(nearness, pixel, near)
         wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
         # The last write counts, so the first triangle of equals comes last.
@@ -189,27 +189,31 @@ def _row_spans(
     A row's span is half open, and so is a triangle's range of rows; sides are always followed
     from their upper end, so two triangles find the same place on the side that they share.
     """
-    x, y = corners[:, :, 0], corners[:, :, 1]
-    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
-    last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, height).astype(np.int64)
-    narrow = np.ceil(x.max(axis=1) - 0.5) <= np.ceil(x.min(axis=1) - 0.5)
+    # From the top: the upper, the middle and the lower corner of each triangle.
+    x, y = (
+        np.take_along_axis(corners[:, :, axis], np.argsort(corners[:, :, 1], axis=1), axis=1).T
+        for axis in (0, 1)
+    )
+    first = np.clip(np.ceil(y[0] - 0.5), 0, height).astype(np.int64)
+    last = np.clip(np.ceil(y[2] - 0.5), 0, height).astype(np.int64)
+    low, high = np.minimum(np.minimum(x[0], x[1]), x[2]), np.maximum(np.maximum(x[0], x[1]), x[2])
+    narrow = np.ceil(high - 0.5) <= np.ceil(low - 0.5)
     counts = np.where(narrow, 0, np.maximum(last - first, 0))
     triangle = np.repeat(np.arange(len(corners)), counts)
     row = np.arange(counts.sum()) + np.repeat(first - offsets_of(counts)[:-1], counts)
     middle = row + 0.5
-    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        swap = y[:, a] > y[:, b]
-        top_x, top_y = np.where(swap, x[:, b], x[:, a]), np.where(swap, y[:, b], y[:, a])
-        end_x, end_y = np.where(swap, x[:, a], x[:, b]), np.where(swap, y[:, a], y[:, b])
-        high = end_y - top_y
-        slope = (end_x - top_x) / np.where(high > 0.0, high, 1.0)
-        crosses = (top_y[triangle] <= middle) & (middle < end_y[triangle])
-        place = top_x[triangle] + (middle - top_y[triangle]) * slope[triangle]
-        left = np.where(crosses, np.minimum(left, place), left)
-        right = np.where(crosses, np.maximum(right, place), right)
-    some = left <= right
-    start = np.clip(np.ceil(np.where(some, left, 0.0) - 0.5), 0, width).astype(np.int64)
-    end = np.clip(np.ceil(np.where(some, right, 0.0) - 0.5), 0, width).astype(np.int64)
+    # The longest side crosses each row, and so does the one beside it that is as high.
+    begin, end = np.array([0, 0, 1]), np.array([2, 1, 2])
+    tall = y[end] - y[begin]
+    slope = (x[end] - x[begin]) / np.where(tall > 0.0, tall, 1.0)
+    beside = np.where(middle < y[1][triangle], len(corners), 2 * len(corners)) + triangle
+    start_x, start_y, slope = x[begin].ravel(), y[begin].ravel(), slope.ravel()
+    one, two = (
+        start_x[side] + (middle - start_y[side]) * slope[side] for side in (triangle, beside)
+    )
+    start, end = (
+        np.clip(np.ceil(place - 0.5), 0, width).astype(np.int64)
+        for place in (np.minimum(one, two), np.maximum(one, two))
+    )
     kept = end > start
     return triangle[kept], row[kept], start[kept], end[kept]

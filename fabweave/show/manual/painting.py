@@ -7,7 +7,7 @@ is in place and where pieces end as the colours do.
 import zlib
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,8 @@ from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
+#: What each pixel shows, by number.
+Numbers: TypeAlias = npt.NDArray[np.integer[Any]]
 #: While a smaller share of all pieces is in place, pictures show the table and what is to come.
 EARLY = 0.25
 #: The radius of the table by that of the object; so many squares go from its middle to its edge.
@@ -218,6 +220,8 @@ PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW, BOARD = range(8)
 FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (246, 240, 228))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
+#: How hard pictures are deflated, 1 to 9: more takes twice the time and saves an eighth.
+_LEVEL = 4
 #: As many colours as a byte can number.
 _MOST_NUMBERED = 256
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -267,13 +271,13 @@ class Shown:
     """
 
     near: FloatArray
-    piece: IntArray
+    piece: Numbers
     inner: BoolArray
 
 
 def packed(pixels: Colours) -> Painted:
     """Return a picture of given pixels, (height, width, 3)."""
-    return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes()))
+    return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes(), _LEVEL))
 
 
 def packed_by_number(code: Codes, colours: Colours) -> Painted:
@@ -284,7 +288,9 @@ def packed_by_number(code: Codes, colours: Colours) -> Painted:
     number = np.zeros(len(colours), dtype=np.uint8)
     number[used] = np.arange(len(used))
     high, wide = code.shape
-    return Painted(wide, high, zlib.compress(number[code].tobytes()), colours[used].tobytes())
+    return Painted(
+        wide, high, zlib.compress(number[code].tobytes(), _LEVEL), colours[used].tobytes()
+    )
 
 
 def make_palette(colours: Colours) -> Palette:
@@ -327,7 +333,7 @@ class Stage:
         """Start with nothing in place."""
         self.scene, self.frame, self._table = scene, frame, table
         self._points = frame.pixels(scene.points)
-        inside = np.flatnonzero(_in_frame(self._points[:, :2][scene.triangles], frame))
+        inside = np.flatnonzero(_in_frame(self._points, scene.triangles, frame))
         # Where two pieces lap, they lie in one place: the new one is seen, so it is the first.
         self._triangles = inside[np.argsort(-scene.step[inside], kind="stable")]
         # The last of each is of pixels that show nothing.
@@ -367,8 +373,8 @@ class Stage:
         _draw_ends(code, ends, near, new)
         # A strip winds around the object: hatching shows where it goes on behind what is in front.
         down, across = np.divmod(covered, seen.shape[1])
-        hatched = ~new.flat[covered] & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
-        code.flat[covered[hatched]] = self._darkest[fresh[hatched]] + len(THERE)
+        hatched = ~new.ravel()[covered] & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
+        code.ravel()[covered[hatched]] = self._darkest[fresh[hatched]] + len(THERE)
         return packed_by_number(code, self.scene.palette.all), Shown(near, piece, inner)
 
     def _add(self, low: int, high: int) -> tuple[IntArray, IntArray, IntArray]:
@@ -383,12 +389,13 @@ class Stage:
         """
         begin, end = np.searchsorted(-self.scene.step[self._triangles], (1 - high, 1 - low))
         own = self._triangles[begin:end]
-        seen, near = self._nearest(self._points, own)
+        seen, near = (each.ravel() for each in self._nearest(self._points, own))
         covered = np.flatnonzero(seen >= 0)
-        triangle = own[seen.flat[covered]]
-        wins = near.flat[covered] >= self._near.flat[covered]
+        triangle, near = own[seen[covered]], near[covered]
+        all_seen, all_near = self._seen.ravel(), self._near.ravel()
+        wins = near >= all_near[covered]
         shown = covered[wins]
-        self._near.flat[shown], self._seen.flat[shown] = near.flat[shown], triangle[wins]
+        all_near[shown], all_seen[shown] = near[wins], triangle[wins]
         return covered, triangle, shown
 
     def _nearest(self, points: FloatArray, triangles: IntArray) -> tuple[IntArray, FloatArray]:
@@ -448,26 +455,31 @@ class Stage:
 def table_lines(scene: Scene, frame: Frame) -> BoolArray:
     """Return which pixels show a line of the table: its edge, or those between its squares."""
     middle, radius = scene.table
-    down, across = np.indices((frame.height_px, frame.width_px)) + 0.5
     # Where the ray of each pixel meets the table, in squares from its middle.
-    seen = np.stack((across, down), axis=-1) - frame.pixels(middle[None])[0, :2]
+    left, top = frame.pixels(middle[None])[0, :2]
+    across, down = np.arange(frame.width_px) + 0.5 - left, np.arange(frame.height_px) + 0.5 - top
     flat = frame.axes[:2, :2] * ((1.0,), (-1.0,)) * frame.pixels_per_mm
-    place = seen @ np.linalg.inv(flat).T * (_SQUARES / radius)
-    inside = np.linalg.norm(place, axis=-1) <= _SQUARES
-    square = np.floor(place)
+    ways = np.linalg.inv(flat) * (_SQUARES / radius)
+    x, y = (way[0] * across + (way[1] * down)[:, None] for way in ways)
+    inside = x * x + y * y <= _SQUARES**2
     lines = np.zeros(inside.shape, dtype=bool)
-    for axis in (0, 1):
-        lines |= np.diff(inside, axis=axis, append=0).astype(bool)
-        lines |= inside & np.any(np.diff(square, axis=axis, append=np.inf), axis=-1)
+    columns, rows = np.floor(x), np.floor(y)
+    for one, two in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        other = (columns[one] != columns[two]) | (rows[one] != rows[two])
+        lines[one] |= (inside[one] != inside[two]) | (inside[one] & other)
+    lines[-1] |= inside[-1]
+    lines[:, -1] |= inside[:, -1]
     return lines
 
 
-def _in_frame(corners: FloatArray, frame: Frame) -> BoolArray:
+def _in_frame(points: FloatArray, triangles: IntArray, frame: Frame) -> BoolArray:
     """Return which triangles may be seen in a frame, by the boxes around them."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    return np.asarray(
-        (high > 0.0).all(axis=1) & (low < (frame.width_px, frame.height_px)).all(axis=1)
-    )
+    inside = np.ones(len(triangles), dtype=bool)
+    for axis, size in enumerate((frame.width_px, frame.height_px)):
+        one, two, three = points[:, axis][triangles.T]
+        inside &= np.maximum(np.maximum(one, two), three) > 0.0
+        inside &= np.minimum(np.minimum(one, two), three) < size
+    return inside
 
 
 def _levels(scene: Scene, frame: Frame) -> IntArray:
@@ -479,7 +491,7 @@ def _levels(scene: Scene, frame: Frame) -> IntArray:
     return np.asarray(np.where(back, 0, 1 + steps))
 
 
-def _draw_ends(code: Codes, piece: IntArray, near: FloatArray, new: BoolArray) -> None:
+def _draw_ends(code: Codes, piece: Numbers, near: FloatArray, new: BoolArray) -> None:
     """Draw lines along the ends of pieces and plates, and a white gap beside on what is beneath.
 
     So at each crossing the rails of the upper strand go through, and the lower one's are broken.

@@ -10,7 +10,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_of_layers
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
-from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, Stage
+from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
 
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
@@ -125,7 +125,7 @@ def seen_mark(text: str, seen: BoolArray, frame: Frame) -> PictureLabel | None:
     return PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
 
 
-def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> PictureLabel:
+def new_mark(drawn: Drawn, frame: Frame, piece: Numbers, number: int) -> PictureLabel:
     """Return the name of a new piece, near the middle of what is seen of it."""
     text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
     at = on_page(frame.pixels(line)[len(line) // 2], frame)

@@ -20,7 +20,7 @@ _APART, _LEAST_APART = 5.7, 1.0
 _FEW = (1.5, 7.0, 18.0, 36.0), 12
 _MANY = (1.5, 4.0, 7.0, 11.0, 16.0, 22.0, 29.0, 36.0, 41.5), 30
 #: A longer line than this is drawn, in points; it is looked at in these shares of its length.
-_LED, _ALONG = 0.5, (0.0, 0.4, 0.8)
+_LED, _ALONG = 0.5, np.array([0.0, 0.4, 0.8])[:, None, None]
 #: Covering a rung of what is new costs as much as so many points of distance.
 _COVERED = 3.0
 #: What cannot be allowed, and what can if nothing else is left.
@@ -30,7 +30,7 @@ _ON_ANOTHER = 3e3
 #: What a box costs on another's line, and one that is close to another.
 _OVER_LINE, _CLOSE = 100.0, 20.0
 _ROUNDS = 3
-#: So many places are looked at together.
+#: So many places are looked at together, and then twice as many.
 _AT_ONCE = 32
 
 
@@ -152,15 +152,12 @@ class _Places:
         ways = np.concatenate((own[:, None], np.repeat(around[None], len(own), axis=0)), axis=1)
         reach = _smaller(self.half / np.maximum(np.abs(ways), 1e-9))
         far = reach[..., None] + reaches
-        middles = (ends[:, None, None] + ways[:, :, None] * far[..., None]).reshape(
-            len(own), -1, 2
-        )
+        tried = (ends[:, None, None] + ways[:, :, None] * far[..., None]).reshape(len(own), -1, 2)
         if meets:
             # On the strand itself, beside what is new.
             beside = ends + own * float(np.abs(mark.along) @ self.half)
-            middles = np.concatenate((middles, beside[:, None]), axis=1)
-        anchors = np.repeat(ends, middles.shape[1], axis=0)
-        middles = middles.reshape(-1, 2)
+            tried = np.concatenate((tried, beside[:, None]), axis=1)
+        anchors, middles = np.repeat(ends, tried.shape[1], axis=0), tried.reshape(-1, 2)
         low, high = middles - self.half, middles + self.half
         tips = np.minimum(np.maximum(anchors, low), high)
         length = np.linalg.norm(tips - anchors, axis=1)
@@ -196,10 +193,9 @@ class _Places:
         halves = np.array([tag.half for tag in others]).reshape(-1, 2)
         leaders = np.array([tag.line for tag in others]).reshape(-1, 2, 2)
         best, least = 0, np.inf
-        for begin in range(0, len(self.middles), _AT_ONCE):
-            if self._least[begin] > least:
-                break
-            end = begin + _AT_ONCE
+        end = 0
+        while end < len(self._least) and self._least[end] <= least:
+            begin, end = end, end + max(end, _AT_ONCE)
             cost = self._own_cost(end)[begin:]
             if others:
                 cost = cost + self._beside(slice(begin, end), middles, halves, leaders)
@@ -218,13 +214,11 @@ class _Places:
         gap = _larger(np.abs(own[:, None] - middles) - self.half - halves)
         cost = _ON_ANOTHER * (gap < _LEAST_APART) + _CLOSE * (gap < _APART)
         cost += _HARDLY * _crossing(anchors, tips, leaders[:, 0], leaders[:, 1])
-        for share in _ALONG:
-            point = anchors + share * (tips - anchors)
-            over = _larger(np.abs(point[:, None] - middles) - halves) < 0.0
-            point = leaders[:, 0] + share * (leaders[:, 1] - leaders[:, 0])
-            beneath = _larger(np.abs(own[:, None] - point) - self.half) < 0.0
-            cost += _OVER_LINE * over
-            cost += _OVER_LINE * beneath
+        point = anchors + _ALONG * (tips - anchors)
+        over = _larger(np.abs(point[:, :, None] - middles) - halves) < 0.0
+        point = leaders[:, 0] + _ALONG * (leaders[:, 1] - leaders[:, 0])
+        beneath = _larger(np.abs(own[:, None] - point[:, None]) - self.half) < 0.0
+        cost += _OVER_LINE * (over.sum(axis=0) + beneath.sum(axis=0))
         return np.asarray(cost.sum(axis=1))
 
     def tag(self, at: int) -> Tag:
