@@ -336,7 +336,7 @@ _SLACK_MM = 1e-4
 PULL, _UPWARD = 0.1, 0.1
 #: Pixels by which angles are told apart are so many times larger; so many angles are likely, and
 #: others are tried if none of these has room.
-_COARSER, _LIKELY = 2, 6
+_COARSER, _LIKELY = 4, 4
 #: What an overlap of larger pixels costs, by what as much contact is worth.
 _OVERLAP = 4.0
 #: Of a tile's best positions, how many are tried.
@@ -463,8 +463,8 @@ class _CoarseSpectra:
 class _Spectra:
     """Kernels at all angles, transformed for patches of one size.
 
-    ``able`` are the angles that had room in each tile when it was last searched: nothing is ever
-    taken away, so there is no room at the others.
+    ``able`` are the angles that may have room in each tile: nothing is ever taken away, so there is
+    none at those where none was found.
     """
 
     kernels: Kernels
@@ -572,16 +572,17 @@ class SheetPixels:
             occupied = self._occupied[patch]
             if occupied.size - int(occupied.sum()) >= least:
                 spectra = self._spectra(kernels, shape)
-                angles = spectra.able.pop(tile, np.arange(len(spectra.pixels)))
-                likely = self._likely(kernels, spectra, tile, tiling.side, last, angles)
-                for some in (likely, np.setdiff1d(angles, likely)):
-                    angles = np.setdiff1d(angles, some)
-                    free, able = self._free_spots(kernels, spectra, tile, tiling.side, last, some)
-                    spectra.able[tile] = np.union1d(spectra.able.get(tile, angles[:0]), able)
-                    for near in free[:_SLIDES]:
-                        spot = slide(near, kernels.outline, self._placed)
+                able = spectra.able.get(tile, np.arange(len(spectra.pixels)))
+                likely = self._likely(kernels, spectra, tile, tiling.side, last, able)
+                for angles in (likely, np.setdiff1d(able, likely)):
+                    spots, room = self._free_spots(
+                        kernels, spectra, tile, tiling.side, last, angles
+                    )
+                    able = np.setdiff1d(able, np.setdiff1d(angles, room))
+                    spectra.able[tile] = able
+                    for free in spots[:_SLIDES]:
+                        spot = slide(free, kernels.outline, self._placed)
                         if spot is not None:
-                            spectra.able[tile] = np.union1d(spectra.able[tile], angles)
                             return spot
             tiling.close(number, size)
         return None
@@ -637,9 +638,9 @@ class SheetPixels:
         last: IntArray,
         angles: IntArray,
     ) -> IntArray:
-        """Return the angles at which a tile is most likely to have a good spot, in rising order.
+        """Return the angles at which a tile is most likely to have a good spot.
 
-        They are told apart by pixels that are larger, where a little overlap need not be any.
+        They are told apart by larger pixels, where a little overlap need not be any.
         """
         if len(angles) <= _LIKELY:
             return angles
@@ -647,7 +648,9 @@ class SheetPixels:
         patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
         worth = _pooled(self._touched[patch] - _OVERLAP * self._occupied[patch])
         extent = (-(-shape[0] // _COARSER), -(-shape[1] // _COARSER))
-        score = _correlation(scipy.fft.rfft2(worth, s=coarse.shape), coarse.pixels[angles], coarse.shape, extent)
+        score = _correlation(
+            scipy.fft.rfft2(worth, s=coarse.shape), coarse.pixels[angles], coarse.shape, extent
+        )
         score *= np.float32(_COARSER**2 / kernels.rim)
         right = np.arange(extent[1]) * (_COARSER * self.grid.pixel_mm)
         score -= (self.pull / self.grid.usable_mm[0] * right).astype(np.float32)
