@@ -334,9 +334,8 @@ _SLACK_MM = 1e-4
 #: How much more contact a position at the right end of the sheet must have, as a share of a shape's
 #: rim; and how much of that counts towards its upper end.
 PULL, _UPWARD = 0.1, 0.1
-#: Pixels by which angles are told apart are so many times larger; so many angles are likely, and
-#: others are tried if none of these has room.
-_COARSER, _LIKELY = 4, 4
+#: Pixels by which angles are told apart are so many times larger.
+_COARSER = 4
 #: What an overlap of larger pixels costs, by what as much contact is worth.
 _OVERLAP = 4.0
 #: Of a tile's best positions, how many are tried.
@@ -642,7 +641,7 @@ class SheetPixels:
 
         They are told apart by larger pixels, where a little overlap need not be any.
         """
-        if len(angles) <= _LIKELY:
+        if len(angles) <= self.effort.likely:
             return angles
         shape, coarse = spectra.shape, spectra.coarse
         patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
@@ -661,7 +660,7 @@ class SheetPixels:
         best -= (self.pull / self.grid.usable_mm[0] * kernels.sizes[angles, 0]).astype(np.float32)
         # Rounded, so that no last bit chooses.
         order = np.argsort(-np.round(best, 4), kind="stable")
-        return np.sort(angles[order[:_LIKELY]])
+        return np.sort(angles[order[: self.effort.likely]])
 
     def _free_spots(
         self,
