@@ -98,30 +98,80 @@ def nearest_triangles(
     >>> nearest_triangles(square, np.array([[0, 1, 2], [0, 2, 3]]), width=3, height=2)[0].tolist()
     [[0, 0, -1], [1, 0, -1]]
     """
-    corners = points[triangles]
-    depth = planes_through(corners, corners[:, :, 2])
     nearness = np.full(width * height, -np.inf)
     seen = np.full(width * height, -1, dtype=np.int32)
+    for batch, (triangle, pixel, near) in enumerate(_covered(points, triangles, width, height)):
+        # An earlier batch's triangle gives way only to a nearer one.
+        before = nearness[pixel] if batch else -np.inf
+        np.maximum.at(nearness, pixel, near)
+        wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
+        # The last write counts, so the first triangle of equals comes last.
+        seen[pixel[wins]] = triangle[wins]
+    return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+
+
+def nearest_of_layers(
+    points: FloatArray, triangles: IntArray, layer: IntArray, *, width: int, height: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return what each layer adds to a picture that shows the layers before it, in one pass.
+
+    Parameters
+    ----------
+    points, triangles, width, height
+        As of :func:`nearest_triangles`.
+    layer : (T,) int array
+        The layer of each triangle.
+
+    Returns
+    -------
+    triangle, pixel : (N,) int arrays
+        The triangles that are seen of each layer at some pixels, nearer than all layers before it.
+    nearness : (N,) float array
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> nearest_of_layers(
+    ...     square, np.array([[0, 1, 2], [0, 1, 2]]), np.array([1, 0]), width=2, height=1
+    ... )[0].tolist()
+    [1, 1]
+    """
+    parts = list(_covered(points, triangles, width, height))
+    if not parts:
+        none = np.empty(0, dtype=np.int64)
+        return none, none, np.empty(0)
+    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    # By pixel and layer; in a layer the nearest is first, and of equally near ones the first.
+    rank = np.unique(near, return_inverse=True)[1]
+    order = np.lexsort((-rank, layer[triangle], pixel))
+    triangle, pixel, rank, near = triangle[order], pixel[order], rank[order], near[order]
+    # Pixels after one another: what is nearer than all before in its pixel is a new maximum.
+    level = pixel * (len(rank) + 1) + rank
+    before = np.maximum.accumulate(level)[:-1]
+    seen = np.append(True, level[1:] > before)
+    return triangle[seen], pixel[seen], near[seen]
+
+
+def _covered(
+    points: FloatArray, triangles: IntArray, width: int, height: int
+) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+    """Yield triangles, the pixels that they cover and how near they are there, in batches."""
+    corners = points[triangles]
+    depth = planes_through(corners, corners[:, :, 2])
     triangle, row, start, end = _row_spans(corners, width, height)
     counts = end - start
     first = row * width + start
     # Along a row, nearness is affine in the number of the pixel.
     slope = depth.along_x[triangle]
-    begin = depth.at(triangle, start + 0.5, row + 0.5)
+    begin = depth.at(triangle, start + 0.5, row + 0.5) - slope * first
     for low, high in _batches(counts):
         spans = slice(low, high)
-        shift = first[spans] - offsets_of(counts[spans])[:-1]
-        pixel = np.repeat(shift, counts[spans])
+        count = counts[spans]
+        pixel = np.repeat(first[spans] - offsets_of(count)[:-1], count)
         pixel += np.arange(len(pixel))
-        near = np.repeat(begin[spans] - slope[spans] * first[spans], counts[spans])
-        near += np.repeat(slope[spans], counts[spans]) * pixel
-        # An earlier batch's triangle gives way only to a nearer one.
-        before = nearness[pixel]
-        np.maximum.at(nearness, pixel, near)
-        wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
-        # The last write counts, so the first triangle of equals comes last.
-        seen[pixel[wins]] = np.repeat(triangle[spans].astype(np.int32), counts[spans])[wins]
-    return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+        near = np.repeat(slope[spans], count) * pixel
+        near += np.repeat(begin[spans], count)
+        yield np.repeat(triangle[spans], count), pixel, near
 
 
 def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:
@@ -139,27 +189,31 @@ def _row_spans(
     A row's span is half open, and so is a triangle's range of rows; sides are always followed
     from their upper end, so two triangles find the same place on the side that they share.
     """
-    x, y = corners[:, :, 0], corners[:, :, 1]
-    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
-    last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, height).astype(np.int64)
-    narrow = np.ceil(x.max(axis=1) - 0.5) <= np.ceil(x.min(axis=1) - 0.5)
+    # From the top: the upper, the middle and the lower corner of each triangle.
+    x, y = (
+        np.take_along_axis(corners[:, :, axis], np.argsort(corners[:, :, 1], axis=1), axis=1).T
+        for axis in (0, 1)
+    )
+    first = np.clip(np.ceil(y[0] - 0.5), 0, height).astype(np.int64)
+    last = np.clip(np.ceil(y[2] - 0.5), 0, height).astype(np.int64)
+    low, high = np.minimum(np.minimum(x[0], x[1]), x[2]), np.maximum(np.maximum(x[0], x[1]), x[2])
+    narrow = np.ceil(high - 0.5) <= np.ceil(low - 0.5)
     counts = np.where(narrow, 0, np.maximum(last - first, 0))
     triangle = np.repeat(np.arange(len(corners)), counts)
     row = np.arange(counts.sum()) + np.repeat(first - offsets_of(counts)[:-1], counts)
     middle = row + 0.5
-    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        swap = y[:, a] > y[:, b]
-        top_x, top_y = np.where(swap, x[:, b], x[:, a]), np.where(swap, y[:, b], y[:, a])
-        end_x, end_y = np.where(swap, x[:, a], x[:, b]), np.where(swap, y[:, a], y[:, b])
-        high = end_y - top_y
-        slope = (end_x - top_x) / np.where(high > 0.0, high, 1.0)
-        crosses = (top_y[triangle] <= middle) & (middle < end_y[triangle])
-        place = top_x[triangle] + (middle - top_y[triangle]) * slope[triangle]
-        left = np.where(crosses, np.minimum(left, place), left)
-        right = np.where(crosses, np.maximum(right, place), right)
-    some = left <= right
-    start = np.clip(np.ceil(np.where(some, left, 0.0) - 0.5), 0, width).astype(np.int64)
-    end = np.clip(np.ceil(np.where(some, right, 0.0) - 0.5), 0, width).astype(np.int64)
+    # The longest side crosses each row, and so does the one beside it that is as high.
+    begin, end = np.array([0, 0, 1]), np.array([2, 1, 2])
+    tall = y[end] - y[begin]
+    slope = (x[end] - x[begin]) / np.where(tall > 0.0, tall, 1.0)
+    beside = np.where(middle < y[1][triangle], len(corners), 2 * len(corners)) + triangle
+    start_x, start_y, slope = x[begin].ravel(), y[begin].ravel(), slope.ravel()
+    one, two = (
+        start_x[side] + (middle - start_y[side]) * slope[side] for side in (triangle, beside)
+    )
+    start, end = (
+        np.clip(np.ceil(place - 0.5), 0, width).astype(np.int64)
+        for place in (np.minimum(one, two), np.maximum(one, two))
+    )
     kept = end > start
     return triangle[kept], row[kept], start[kept], end[kept]

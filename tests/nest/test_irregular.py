@@ -148,7 +148,7 @@ def test_the_usable_area_of_an_outline_is_what_the_margin_leaves():
         assert np.array_equal(usable[~unsure], true[~unsure])
         assert unsure.mean() < 0.01
         assert not np.any(usable & ~true)  # never less than the margin
-        field, _ = obstacle_field(area, GAP).distances(points)
+        field = obstacle_field(area, GAP).distances(points)
         signed = shapely.distance(dots, area.barred)
         out = signed > 0.0
         assert np.abs(field - signed)[out].max() < 1.0

@@ -13,6 +13,7 @@ from fabweave.nest.item_shape import rotated, shape_of
 from fabweave.nest.separate.fewer_sheets import shortfall_mm
 from fabweave.nest.separate.separation import (
     distances,
+    gradients,
     item_arrays,
     item_field,
     near_samples,
@@ -60,7 +61,9 @@ def test_field_is_the_distance_of_shapely_and_near_samples_misses_nothing(seed, 
         inside = shapely.contains_xy(polygon, *placed.points.T)
         points = shapely.points(placed.points)
         exact = np.where(inside, -1.0, 1.0) * shapely.distance(points, polygon.exterior)
-        distance, gradient = distances(placed, placed.points, np.full(len(points), number))
+        owner = np.full(len(points), number)
+        distance = distances(placed, placed.points, owner)
+        gradient = gradients(placed, placed.points, owner)
         close = (exact < 12.0) & (arrays.owner != number)
         step = items[number].step_mm
         assert np.abs(distance - exact)[close & (exact > -4.0)].max(initial=0.0) < 0.5 * step

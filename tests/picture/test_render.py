@@ -22,7 +22,7 @@ from fabweave.picture.render import (
     smooth_normals,
 )
 from fabweave.picture.surfaces import face_normals, polygon_triangles, ribbon_triangles
-from fabweave.picture.zbuffer import nearest_triangles, planes_through
+from fabweave.picture.zbuffer import nearest_of_layers, nearest_triangles, planes_through
 from fabweave.ribbon.project import project_ribbons
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
 
@@ -316,3 +316,21 @@ def test_marks_tell_fewer_more_and_fourfold(count, colour):
     )
     assert marks.colours.tolist() == ([list(colour)] if colour else [])
     assert not marks.points.any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_layers_add_what_is_nearer_than_those_before(seed):
+    generator = np.random.default_rng(seed)
+    size, points = {"width": 13, "height": 11}, generator.uniform(0.0, 14.0, (60, 3)).round(1)
+    triangles, layer = generator.integers(0, 60, (40, 3)), generator.integers(0, 6, 40)
+    triangle, pixel, near = nearest_of_layers(points, triangles, layer, **size)
+    found = set(zip(triangle.tolist(), pixel.tolist(), near.tolist(), strict=True))
+    before, wanted = np.full((11, 13), -np.inf), set()
+    for number in range(6):
+        own = np.flatnonzero(layer == number)
+        seen, nearness = nearest_triangles(points, triangles[own], **size)
+        shown = np.flatnonzero((nearness > before).ravel())
+        wanted |= {(int(own[seen.flat[at]]), int(at), nearness.flat[at]) for at in shown}
+        before = np.maximum(before, nearness)
+    assert found == wanted
+    assert found

@@ -139,6 +139,8 @@ def _sheet_name(job: NestingJob, number: int) -> str:
 
 #: How much a seed may change the length by which pieces are ordered, as a share.
 _JITTER = 0.05
+#: A last sheet that is filled to less than this share may be saved.
+_LITTLE = 0.05
 
 
 def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
@@ -156,8 +158,21 @@ def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) ->
     Returns
     -------
     Plan
-        Without a placement for the pieces that the stock has no sheet left for.
+        Without a placement for the pieces that the stock has no sheet left for. Where the last
+        sheet holds so little that a closer look may save it, all angles are tried, too.
     """
+    plan = _filled(job, seed, progress)
+    if len(plan.sheets) < 2 or job.effort.likely >= job.effort.angles:
+        return plan
+    if plan.areas_mm2(job)[-1] >= _LITTLE * job.stock[plan.sheets[-1]].area_mm2:
+        return plan
+    closer = replace(job, effort=replace(job.effort, likely=job.effort.angles))
+    again = _filled(closer, seed, progress)
+    return min(plan, again, key=lambda one: (-len(one.placements), len(one.sheets)))
+
+
+def _filled(job: NestingJob, seed: int, progress: Progress) -> Plan:
+    """Fill sheet after sheet."""
     queue = _ordered(job, seed)
     placements: dict[int, Placement] = {}
     sheets: list[int] = []

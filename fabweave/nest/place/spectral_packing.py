@@ -17,6 +17,7 @@ again, so that what is kept is exact.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -333,6 +334,10 @@ _SLACK_MM = 1e-4
 #: How much more contact a position at the right end of the sheet must have, as a share of a shape's
 #: rim; and how much of that counts towards its upper end.
 PULL, _UPWARD = 0.1, 0.1
+#: Pixels by which angles are told apart are so many times larger.
+_COARSER = 4
+#: What an overlap of larger pixels costs, by what as much contact is worth.
+_OVERLAP = 4.0
 #: Of a tile's best positions, how many are tried.
 _SLIDES = 4
 #: Numbers that are transformed together, about: what a processor's cache holds.
@@ -446,16 +451,25 @@ class _Tile:
 
 
 @frozen_value
+class _CoarseSpectra:
+    """Kernels at all angles in larger pixels, transformed."""
+
+    shape: tuple[int, int]
+    pixels: _Spectrum
+
+
+@frozen_value
 class _Spectra:
     """Kernels at all angles, transformed for patches of one size.
 
-    ``able`` are the angles that had room in each tile when it was last searched: nothing is ever
-    taken away, so there is no room at the others.
+    ``able`` are the angles that may have room in each tile: nothing is ever taken away, so there is
+    none at those where none was found.
     """
 
     kernels: Kernels
     shape: tuple[int, int]
     pixels: _Spectrum
+    coarse: _CoarseSpectra
     able: dict[_Tile, IntArray] = field(default_factory=dict)
 
 
@@ -557,10 +571,18 @@ class SheetPixels:
             occupied = self._occupied[patch]
             if occupied.size - int(occupied.sum()) >= least:
                 spectra = self._spectra(kernels, shape)
-                for free in self._free_spots(kernels, spectra, tile, tiling.side, last)[:_SLIDES]:
-                    spot = slide(free, kernels.outline, self._placed)
-                    if spot is not None:
-                        return spot
+                able = spectra.able.get(tile, np.arange(len(spectra.pixels)))
+                likely = self._likely(kernels, spectra, tile, tiling.side, last, able)
+                for angles in (likely, np.setdiff1d(able, likely)):
+                    spots, room = self._free_spots(
+                        kernels, spectra, tile, tiling.side, last, angles
+                    )
+                    able = np.setdiff1d(able, np.setdiff1d(angles, room))
+                    spectra.able[tile] = able
+                    for free in spots[:_SLIDES]:
+                        spot = slide(free, kernels.outline, self._placed)
+                        if spot is not None:
+                            return spot
             tiling.close(number, size)
         return None
 
@@ -585,10 +607,16 @@ class SheetPixels:
                 int(scipy.fft.next_fast_len(shape[0], real=False)),
                 int(scipy.fft.next_fast_len(shape[1], real=True)),
             )
-            self._last = _Spectra(kernels, fast, self._transform(kernels.pixels, fast))
+            small = _pooled(kernels.pixels)
+            least = (
+                int(scipy.fft.next_fast_len(-(-shape[0] // _COARSER), real=False)),
+                int(scipy.fft.next_fast_len(-(-shape[1] // _COARSER), real=True)),
+            )
+            coarse = _CoarseSpectra(least, self._transform(small, least))
+            self._last = _Spectra(kernels, fast, self._transform(kernels.pixels, fast), coarse)
         return self._last
 
-    def _transform(self, pixels: BoolArray, shape: tuple[int, int]) -> _Spectrum:
+    def _transform(self, pixels: npt.NDArray[Any], shape: tuple[int, int]) -> _Spectrum:
         """Return conjugate spectra of kernels; rows of zeros are not transformed."""
         result = np.empty((len(pixels), shape[0], shape[1] // 2 + 1), dtype=np.complex64)
 
@@ -600,17 +628,59 @@ class SheetPixels:
         in_threads(transform, _cached_slices(len(pixels), shape[0] * shape[1]), self.workers)
         return result
 
+    def _likely(
+        self,
+        kernels: Kernels,
+        spectra: _Spectra,
+        tile: _Tile,
+        side: int,
+        last: IntArray,
+        angles: IntArray,
+    ) -> IntArray:
+        """Return the angles at which a tile is most likely to have a good spot.
+
+        They are told apart by larger pixels, where a little overlap need not be any.
+        """
+        if len(angles) <= self.effort.likely:
+            return angles
+        shape, coarse = spectra.shape, spectra.coarse
+        patch = np.s_[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
+        worth = _pooled(self._touched[patch] - _OVERLAP * self._occupied[patch])
+        extent = (-(-shape[0] // _COARSER), -(-shape[1] // _COARSER))
+        score = _correlation(
+            scipy.fft.rfft2(worth, s=coarse.shape), coarse.pixels[angles], coarse.shape, extent
+        )
+        score *= np.float32(_COARSER**2 / kernels.rim)
+        right = np.arange(extent[1]) * (_COARSER * self.grid.pixel_mm)
+        score -= (self.pull / self.grid.usable_mm[0] * right).astype(np.float32)
+        for own, (wide, high) in zip(score, last[angles], strict=True):
+            own[max((high - tile.row) // _COARSER + 1, 0) :] = -np.inf
+            own[:, max((wide - tile.column) // _COARSER + 1, 0) :] = -np.inf
+        best = score[:, : -(-side // _COARSER), : -(-side // _COARSER)].max(axis=(1, 2))
+        best -= (self.pull / self.grid.usable_mm[0] * kernels.sizes[angles, 0]).astype(np.float32)
+        # Rounded, so that no last bit chooses.
+        order = np.argsort(-np.round(best, 4), kind="stable")
+        return np.sort(angles[order[: self.effort.likely]])
+
     def _free_spots(
-        self, kernels: Kernels, spectra: _Spectra, tile: _Tile, side: int, last: IntArray
-    ) -> list[Spot]:
-        """Return a tile's free spot with the most contact at each angle, the best first."""
+        self,
+        kernels: Kernels,
+        spectra: _Spectra,
+        tile: _Tile,
+        side: int,
+        last: IntArray,
+        angles: IntArray,
+    ) -> tuple[list[Spot], IntArray]:
+        """Return a tile's free spot with the most contact at each of these angles, the best first.
+
+        And at which of the angles there is room.
+        """
         pixel_mm, usable_mm = self.grid.pixel_mm, self.grid.usable_mm
         rows = tile.row + np.arange(min(side, int(last[:, 1].max()) - tile.row + 1))
         columns = tile.column + np.arange(min(side, int(last[:, 0].max()) - tile.column + 1))
         extent = (len(rows), len(columns))
-        angles = spectra.able.get(tile, np.arange(len(spectra.pixels)))
         if len(angles) == 0:
-            return []
+            return [], angles
         occupied, touched = (
             self._patch_spectrum(cells, tile, spectra.shape)
             for cells in (self._occupied, self._touched)
@@ -623,10 +693,11 @@ class SheetPixels:
             these = angles[some]
             pixels = spectra.pixels[these]
             free = _correlation(occupied, pixels, spectra.shape, extent) < 0.5
-            free &= rows[None, :, None] <= last[these, 1][:, None, None]
-            free &= columns[None, None, :] <= last[these, 0][:, None, None]
+            for own, (wide, high) in zip(free, last[these], strict=True):
+                own[max(high - tile.row + 1, 0) :] = False
+                own[:, max(wide - tile.column + 1, 0) :] = False
             room = free.any(axis=(1, 2))
-            able, free = these[room], free[room]
+            able = these[room]
             if len(able) == 0:
                 return able, able, np.empty(0, dtype=np.float32)
             score = _correlation(touched, pixels[room], spectra.shape, extent)
@@ -635,7 +706,7 @@ class SheetPixels:
             right = columns * pixel_mm + kernels.sizes[able, 0][:, None]
             score -= (self.pull * right / usable_mm[0]).astype(np.float32)[:, None, :]
             score -= up[None, :, None]
-            score[~free] = -np.inf
+            score[~free[room]] = -np.inf
             flat = score.reshape(len(able), -1)
             where = np.argmax(flat, axis=1)
             return able, where, flat[np.arange(len(able)), where]
@@ -643,17 +714,26 @@ class SheetPixels:
         each = spectra.shape[0] * spectra.shape[1]
         parts = in_threads(best_of, _cached_slices(len(angles), each), self.workers)
         able, where, score = (np.concatenate(part) for part in zip(*parts, strict=True))
-        spectra.able[tile] = able
         row, column = np.unravel_index(where, extent)
         steps = np.stack([columns[column], rows[row]], axis=1) * pixel_mm
         spots = np.column_stack([kernels.angles_deg[able], steps - kernels.corners[able]])
-        return [Spot(*spot) for spot in spots[np.argsort(-score, kind="stable")].tolist()]
+        best = np.argsort(-score, kind="stable")
+        return [Spot(*spot) for spot in spots[best].tolist()], able
 
     def _patch_spectrum(self, cells: _Cells, tile: _Tile, shape: tuple[int, int]) -> _Spectrum:
         """Transform the patch of the sheet at a tile."""
         patch = cells[tile.row : tile.row + shape[0], tile.column : tile.column + shape[1]]
         spectrum: _Spectrum = scipy.fft.rfft2(patch, s=shape)
         return spectrum
+
+
+def _pooled(cells: npt.NDArray[Any]) -> _Cells:
+    """Return the means of blocks of cells: larger pixels, on the last two axes."""
+    high, wide = cells.shape[-2:]
+    pad = [(0, 0)] * (cells.ndim - 2) + [(0, -high % _COARSER), (0, -wide % _COARSER)]
+    even = np.pad(cells.astype(np.float32), pad)
+    blocks = even.reshape(*cells.shape[:-2], even.shape[-2] // _COARSER, _COARSER, -1, _COARSER)
+    return blocks.mean(axis=(-3, -1), dtype=np.float32)
 
 
 def _correlation(

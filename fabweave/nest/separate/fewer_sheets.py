@@ -206,7 +206,7 @@ def pixel_distances(
     nearest = np.full((rows, columns), _FAR_MM)
     if obstacle is not None:
         centres = _cells(columns, rows).astype(np.float64) + 0.5
-        nearest = obstacle.distances(centres * size)[0].reshape(rows, columns)
+        nearest = obstacle.distances(centres * size).reshape(rows, columns)
     second = nearest.copy()
     items = np.full((rows, columns), -1, dtype=np.int64)
     if placed is None:
@@ -219,8 +219,7 @@ def pixel_distances(
         if height == 0 or width == 0:
             continue
         points = (_cells(width, height) + least[item] + 0.5) * size
-        distance, _ = distances(placed, points, np.full(len(points), item))
-        distance = distance.reshape(height, width)
+        distance = distances(placed, points, np.full(len(points), item)).reshape(height, width)
         nearer = distance < nearest[window]
         second[window] = np.minimum(second[window], np.where(nearer, nearest[window], distance))
         nearest[window] = np.where(nearer, distance, nearest[window])

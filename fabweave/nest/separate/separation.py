@@ -299,17 +299,38 @@ def place_items(arrays: ItemArrays, poses: FloatArray) -> PlacedItems:
 
 
 def _field_coordinates(placed: PlacedItems, points: FloatArray, items: IntArray) -> FloatArray:
-    """Return points (K, 2) in steps from the first node of one item's field each, (K, 2)."""
-    away = points - placed.poses[items, :2]
-    c, s = placed.cosine[items], placed.sine[items]
-    turned = np.stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]], axis=1)
-    return (turned - placed.arrays.corner[items]) / placed.arrays.step[items][:, None]
+    """Return points (K, 2) in steps from the first node of one item's field each, (2, K)."""
+    x, y = points.T - placed.poses.T[:2, items]
+    c, s, step = placed.cosine[items], placed.sine[items], placed.arrays.step[items]
+    left, low = placed.arrays.corner.T[:, items]
+    return np.stack([(c * x + s * y - left) / step, (c * y - s * x - low) / step])
 
 
-def distances(
-    placed: PlacedItems, points: FloatArray, items: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the signed distance of points from one item each, and its gradient.
+@frozen_value
+class _Corners:
+    """Where K points are in one item's field each, with the four nodes around each."""
+
+    out: BoolArray  # (K,) beyond the field
+    across: FloatArray  # (K,) share of a step from the left nodes
+    up: FloatArray  # (K,) and from the lower ones
+    nodes: FloatArray  # (4, K) lower left, lower right, upper left, upper right
+
+
+def _corners(placed: PlacedItems, points: FloatArray, items: IntArray) -> _Corners:
+    """Look points (K, 2) up in one item's field each."""
+    arrays = placed.arrays
+    u, v = _field_coordinates(placed, points, items)
+    columns, rows = arrays.extent[items].T
+    out = (u < 0.0) | (v < 0.0) | (u >= columns - 1) | (v >= rows - 1)
+    column = np.where(out, 0, u).astype(np.int64)
+    row = np.where(out, 0, v).astype(np.int64)
+    node = arrays.first[items] + row * columns + column
+    nodes = arrays.field[np.stack((node, node + 1, node + columns, node + columns + 1))]
+    return _Corners(out, u - column, v - row, nodes)
+
+
+def distances(placed: PlacedItems, points: FloatArray, items: IntArray) -> FloatArray:
+    """Return the signed distance of points from one item each.
 
     Parameters
     ----------
@@ -321,27 +342,24 @@ def distances(
 
     Returns
     -------
-    distance : (K,) float array
+    (K,) float array
         Very large outside an item's field.
-    gradient : (K, 2) float array
-        In the coordinates of the sheet.
     """
-    arrays = placed.arrays
-    u, v = _field_coordinates(placed, points, items).T
-    columns, rows = arrays.extent[items].T
-    out = (u < 0.0) | (v < 0.0) | (u >= columns - 1) | (v >= rows - 1)
-    column = np.where(out, 0, u).astype(np.int64)
-    row = np.where(out, 0, v).astype(np.int64)
-    across, up = u - column, v - row
-    node = arrays.first[items] + row * columns + column
-    here, right = arrays.field[node], arrays.field[node + 1]
-    above, beyond = arrays.field[node + columns], arrays.field[node + columns + 1]
+    at = _corners(placed, points, items)
+    here, right, above, beyond = at.nodes
+    lower = here + at.across * (right - here)
+    upper = above + at.across * (beyond - above)
+    return np.where(at.out, _FAR_MM, lower + at.up * (upper - lower))
+
+
+def gradients(placed: PlacedItems, points: FloatArray, items: IntArray) -> FloatArray:
+    """Return the gradient of :func:`distances` in the coordinates of the sheet, (K, 2)."""
+    at = _corners(placed, points, items)
+    here, right, above, beyond = at.nodes
     low, high = right - here, beyond - above
-    lower, upper = here + across * low, above + across * high
-    dx, dy = low + up * (high - low), upper - lower
-    distance = np.where(out, _FAR_MM, lower + up * dy)
-    c, s, step = placed.cosine[items], placed.sine[items], arrays.step[items]
-    return distance, np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) / step[:, None]
+    dx, dy = low + at.up * (high - low), above + at.across * high - (here + at.across * low)
+    c, s, step = placed.cosine[items], placed.sine[items], placed.arrays.step[items]
+    return np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) / step[:, None]
 
 
 def near_samples(
@@ -367,19 +385,19 @@ def near_samples(
     kept = ((points + reach >= low[item]) & (points - reach <= high[item])).all(axis=1)
     block, item, points, reach = block[kept], item[kept], points[kept], reach[kept, 0]
     # Outside the field nothing is nearer than the field reaches; so there, look at the samples.
-    distance, _ = distances(placed, points, item)
+    distance = distances(placed, points, item)
     outside = distance == _FAR_MM
     kept = (distance < np.minimum(reach, near_mm + CONFIG.reach_mm)) | outside
     # A block whose middle is out of a field by more than the block's size has no sample in it.
     position = _field_coordinates(placed, points[kept], item[kept])
     slack = arrays.radii[block[kept]] / arrays.step[item[kept]]
-    beyond = np.maximum(-position, position - (arrays.extent[item[kept]] - 1)).max(axis=1)
+    beyond = np.maximum(-position, position - (arrays.extent[item[kept]].T - 1)).max(axis=0)
     near = np.flatnonzero(kept)[beyond <= slack]
     block, item = block[near], item[near]
     begin = arrays.blocks[block]
     samples, which = _ranges(begin, arrays.blocks[block + 1] - begin)
     item = item[which]
-    distance, _ = distances(placed, placed.points[samples], item)
+    distance = distances(placed, placed.points[samples], item)
     kept = distance < near_mm
     return samples[kept], item[kept]
 
@@ -397,9 +415,13 @@ class ObstacleField:
     barred: shapely.Geometry
     placed: PlacedItems
 
-    def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the signed distance of points (K, 2) from what is barred, and its gradient."""
+    def distances(self, points: FloatArray) -> FloatArray:
+        """Return the signed distance of points (K, 2) from what is barred."""
         return distances(self.placed, points, np.zeros(len(points), dtype=np.int64))
+
+    def gradients(self, points: FloatArray) -> FloatArray:
+        """Return its gradient, (K, 2)."""
+        return gradients(self.placed, points, np.zeros(len(points), dtype=np.int64))
 
 
 def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
@@ -409,7 +431,7 @@ def obstacle_field(container: Container, gap_mm: float) -> ObstacleField | None:
     --------
     >>> container = Container((80.0, 60.0), shapely.box(20.0, 20.0, 30.0, 30.0))
     >>> field = obstacle_field(container, 2.0)
-    >>> field.distances(np.array([[25.0, 33.0], [25.0, 21.5]]))[0].round(2).tolist()
+    >>> field.distances(np.array([[25.0, 33.0], [25.0, 21.5]])).round(2).tolist()
     [3.0, -1.5]
     """
     if container.barred is None:
@@ -545,9 +567,10 @@ def _normal_equations(
     # What does not move shares one more place in the equations, which is dropped.
     count = int(moving.sum())
     place = np.where(moving, np.cumsum(moving) - 1, count)
-    distance, normal = distances(placed, points[samples], items)
+    distance = distances(placed, points[samples], items)
     hit = distance < aim
-    samples, items, normal = samples[hit], items[hit], normal[hit]
+    samples, items = samples[hit], items[hit]
+    normal = gradients(placed, points[samples], items)
     missing = aim - distance[hit]
     owner = arrays.owner[samples]
     arm, other_arm = placed.arm[samples], points[samples] - placed.poses[items, :2]
@@ -567,10 +590,10 @@ def _normal_equations(
     inward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[side]
     excess = beyond[outside, side]
     if obstacle is not None:
-        apart, away = obstacle.distances(points)
+        apart = obstacle.distances(points)
         near = np.flatnonzero((apart < aim) & moving[arrays.owner])
         outside = np.concatenate([outside, near])
-        inward = np.concatenate([inward, away[near]])
+        inward = np.concatenate([inward, obstacle.gradients(points[near])])
         excess = np.concatenate([excess, aim - apart[near]])
     border_owner = arrays.owner[outside]
     lever = _lever(placed.arm[outside], inward, arrays.radius[border_owner])

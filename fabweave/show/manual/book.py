@@ -10,10 +10,9 @@ from unicodedata import normalize
 
 import numpy as np
 from reportlab.pdfbase.cidfonts import UnicodeCIDFont
-from reportlab.pdfbase.pdfdoc import PDFImageXObject, PDFZCompress
+from reportlab.pdfbase.pdfdoc import PDFArray, PDFDictionary, PDFName, PDFStream, PDFZCompress
 from reportlab.pdfbase.pdfmetrics import registerFont, stringWidth
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.pdfgen.pathobject import PDFPathObject
 
 from fabweave.core.arrays import FloatArray
 from fabweave.sheet.write.full_size import FullSizeCanvas
@@ -132,7 +131,7 @@ class Book:
         canvas, runs = self._canvas, _runs(text, bold=bold)
         shift = -align * text_width(text, size, bold=bold) if align else 0.0
         canvas.setFont(runs[0][0], size)
-        canvas.setFillGray(grey)
+        canvas._code.append(f"{grey:g} g")
         drop = -0.36 * size if middle else 0.0
         if angle_deg:
             canvas.saveState()
@@ -148,7 +147,11 @@ class Book:
         for at, (font, run) in enumerate(runs):
             if at:
                 self._canvas.setFont(font, size)
-            self._canvas.drawString(x, y, run)
+            if run.isascii():
+                text = self._canvas._escape(run)
+                self._canvas._code.append(f"BT 1 0 0 1 {x:.3f} {y:.3f} Tm ({text}) Tj T* ET")
+            else:
+                self._canvas.drawString(x, y, run)
             x += stringWidth(run, font, size)
 
     def block(
@@ -167,18 +170,21 @@ class Book:
     ) -> None:  # fmt: skip
         """Draw a run of straight lines, maybe dashed; a closed one may be filled with a grey."""
         ways = points.tolist() if isinstance(points, np.ndarray) else points
-        # A path writes its numbers itself, but takes most of the time of a manual for it.
-        steps = [f"{x:.3f} {y:.3f} {'l' if at else 'm'}" for at, (x, y) in enumerate(ways)]
-        path = PDFPathObject(["n", *steps, "h"] if closed else ["n", *steps])
-        self._canvas.setStrokeGray(grey)
-        self._canvas.setLineWidth(width)
+        # A canvas and its paths write one number at a time, which took most of a manual's time.
+        steps = [f"{grey:g} G {width:g} w"]
         if fill is not None:
-            self._canvas.setFillGray(fill)
+            steps.append(f"{fill:g} g")
         if dash:
-            self._canvas.setDash(list(dash))
-        self._canvas.drawPath(path, stroke=1 if width else 0, fill=0 if fill is None else 1)
+            steps.append(f"[{' '.join(f'{part:g}' for part in dash)}] 0 d")
+        steps += [f"{x:.3f} {y:.3f} {'l' if at else 'm'}" for at, (x, y) in enumerate(ways)]
+        if closed:
+            steps.append("h")
+        steps.append(
+            {(0, 0): "n", (0, 1): "f*", (1, 0): "S", (1, 1): "B*"}[width > 0.0, fill is not None]
+        )
         if dash:
-            self._canvas.setDash()
+            steps.append("[] 0 d")
+        self._canvas._code.append(" ".join(steps))
 
     def circle(self, x: float, y: float, radius: float) -> None:
         """Draw a small hole."""
@@ -264,7 +270,7 @@ class Book:
         canvas = self._canvas
         self._n_images += 1
         name = f"picture{self._n_images}"
-        document, pixels = canvas._doc, Pixels(name, picture)
+        document, pixels = canvas._doc, _pixels(picture)
         document.Reference(pixels, document.getXObjectName(name))
         document.addForm(name, pixels)
         canvas.saveState()
@@ -361,15 +367,23 @@ def wrapped(text: str, size: float, width: float, *, bold: bool = False) -> list
     return lines
 
 
-class Pixels(PDFImageXObject):  # type: ignore[misc]  # reportlab has no types
-    """A picture as an object of a PDF, of a name that is unique there.
+def _pixels(picture: Painted) -> PDFStream:
+    """Return a picture as an object of a PDF.
 
     reportlab's own pictures are written in letters, which takes a quarter more room and most of
     the time of a manual with a picture for each step.
     """
-
-    def __init__(self, name: str, picture: Painted) -> None:
-        super().__init__(name)
-        self._filters, self.colorSpace, self.bitsPerComponent = ("FlateDecode",), "DeviceRGB", 8
-        self.width, self.height = picture.width_px, picture.height_px
-        self.streamContent = picture.packed
+    colours: object = PDFName("DeviceRGB")
+    if picture.colours:
+        last = len(picture.colours) // 3 - 1
+        colours = PDFArray([PDFName("Indexed"), colours, last, f"<{picture.colours.hex()}>"])
+    record = {
+        "Type": PDFName("XObject"),
+        "Subtype": PDFName("Image"),
+        "Width": picture.width_px,
+        "Height": picture.height_px,
+        "BitsPerComponent": 8,
+        "ColorSpace": colours,
+        "Filter": PDFName("FlateDecode"),
+    }
+    return PDFStream(PDFDictionary(record), picture.packed)

@@ -6,13 +6,15 @@ is in place and where pieces end as the colours do.
 
 import zlib
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
-from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
+from scipy.ndimage import binary_fill_holes
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.former.plates import Former, Laid, plate_body
 from fabweave.former.way_out import Leaving, leaving
@@ -26,6 +28,8 @@ from fabweave.plan.crossing_map import CrossingMap
 from fabweave.ribbon.project import Ribbons
 from fabweave.weave.pattern import Weave
 
+#: What each pixel shows, by number.
+Numbers: TypeAlias = npt.NDArray[np.integer[Any]]
 #: While a smaller share of all pieces is in place, pictures show the table and what is to come.
 EARLY = 0.25
 #: The radius of the table by that of the object; so many squares go from its middle to its edge.
@@ -46,6 +50,11 @@ class Palette:
 
     own: IntArray
     tones: Colours
+
+    @property
+    def all(self) -> Colours:
+        """The colours that are fixed, and then all tones, (N, 3)."""
+        return np.concatenate((np.array(FIXED, dtype=np.uint8), self.tones.reshape(-1, 3)))
 
 
 @frozen_value
@@ -88,15 +97,20 @@ class Scene:
         """How many steps there are."""
         return int(self.step_of_piece.max(initial=-1)) + 1
 
-    @property
+    @cached_property
     def early(self) -> BoolArray:
         """Which steps come while few pieces are in place, (S,): the object stands on the table."""
         before = np.searchsorted(np.sort(self.step_of_piece), np.arange(self.n_steps))
         return np.asarray(before < EARLY * len(self.step_of_piece))
 
+    @cached_property
+    def _used(self) -> FloatArray:
+        """The points of triangles."""
+        return self.points[np.unique(self.triangles)]
+
     def frame(self, view: View, size_px: tuple[int, int], *, table: bool = False) -> Frame:
         """Return the frame that the whole object fills, alone or with its table."""
-        points = self.points[np.unique(self.triangles)]
+        points = self._used
         if table:
             middle, radius = self.table
             turn = np.radians(np.arange(0.0, 360.0, 5.0))
@@ -113,10 +127,10 @@ class Scene:
         )
         return np.append(self.plate, -1)[seen], near
 
-    @property
+    @cached_property
     def table(self) -> tuple[FloatArray, float]:
         """The middle of the round table that the finished object stands on, and its radius."""
-        points = self.points[np.unique(self.triangles)]
+        points = self._used
         low, high = points.min(axis=0), points.max(axis=0)
         middle = np.array([*(low + high)[:2] / 2.0, low[2]])
         return middle, _TABLE * float(np.linalg.norm((points - middle)[:, :2], axis=1).max())
@@ -193,6 +207,8 @@ def build_scene(
 PX_MM = 200.0 / 25.4
 #: Points of a page in a pixel.
 POINTS_PX = 72.0 / 25.4 / PX_MM
+#: The number of a colour for each pixel: those that are fixed, and then each own colour's tones.
+Codes: TypeAlias = npt.NDArray[np.uint16]
 #: Relative luminance of what is in place, seen from inside and from outside in three lights, and
 #: of what is new: their contrast is 3 at least, ( 0.62 + 0.05 ) / ( 0.17 + 0.05 ).
 THERE, NEW = (0.62, 0.66, 0.72, 0.78), (0.08, 0.11, 0.14, 0.17)
@@ -204,6 +220,10 @@ PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW, BOARD = range(8)
 FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (246, 240, 228))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
+#: How hard pictures are deflated, 1 to 9: more takes twice the time and saves an eighth.
+_LEVEL = 4
+#: As many colours as a byte can number.
+_MOST_NUMBERED = 256
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _KEY = (-0.42, 0.62, 0.66)
 
@@ -216,17 +236,23 @@ class Painted:
     ----------
     width_px, height_px : int
     packed : bytes
-        Red, green and blue of each pixel, row after row from the top, deflated.
+        Each pixel, row after row from the top, deflated: the number of its colour, or red, green
+        and blue.
+    colours : bytes
+        Red, green and blue of each colour; empty where pixels have their own.
     """
 
     width_px: int
     height_px: int
     packed: bytes
+    colours: bytes = b""
 
     @property
     def image(self) -> Image.Image:
         """The picture in RGB."""
         pixels = np.frombuffer(zlib.decompress(self.packed), dtype=np.uint8)
+        if self.colours:
+            pixels = np.frombuffer(self.colours, dtype=np.uint8).reshape(-1, 3)[pixels]
         return Image.fromarray(pixels.reshape(self.height_px, self.width_px, 3))
 
 
@@ -245,13 +271,26 @@ class Shown:
     """
 
     near: FloatArray
-    piece: IntArray
+    piece: Numbers
     inner: BoolArray
 
 
 def packed(pixels: Colours) -> Painted:
     """Return a picture of given pixels, (height, width, 3)."""
-    return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes()))
+    return Painted(pixels.shape[1], pixels.shape[0], zlib.compress(pixels.tobytes(), _LEVEL))
+
+
+def packed_by_number(code: Codes, colours: Colours) -> Painted:
+    """Return a picture of numbered colours: a third as many bytes, if a byte can number them."""
+    used = np.flatnonzero(np.bincount(code.ravel(), minlength=len(colours)))
+    if len(used) > _MOST_NUMBERED:
+        return packed(colours[code])
+    number = np.zeros(len(colours), dtype=np.uint8)
+    number[used] = np.arange(len(used))
+    high, wide = code.shape
+    return Painted(
+        wide, high, zlib.compress(number[code].tobytes(), _LEVEL), colours[used].tobytes()
+    )
 
 
 def make_palette(colours: Colours) -> Palette:
@@ -276,104 +315,183 @@ def _toned(light: FloatArray, luminance: float) -> FloatArray:
     return np.asarray(dark + (1.0 - dark) * white)
 
 
-def paint(
-    scene: Scene, frame: Frame, step: int, first_new: int, *, coming: bool, table: bool = False
-) -> tuple[Painted, Shown]:
-    """Paint what is in place after a step, and the former that is still inside.
+class Stage:
+    """One frame in which the object grows: each picture begins with the one before.
+
+    The state of a book of pictures, not a value. Steps come in order.
 
     Parameters
     ----------
     scene : Scene
     frame : Frame
         What is beyond it is not painted.
-    step, first_new : int
-        What came in steps from the one to the other is new.
-    coming : bool
-        Whether what is still to come is a faint ground, with an outline around the whole.
     table : bool
         Whether the table is seen, with the shadow that what is new drops on it.
     """
-    points = frame.pixels(scene.points)
-    inside = _in_frame(points[:, :2][scene.triangles], frame)
-    placed = np.flatnonzero(inside & (scene.step <= step))
-    # Where two pieces lap, they lie in one place: the new one is seen.
-    placed = placed[np.argsort(-scene.step[placed], kind="stable")]
-    nearest = partial(nearest_triangles, width=frame.width_px, height=frame.height_px)
-    seen, near = nearest(points, scene.triangles[placed])
-    plate, board = scene.former_seen(frame, step)
-    shut = board > near
-    there = (seen >= 0) & ~shut
-    triangle = placed[seen[there]]
-    code = np.full(seen.shape, PAPER, dtype=np.int64)
-    if table:
-        code[table_lines(scene, frame)] = TABLE
-    if coming:
-        later = np.flatnonzero(inside & (scene.step > step))
-        ahead, _ = nearest(points, scene.triangles[later])
-        code[ahead >= 0] = COMING
-        body = binary_fill_holes((ahead >= 0) | there)
-        code[body & ~binary_erosion(body, border_value=1)] = GHOST
-    fresh = placed[scene.step[placed] >= first_new]
-    if table:
-        fallen = scene.points * (1.0, 1.0, 0.0) + scene.table[0] * (0.0, 0.0, 1.0)
-        shadow, _ = nearest(frame.pixels(fallen), scene.triangles[fresh])
-        code[shadow >= 0] = SHADOW
-    code[shut] = BOARD
-    levels = _levels(scene, frame, first_new)
-    code[there] = (len(FIXED) + scene.palette.own[scene.piece] * _LEVELS + levels)[triangle]
-    piece = np.full(seen.shape, -1, dtype=np.int64)
-    piece[there] = scene.piece[triangle]
-    new, inner = np.zeros((2, *seen.shape), dtype=bool)
-    new[there] = scene.step[triangle] >= first_new
-    inner[there] = scene.normals[triangle] @ frame.axes[2] < 0.0
-    near = np.maximum(near, board)
-    _draw_ends(code, np.where(shut, len(scene.step_of_piece) + plate, piece), near, new)
-    # A strip winds around the object: hatching shows where it goes on behind what is in front.
-    whole, _ = nearest(points, scene.triangles[fresh])
-    down, across = np.indices(whole.shape)
-    hatched = (whole >= 0) & ~new & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
-    dark = len(FIXED) + scene.palette.own[scene.piece[fresh]] * _LEVELS + len(THERE)
-    code[hatched] = dark[whole[hatched]]
-    tones = np.concatenate((np.array(FIXED, dtype=np.uint8), scene.palette.tones.reshape(-1, 3)))
-    return packed(tones[code]), Shown(near, piece, inner)
+
+    def __init__(self, scene: Scene, frame: Frame, *, table: bool = False) -> None:
+        """Start with nothing in place."""
+        self.scene, self.frame, self._table = scene, frame, table
+        self._points = frame.pixels(scene.points)
+        inside = np.flatnonzero(_in_frame(self._points, scene.triangles, frame))
+        # Where two pieces lap, they lie in one place: the new one is seen, so it is the first.
+        self._triangles = inside[np.argsort(-scene.step[inside], kind="stable")]
+        # The last of each is of pixels that show nothing.
+        self._piece = np.append(scene.piece, -1).astype(np.int32)
+        self._inner = np.append(scene.normals @ frame.axes[2] < 0.0, False)
+        self._darkest = np.append(len(FIXED) + scene.palette.own[scene.piece] * _LEVELS, 0)
+        self._tone = (self._darkest + np.append(_levels(scene, frame), 0)).astype(np.uint16)
+        shape = frame.height_px, frame.width_px
+        self._seen, self._near = np.full(shape, -1, dtype=np.int32), np.full(shape, -np.inf)
+        self._done = 0
+
+    def paint(self, step: int, first_new: int, *, coming: bool) -> tuple[Painted, Shown]:
+        """Paint what is in place after a step, and the former that is still inside.
+
+        Parameters
+        ----------
+        step, first_new : int
+            What came in steps from the one to the other is new; none of them was painted before.
+        coming : bool
+            Whether what is still to come is a faint ground, with an outline around the whole.
+        """
+        self._add(self._done, first_new)
+        covered, fresh, shown = self._add(first_new, step + 1)
+        self._done = step + 1
+        seen, near = self._seen, self._near.copy()
+        new = flags(seen.size, shown).reshape(seen.shape)
+        ends = piece = self._piece[seen]
+        inner = self._inner[seen]
+        code = np.where(seen < 0, self._ground(step, first_new, coming=coming), self._tone[seen])
+        code[new] += len(THERE)
+        if step + 1 < self.scene.leaving.until:
+            plate, board = self._former
+            shut = board > near
+            code[shut], new[shut], inner[shut] = BOARD, False, False
+            ends = np.where(shut, len(self.scene.step_of_piece) + plate, piece)
+            piece, near = np.where(shut, -1, piece), np.maximum(near, board)
+        _draw_ends(code, ends, near, new)
+        # A strip winds around the object: hatching shows where it goes on behind what is in front.
+        down, across = np.divmod(covered, seen.shape[1])
+        hatched = ~new.ravel()[covered] & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
+        code.ravel()[covered[hatched]] = self._darkest[fresh[hatched]] + len(THERE)
+        return packed_by_number(code, self.scene.palette.all), Shown(near, piece, inner)
+
+    def _add(self, low: int, high: int) -> tuple[IntArray, IntArray, IntArray]:
+        """Put what comes from one step on and before another in place.
+
+        Returns
+        -------
+        covered, triangle : (N,) int arrays
+            Pixels that it would cover alone, and what they would show.
+        shown : (M,) int array
+            Pixels that show it.
+        """
+        begin, end = np.searchsorted(-self.scene.step[self._triangles], (1 - high, 1 - low))
+        own = self._triangles[begin:end]
+        seen, near = (each.ravel() for each in self._nearest(self._points, own))
+        covered = np.flatnonzero(seen >= 0)
+        triangle, near = own[seen[covered]], near[covered]
+        all_seen, all_near = self._seen.ravel(), self._near.ravel()
+        wins = near >= all_near[covered]
+        shown = covered[wins]
+        all_near[shown], all_seen[shown] = near[wins], triangle[wins]
+        return covered, triangle, shown
+
+    def _nearest(self, points: FloatArray, triangles: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return which of some triangles each pixel shows, and how near it is."""
+        return nearest_triangles(
+            points,
+            self.scene.triangles[triangles],
+            width=self.frame.width_px,
+            height=self.frame.height_px,
+        )
+
+    def _ground(self, step: int, first_new: int, *, coming: bool) -> Codes:
+        """Return what is seen of the ground, and of what is to come."""
+        code = self._empty.copy()
+        if coming:
+            last, outline = self._whole
+            code[last > step] = COMING
+            code[outline] = GHOST
+        if self._table:
+            fresh = (self.scene.step >= first_new) & (self.scene.step <= step)
+            shadow, _ = self._nearest(self._fallen, np.flatnonzero(fresh))
+            code[shadow >= 0] = SHADOW
+        return code
+
+    @cached_property
+    def _empty(self) -> Codes:
+        """The ground alone."""
+        code = np.full(self._seen.shape, PAPER, dtype=np.uint16)
+        if self._table:
+            code[table_lines(self.scene, self.frame)] = TABLE
+        return code
+
+    @cached_property
+    def _whole(self) -> tuple[FloatArray, BoolArray]:
+        """The last step that covers each pixel, and the outline of the whole object."""
+        points = self._points[self.scene.triangles[self._triangles]]
+        points[..., 2] = self.scene.step[self._triangles, None]
+        corners = np.arange(3 * len(points)).reshape(-1, 3)
+        _, last = nearest_triangles(
+            points.reshape(-1, 3), corners, width=self.frame.width_px, height=self.frame.height_px
+        )
+        body = binary_fill_holes(last >= 0.0)
+        return last, body & _grown(~body)
+
+    @cached_property
+    def _fallen(self) -> FloatArray:
+        """Where the shadow of each point falls on the table, in pixels."""
+        flat = self.scene.points * (1.0, 1.0, 0.0) + self.scene.table[0] * (0.0, 0.0, 1.0)
+        return self.frame.pixels(flat)
+
+    @cached_property
+    def _former(self) -> tuple[IntArray, FloatArray]:
+        """The former while it is inside."""
+        return self.scene.former_seen(self.frame, 0)
 
 
 def table_lines(scene: Scene, frame: Frame) -> BoolArray:
     """Return which pixels show a line of the table: its edge, or those between its squares."""
     middle, radius = scene.table
-    down, across = np.indices((frame.height_px, frame.width_px)) + 0.5
     # Where the ray of each pixel meets the table, in squares from its middle.
-    seen = np.stack((across, down), axis=-1) - frame.pixels(middle[None])[0, :2]
+    left, top = frame.pixels(middle[None])[0, :2]
+    across, down = np.arange(frame.width_px) + 0.5 - left, np.arange(frame.height_px) + 0.5 - top
     flat = frame.axes[:2, :2] * ((1.0,), (-1.0,)) * frame.pixels_per_mm
-    place = seen @ np.linalg.inv(flat).T * (_SQUARES / radius)
-    inside = np.linalg.norm(place, axis=-1) <= _SQUARES
-    square = np.floor(place)
+    ways = np.linalg.inv(flat) * (_SQUARES / radius)
+    x, y = (way[0] * across + (way[1] * down)[:, None] for way in ways)
+    inside = x * x + y * y <= _SQUARES**2
     lines = np.zeros(inside.shape, dtype=bool)
-    for axis in (0, 1):
-        lines |= np.diff(inside, axis=axis, append=0).astype(bool)
-        lines |= inside & np.any(np.diff(square, axis=axis, append=np.inf), axis=-1)
+    columns, rows = np.floor(x), np.floor(y)
+    for one, two in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+        other = (columns[one] != columns[two]) | (rows[one] != rows[two])
+        lines[one] |= (inside[one] != inside[two]) | (inside[one] & other)
+    lines[-1] |= inside[-1]
+    lines[:, -1] |= inside[:, -1]
     return lines
 
 
-def _in_frame(corners: FloatArray, frame: Frame) -> BoolArray:
+def _in_frame(points: FloatArray, triangles: IntArray, frame: Frame) -> BoolArray:
     """Return which triangles may be seen in a frame, by the boxes around them."""
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    return np.asarray(
-        (high > 0.0).all(axis=1) & (low < (frame.width_px, frame.height_px)).all(axis=1)
-    )
+    inside = np.ones(len(triangles), dtype=bool)
+    for axis, size in enumerate((frame.width_px, frame.height_px)):
+        one, two, three = points[:, axis][triangles.T]
+        inside &= np.maximum(np.maximum(one, two), three) > 0.0
+        inside &= np.minimum(np.minimum(one, two), three) < size
+    return inside
 
 
-def _levels(scene: Scene, frame: Frame, first_new: int) -> IntArray:
-    """Return which tone of its own colour each triangle has, (T,)."""
+def _levels(scene: Scene, frame: Frame) -> IntArray:
+    """Return which tone of its own colour each triangle has in place, (T,)."""
     key = np.array(_KEY)
     light = scene.normals @ (key / np.linalg.norm(key) @ frame.axes)
     back = scene.normals @ frame.axes[2] < 0.0
     steps = np.clip(np.floor(3.0 * light), 0, 2).astype(np.int64)
-    level = np.where(back, 0, 1 + steps)
-    return np.asarray(level + len(THERE) * (scene.step >= first_new))
+    return np.asarray(np.where(back, 0, 1 + steps))
 
 
-def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray) -> None:
+def _draw_ends(code: Codes, piece: Numbers, near: FloatArray, new: BoolArray) -> None:
     """Draw lines along the ends of pieces and plates, and a white gap beside on what is beneath.
 
     So at each crossing the rails of the upper strand go through, and the lower one's are broken.
@@ -391,9 +509,19 @@ def _draw_ends(code: IntArray, piece: IntArray, near: FloatArray, new: BoolArray
         lower[two] |= first
         lower[one] |= second
     upper &= piece >= 0
-    gap = binary_dilation(lower) & ~upper & (piece >= 0)
+    gap = _grown(lower) & ~upper & (piece >= 0)
     code[gap] = PAPER
     code[upper] = np.where(code[upper] == BOARD, GHOST, OUTLINE)
     ends = upper & new
-    heavy = binary_dilation(ends, iterations=2) & new & ~gap
+    heavy = _grown(_grown(ends)) & new & ~gap
     code[heavy] = BLACK
+
+
+def _grown(mask: BoolArray) -> BoolArray:
+    """Return a mask with the pixels beside it, above and below."""
+    grown = mask.copy()
+    grown[1:] |= mask[:-1]
+    grown[:-1] |= mask[1:]
+    grown[:, 1:] |= mask[:, :-1]
+    grown[:, :-1] |= mask[:, 1:]
+    return grown

@@ -8,9 +8,9 @@ import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
-from fabweave.picture.zbuffer import nearest_triangles
+from fabweave.picture.zbuffer import nearest_of_layers
 from fabweave.plan.crossing_map import CrossingMap, StepRecord
-from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, paint
+from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
 
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
@@ -88,6 +88,16 @@ class Drawn:
             for at, station in enumerate(piece.stations)
         }
 
+        self._stages: dict[tuple[View, tuple[float, float], bool], Stage] = {}
+
+    def stage(self, view: View, size: tuple[float, float], *, table: bool) -> Stage:
+        """Return where the whole object grows, as it is seen in pictures of a size."""
+        key = view, size, table
+        if key not in self._stages:
+            frame = self.scene.frame(view, _pixels(size), table=table)
+            self._stages[key] = Stage(self.scene, frame, table=table)
+        return self._stages[key]
+
     def new(self, step: int) -> list[int]:
         """Return the numbers of the pieces that come in a step."""
         return [self.number[key] for key in self.steps[step].pieces]
@@ -115,7 +125,7 @@ def seen_mark(text: str, seen: BoolArray, frame: Frame) -> PictureLabel | None:
     return PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
 
 
-def new_mark(drawn: Drawn, frame: Frame, piece: IntArray, number: int) -> PictureLabel:
+def new_mark(drawn: Drawn, frame: Frame, piece: Numbers, number: int) -> PictureLabel:
     """Return the name of a new piece, near the middle of what is seen of it."""
     text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
     at = on_page(frame.pixels(line)[len(line) // 2], frame)
@@ -373,19 +383,14 @@ def _seen(scene: Scene, view: View) -> FloatArray:
     and than the former.
     """
     frame = scene.frame(view, _TRIAL_PX)
-    points, (wide, high) = frame.pixels(scene.points), _TRIAL_PX
-    order = np.argsort(scene.step, kind="stable")
-    bounds = np.searchsorted(scene.step[order], np.arange(1, scene.n_steps))
+    wide, high = _TRIAL_PX
+    triangle, pixel, near = nearest_of_layers(
+        frame.pixels(scene.points), scene.triangles, scene.step, width=wide, height=high
+    )
+    board = scene.former_seen(frame, 0)[1].ravel()[pixel]
+    triangle = triangle[(near > board) | (scene.step[triangle] + 1 >= scene.leaving.until)]
     side = 2 * scene.piece + (scene.normals @ frame.axes[2] < 0.0)
-    area = np.zeros(2 * len(scene.step_of_piece))
-    before, board = np.full((high, wide), -np.inf), scene.former_seen(frame, 0)[1]
-    for step, own in enumerate(np.split(order, bounds)):
-        seen, near = nearest_triangles(points, scene.triangles[own], width=wide, height=high)
-        if step + 1 == scene.leaving.until:
-            board = before
-        shown = own[seen[near > np.maximum(before, board)]]
-        area += np.bincount(side[shown], minlength=len(area))
-        np.maximum(before, near, out=before)
+    area = np.bincount(side[triangle], minlength=2 * len(scene.step_of_piece)).astype(np.float64)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area[::2])
     sides = area[::2], area[1::2]
@@ -561,8 +566,9 @@ def _overview(
 ) -> Overview:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     early = bool(drawn.scene.early[steps[0]])
-    frame = drawn.scene.frame(view, _pixels(size), table=early)
-    painted, shown = paint(drawn.scene, frame, steps[-1], steps[0], coming=early, table=early)
+    stage = drawn.stage(view, size, table=early)
+    frame = stage.frame
+    painted, shown = stage.paint(steps[-1], steps[0], coming=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
@@ -587,7 +593,7 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
     place = _overview(drawn, held, [at], TALL) if beside else None
     # From below, the table would hide the object.
     table = early and view.elevation_deg > 0.0
-    painted, shown = paint(scene, frame, at, at, coming=False, table=table)
+    painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
     places = Places(drawn, frame, shown.near, at)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
