@@ -6,9 +6,8 @@ pieces that meet no common piece are moved at the same time, in all copies. Arra
 each of these pieces, and for each copy: (..., K, C).
 """
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -37,8 +36,8 @@ _HOT, _COLD = 5.0, 0.3
 _DISPLACED = 2
 #: So many columns at most are worked on at once: their arrays stay in the cache of a processor.
 _COLUMNS = 512
-#: What the cost of a piece is made of, summed over all that is in place before it: laying over and
-#: closing; joining and sliding below; strands below which its first and its last half slide; things.
+#: What the effort of a piece is made of, summed over all that is in place before it: laying over
+#: and closing; joining and sliding below; strands above its first and its last half; things met.
 _PLAIN, _BEHIND, _FIRST, _LAST, _MET = range(5)
 _LOOSE = np.array([*LOOSE, 0.0])
 #: Places after and before all others.
@@ -63,6 +62,12 @@ class _Rows:
         there = at < length
         table[there] = self._values[(start + at)[there]]
         return table
+
+    def matrix(self, width: int) -> sparse.csr_array:
+        """Return which row has which number, (rows, width)."""
+        ones = np.ones(len(self._values), dtype=np.int32)
+        shape = len(self._start) - 1, width
+        return sparse.csr_array((ones, self._values, self._start), shape=shape)
 
 
 @frozen_value
@@ -95,19 +100,20 @@ def find_things(contacts: Contacts) -> Things:
     for owner, (count, alone) in enumerate(zip(contacts.n_stations, contacts.alone, strict=True)):
         bits = StationBits(count)
         carriers: dict[tuple[str, int], list[int]] = {}
-        for other, state in ((always, alone), *((at, here) for at, here, _ in contacts.meets[owner])):
+        states = [(always, alone), *((at, here) for at, here, _ in contacts.meets[owner])]
+        for other, state in states:
             for thing in bits.read(state):
                 of = carriers.setdefault(thing, [])
                 if other not in of:
                     of.append(other)
-        rows += [(owner, *of[:2], *[never] * (2 - len(of)), _weight(count, *thing))
-                 for thing, of in carriers.items()]  # fmt: skip
+        for thing, of in carriers.items():
+            rows.append((owner, of[0], of[1] if len(of) > 1 else never, _weight(count, *thing)))
         mates = [of[0] for (kind, _), of in carriers.items() if kind == "mate"]
         if len(mates) == 2:
             closing = (CLOSE, 0.0, 0.0, 0.0, 0.0)
             rows += [(owner, mate, never, closing) for mate in mates]
-            second = mates[1] if mates[1] != mates[0] else never
-            rows.append((owner, mates[0], second, tuple(-part for part in closing)))
+            other = mates[1] if mates[1] != mates[0] else never
+            rows.append((owner, mates[0], other, tuple(-part for part in closing)))
     table = np.array([row[:3] for row in rows], dtype=np.int64).reshape(-1, 3)
     weight = np.array([row[3] for row in rows], dtype=np.float64).reshape(-1, 5)
     return Things(table[:, 0], table[:, 1], table[:, 2], weight)
@@ -162,7 +168,9 @@ class _Tables:
         }
         brought: list[list[int]] = [[] for _ in pair]
         beside: list[list[int]] = [[] for _ in pair]
-        ways = zip(things.owner.tolist(), things.first.tolist(), things.second.tolist(), strict=True)
+        ways = zip(
+            things.owner.tolist(), things.first.tolist(), things.second.tolist(), strict=True
+        )
         for thing, (owner, first, second) in enumerate(ways):
             for carrier, other in ((first, second), (second, first)):
                 if carrier < count:
@@ -182,7 +190,9 @@ class _Tables:
                             for piece, around in enumerate(holds.around))  # fmt: skip
         ends = [end for both in holds.ends for end in both]
         self.trapped = _Rows(
-            side for _, over, under in ends for side in ((over, under) if over and under else ((), ()))
+            side
+            for _, over, under in ends
+            for side in ((over, under) if over and under else ((), ()))
         )
         number = {crossing: at for at, crossing in enumerate(holds.layers)}
         self.ties = _Rows([number[crossing] for crossing in ties] for ties, _, _ in ends)
@@ -192,14 +202,7 @@ class _Tables:
 
     def apart(self) -> IntArray:
         """Return a class for each piece: two of a class meet no common piece."""
-        every = np.arange(self.count)
-        rows = np.concatenate([self.met.of(every, self.never), self.around.of(every, self.never)])
-        column = np.broadcast_to(every, rows.shape)
-        there = rows < self.never
-        near = sparse.coo_array(
-            (np.ones(np.count_nonzero(there), dtype=np.int32), (rows[there], column[there])),
-            shape=(self.count, self.count),
-        ).tocsr()
+        near = self.met.matrix(self.count) + self.around.matrix(self.count)
         return colour((near @ near).tocsr())
 
 
@@ -225,7 +228,9 @@ class _Held:
         if moved is not None:
             self._ends = 1
             trapped, tied = (
-                np.stack([np.where(of == moved, end, of) for end in (tables.always, tables.never)], 2)
+                np.stack(
+                    [np.where(of == moved, end, of) for end in (tables.always, tables.never)], 2
+                )
                 for of in (trapped, tied)
             )
         self._trapped, self._tied = trapped, tied
@@ -261,7 +266,7 @@ class _Class:
         )
         self.alone = tables.alone[pieces].T[:, None, :, None]
         self.around = tables.around.of(pieces, tables.never)
-        self.held = _Held(tables, self.around, pieces)
+        self.held, self.held_now = _Held(tables, self.around, pieces), _Held(tables, pieces)
         self.missing = self.around == tables.never
         self.unrest = UNREST * tables.size[tables.component[pieces]][:, None]
 
@@ -322,9 +327,10 @@ class OrderSearch:
         apart, some = tables.apart(), max(1, _COLUMNS // width)
         classes = [np.flatnonzero(apart == number) for number in range(int(apart.max()) + 1)]
         self.classes = [
-            _Class(tables, own[at : at + some]) for own in classes for at in range(0, len(own), some)
+            _Class(tables, own[at : at + some])
+            for own in classes
+            for at in range(0, len(own), some)
         ]
-        self._all_held = _Held(tables, np.arange(count))
         place = np.full((count + 2, width), _LAST_PLACE)
         place[tables.always] = _FIRST_PLACE
         place[:count] = np.array([ranks(order) for order in orders]).T
@@ -347,11 +353,13 @@ class OrderSearch:
 
     def costs(self) -> FloatArray:
         """Return what the order of each copy costs, (C,), with places for counts of pieces."""
-        count, size = self.tables.count, self.tables.size[self.tables.component]
-        place = self.copies.place[:count]
-        effort = thing_cost(self.copies.sums[:, :count], self._factor(place)).sum(axis=0)
-        held = np.clip(self._all_held(self.copies.place), place, 1.0)
-        return np.asarray(effort + UNREST * (size[:, None] * (held - place)).sum(axis=0))
+        count, place = self.tables.count, self.copies.place
+        cost = thing_cost(self.copies.sums[:, :count], self._factor(place[:count])).sum(axis=0)
+        for own in self.classes:
+            here = place[own.pieces]
+            held = np.clip(own.held_now(place), here, 1.0)
+            cost += (own.unrest * (held - here)).sum(axis=0)
+        return np.asarray(cost)
 
     def orders(self) -> IntArray:
         """Return the pieces in order, component after component, (N, C)."""
@@ -389,7 +397,7 @@ class OrderSearch:
         spared = thing_cost(without + brings, factor) - thing_cost(without, factor)
         takes = _weigh(of.taken, place.take(of.taken_beside, axis=0) >= there)
 
-        # First the piece comes after the first that it meets, then after one of them more each time.
+        # First the piece comes after one of those that it meets, then after one more each time.
         columns = np.arange(here.size).reshape(here.shape)
         by = np.argsort(there, axis=0) * here.size + columns
         after = there.ravel().take(by)

@@ -310,8 +310,8 @@ def plan_order(
         If there is no such effort.
     """
     efforts = {
-        "quick": _Effort((6, 12), (4, 32), 20_000, 3),
-        "normal": _Effort((10, 20), (4, 32), 40_000, 6),
+        "quick": _Effort((6, 12), (4, 64), 15_000, 3),
+        "normal": _Effort((10, 20), (4, 64), 30_000, 6),
         "best": _Effort((60, 60), (16, 64), 400_000, 12),
     }
     if effort not in efforts:
