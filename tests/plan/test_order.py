@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assembly_models import model_of
+from assembly_models import model_of, twice
 from crossing_maps import step_record
 from hypothesis import given
 from hypothesis import strategies as st
@@ -225,20 +225,7 @@ def test_two_objects_are_made_one_after_the_other():
     """Where nothing joins them, each begins with a piece of its own, and is finished first."""
     woven = model_of("shape:octahedron")
     one = woven.made.pieces
-    crossings = len(woven.centres)
-    two = [
-        type(piece)(
-            **{name: getattr(piece, name) for name in piece.__dataclass_fields__}
-            | {
-                "crossings": piece.crossings + crossings,
-                "start_joint": piece.start_joint + 100,
-                "end_joint": piece.end_joint + 100,
-                "thread": piece.thread + 100,
-            }
-        )
-        for piece in one
-    ]
-    pieces = [*one, *two]
+    pieces = twice(one, len(woven.centres))
     fastened = np.tile(woven.made.fastened, 2)
     contacts = find_contacts(pieces, fastened)
     found = plan_order(
