@@ -118,7 +118,7 @@ LOOSE = (8.0, 6.0, 3.0, 1.0)
 #: this much more, from nothing when half of the pieces are in place.
 REACH = 1.0
 #: A piece lies loose while one more is placed: somebody has to hold it.
-UNREST = 2.0
+UNREST = 2.25
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Compare planning the order of assembly with how an older commit does it; run by hand.
 
-    python tests/benchmarks/bench_order.py [--against 81a05753] [--job koala ...] [--seeds 3]
+    python tests/benchmarks/bench_order.py [--against 81a05753] [--job koala ...] [--seeds 6]
 
 Both plan the same pieces in the same run, in turn, each in a process of its own. Prints seconds of
 the processor and their ratio, and of each order the effort, how many pieces lie loose, summed over
@@ -93,7 +93,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--against", default=BEFORE)
     parser.add_argument("--job", nargs="+", default=list(JOBS), choices=list(JOBS))
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=6)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         older, file = Path(folder) / "older", Path(folder) / "pieces"
