@@ -312,7 +312,7 @@ def plan_order(
     efforts = {
         "quick": _Effort((6, 12), (4, 64), 15_000, 3),
         "normal": _Effort((10, 20), (4, 64), 30_000, 6),
-        "best": _Effort((60, 60), (16, 64), 400_000, 12),
+        "best": _Effort((40, 40), (16, 64), 300_000, 12),
     }
     if effort not in efforts:
         raise InputError(f"no effort is called {effort!r}: choose one of {', '.join(efforts)}")
