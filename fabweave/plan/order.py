@@ -1,272 +1,26 @@
-"""Find the order in which pieces are put together: greedily first, then by annealing."""
+"""Find the order in which pieces are put together: grow it, anneal it, and walk it."""
 
 import heapq
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from random import Random
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.piece.piece import Piece
-from fabweave.plan.loose import Holds, count_loose, find_holds, ranks, strands_of
-
-
-@frozen_value
-class Contacts:
-    """Which pieces cross or join which, in terms of ``StationBits``.
-
-    Parameters
-    ----------
-    n_stations : tuple of int
-        Stations of each piece.
-    alone : tuple of int
-        The state in which each piece finds itself before any other is in place: it may cross
-        itself, or join its own end.
-    meets : tuple of tuples (other, here, there)
-        For each piece every other that it meets, the bits of its own state that the other sets
-        when it is in place first, and the bits of the other's state that it sets itself.
-    component : (N,) int array
-        Pieces that hang together have the same number, from 0 in order of their first pieces.
-    holds : Holds
-        What may hold the ends of pieces.
-    """
-
-    n_stations: tuple[int, ...]
-    alone: tuple[int, ...]
-    meets: tuple[tuple[tuple[int, int, int], ...], ...]
-    component: IntArray
-    holds: Holds
-
-
-def find_contacts(pieces: Sequence[Piece], fastened: BoolArray) -> Contacts:
-    """Find what every piece meets, at its crossings and at its ends.
-
-    Parameters
-    ----------
-    pieces : sequence of Piece
-        All pieces of a job.
-    fastened : (X,) bool array
-        Which crossings take a fastener.
-
-    Returns
-    -------
-    Contacts
-        In time and memory proportional to the number of stations.
-    """
-    carriers = strands_of(pieces)
-    begins = {piece.start_joint: number for number, piece in enumerate(pieces)}
-    ends = {piece.end_joint: number for number, piece in enumerate(pieces)}
-    alone, contacts = [], []
-    for number, piece in enumerate(pieces):
-        bits = StationBits(len(piece.crossings))
-        met: dict[int, int] = {}
-        for station, (crossing, over) in enumerate(
-            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
-        ):
-            for second, other in enumerate(carriers.get((crossing, not over), ())):
-                bit = bits.strand(station, over=over, second=bool(second))
-                met[other] = met.get(other, 0) | bit
-        for joint, others, end in (
-            (piece.start_joint, ends, False),
-            (piece.end_joint, begins, True),
-        ):
-            if joint is not None:
-                met[others[joint]] = met.get(others[joint], 0) | bits.mate(end=end)
-        alone.append(met.pop(number, 0))
-        contacts.append(met)
-    meets = tuple(
-        tuple((other, here, contacts[other][number]) for other, here in sorted(met.items()))
-        for number, met in enumerate(contacts)
-    )
-    return Contacts(
-        tuple(len(piece.crossings) for piece in pieces),
-        tuple(alone),
-        meets,
-        _components(meets),
-        find_holds(pieces, fastened),
-    )
-
-
-def _components(meets: Sequence[Sequence[tuple[int, int, int]]]) -> IntArray:
-    """Give pieces that hang together the same number."""
-    rows = np.repeat(np.arange(len(meets)), [len(met) for met in meets])
-    columns = np.array([other for met in meets for other, _, _ in met], dtype=np.int64)
-    graph = sparse.coo_array(
-        (np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(len(meets), len(meets))
-    )
-    return np.asarray(csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)
-
-
-#: Lay the piece over a strand that is in place.
-LAY = 1.0
-#: Slide the tip of the piece, at its first or last station, below a strand that is in place.
-TUCK = 2.0
-#: Slide the piece below a strand in place anywhere else: lift the strand, find the tip again.
-THREAD = 6.0
-#: Draw the piece on by one more station: added for each between the strand and the piece's tip.
-PULL = 0.25
-#: Draw the piece on below one more strand that holds it: added for each between there and the tip.
-DRAG = 1.0
-#: Lap an end on its mate and fasten it.
-JOIN = 1.0
-#: Both ends have their mates in place: the piece must be bowed in, and fit.
-CLOSE = 3.0
-#: Hold a piece in place that touches nothing, or one, two or three things; four hold it well.
-LOOSE = (8.0, 6.0, 3.0, 1.0)
-#: At the last piece of a closed surface no hand comes to the inside: sliding below and joining cost
-#: this much more, from nothing when half of the pieces are in place.
-REACH = 1.0
-#: A piece lies loose while one more is placed: somebody has to hold it.
-UNREST = 1.5
-
-
-@dataclass(frozen=True)
-class StationBits:
-    """What is in place where a piece is to go, as bits of one integer.
-
-    Each thing has a bit of its own, so things come and go by exclusive or. A strand has two bits,
-    because two pieces may carry it, lapped at a joint.
-
-    Parameters
-    ----------
-    n_stations : int
-        How many stations the piece has.
-    """
-
-    n_stations: int
-
-    def strand(self, station: int, *, over: bool, second: bool) -> int:
-        """Return the bit of a strand at a station; ``over``: the piece goes over that strand."""
-        return 1 << (station + self.n_stations * (2 * over + second))
-
-    def mate(self, *, end: bool) -> int:
-        """Return the bit of the mate at the piece's beginning or end."""
-        return 1 << (4 * self.n_stations + end)
-
-
-def piece_effort(n_stations: int, state: int) -> tuple[float, float]:
-    """Return the effort to place a piece, and the part of it that reaching adds to.
-
-    Parameters
-    ----------
-    n_stations : int
-        How many stations the piece has.
-    state : int
-        What is in place, see ``StationBits``.
-
-    Returns
-    -------
-    plain : float
-        Laying over, closing, holding.
-    behind : float
-        What a hand on the inside helps: joining, and sliding below strands, each of which costs
-        more the farther it is from the nearer end, and the more strands hold the piece on the way.
-
-    Examples
-    --------
-    >>> bits = StationBits(5)
-    >>> alone = piece_effort(5, 0)
-    >>> laid = piece_effort(5, sum(bits.strand(k, over=True, second=False) for k in range(5)))
-    >>> tips = piece_effort(5, sum(bits.strand(k, over=False, second=False) for k in (0, 4)))
-    >>> middle = piece_effort(5, bits.strand(2, over=False, second=False))
-    >>> alone, laid, tips, middle
-    ((8.0, 0.0), (5.0, 0.0), (3.0, 4.0), (6.0, 6.5))
-    """
-    all_stations = (1 << n_stations) - 1
-    under = (state | state >> n_stations) & all_stations
-    over = (state >> 2 * n_stations | state >> 3 * n_stations) & all_stations
-    joined = (state >> 4 * n_stations).bit_count()
-    met = over.bit_count() + under.bit_count() + joined
-    plain = over.bit_count() * LAY
-    plain += CLOSE * (joined == 2) + (LOOSE[met] if met < len(LOOSE) else 0.0)
-    behind = joined * JOIN
-    half = (n_stations + 1) // 2
-    for stations, from_end in ((under & (1 << half) - 1, False), (under >> half, True)):
-        held, left = 0, stations
-        while left:
-            bit = left.bit_length() - 1 if from_end else (left & -left).bit_length() - 1
-            left ^= 1 << bit
-            away = n_stations - 1 - half - bit if from_end else bit
-            behind += (THREAD + PULL * away if away else TUCK) + DRAG * held
-            held += 1
-    return plain, behind
-
-
-def reach(place: float) -> float:
-    """Return the factor of work behind strands when a share ``place`` of a closed surface is there.
-
-    Examples
-    --------
-    >>> reach(0.3), reach(0.75), reach(1.0)
-    (1.0, 1.5, 2.0)
-    """
-    return 1.0 + REACH * max(0.0, 2.0 * place - 1.0)
-
-
-@frozen_value
-class MeasuredOrder:
-    """An order and what it costs.
-
-    Parameters
-    ----------
-    order : (N,) int array
-        Pieces as they are placed.
-    effort : (N,) float array
-        The effort of each piece of the order, in that order.
-    loose : (N,) int array
-        How many pieces lie loose after each.
-    """
-
-    order: IntArray
-    effort: FloatArray
-    loose: IntArray
-
-    @property
-    def total(self) -> float:
-        """The effort of the whole."""
-        return float(self.effort.sum())
-
-    @property
-    def cost(self) -> float:
-        """The effort, and what it costs that pieces lie loose."""
-        return self.total + UNREST * float(self.loose.sum())
-
-
-def measure_order(contacts: Contacts, order: Sequence[int], *, enclosed: bool) -> MeasuredOrder:
-    """Measure the effort of an order.
-
-    Parameters
-    ----------
-    contacts : Contacts
-        What the pieces meet.
-    order : sequence of int
-        Every piece once.
-    enclosed : bool
-        Whether the surface is closed, so that hands come to its inside ever less.
-    """
-    rank = ranks(order)
-    component = contacts.component.tolist()
-    size = np.bincount(contacts.component).tolist()
-    placed = [0] * len(size)
-    effort = []
-    for at, piece in enumerate(order):
-        state = contacts.alone[piece]
-        for other, here, _ in contacts.meets[piece]:
-            if rank[other] < at:
-                state ^= here
-        plain, behind = piece_effort(contacts.n_stations[piece], state)
-        whole = component[piece]
-        placed[whole] += 1
-        effort.append(plain + behind * (reach(placed[whole] / size[whole]) if enclosed else 1.0))
-    return MeasuredOrder(
-        np.array(order, dtype=np.int64), np.array(effort), count_loose(contacts.holds, order)
-    )
+from fabweave.plan.anneal import anneal
+from fabweave.plan.effort import (
+    THREAD,
+    Contacts,
+    MeasuredOrder,
+    find_contacts,
+    measure_order,
+    piece_effort,
+)
+from fabweave.plan.loose import ranks
 
 
 def grow_order(contacts: Contacts, roots: Sequence[int]) -> list[int]:
@@ -453,179 +207,12 @@ class _Walk:
         return count
 
 
-#: Annealing begins and ends at these differences of effort; it begins with less heat where what
-#: lies loose counts, and then looks at so many other places of a piece.
-_HOT, _WARM, _COLD = 10.0, 3.0, 0.3
-_LOOKED = 2
-
-
-class _OrderSearch:
-    """An order under change: each piece has a place between 0 and 1 in its component.
-
-    What a piece costs depends on nothing but its place and which of the pieces that it meets come
-    before it, so a move changes the costs of the piece and of those that it meets only.
-    """
-
-    def __init__(
-        self, contacts: Contacts, order: Sequence[int], roots: Sequence[int], *, enclosed: bool
-    ) -> None:
-        self.contacts = contacts
-        self.enclosed = enclosed
-        self.component = contacts.component.tolist()
-        self.size = [0] * (max(self.component, default=-1) + 1)
-        for number in self.component:
-            self.size[number] += 1
-        self.place = [0.0] * len(order)
-        self.factor = [1.0] * len(order)
-        self.spread(order)
-        # Efforts that were worked out once, for each number of stations.
-        known: dict[int, dict[int, tuple[float, float]]] = {n: {} for n in contacts.n_stations}
-        self.known = [known[n] for n in contacts.n_stations]
-        self.state = list(contacts.alone)
-        self.before = [0] * len(order)
-        for piece, met in enumerate(contacts.meets):
-            for other, here, _ in met:
-                if self.place[other] < self.place[piece]:
-                    self.state[piece] ^= here
-                    self.before[piece] += 1
-        for root in roots:
-            self.before[root] = len(order)  # it needs nothing before it
-
-    def unrest(self, piece: int) -> float:
-        """Return what it costs that pieces around one lie loose."""
-        place, holds = self.place, self.contacts.holds
-        loose = sum(
-            [holds.held_from(other, place, 1.0) - place[other] for other in holds.around[piece]]
-        )
-        return UNREST * loose * self.size[self.component[piece]]
-
-    def order(self) -> list[int]:
-        """Return the pieces in order, component after component."""
-        return sorted(
-            range(len(self.place)), key=lambda piece: (self.component[piece], self.place[piece])
-        )
-
-    def spread(self, order: Sequence[int]) -> None:
-        """Give the pieces of each component evenly spread places, without changing their order."""
-        done = [0] * len(self.size)
-        for piece in order:
-            number = self.component[piece]
-            done[number] += 1
-            self.put(piece, done[number] / (self.size[number] + 1))
-
-    def put(self, piece: int, place: float) -> None:
-        """Give a piece a place."""
-        self.place[piece] = place
-        if self.enclosed:
-            self.factor[piece] = reach(place)
-
-    def effort(self, piece: int, state: int) -> tuple[float, float]:
-        """Work an effort out, and keep it."""
-        effort = self.known[piece][state] = piece_effort(self.contacts.n_stations[piece], state)
-        return effort
-
-    def move(self, piece: int, dice: Random, heat: float, *, calm: bool = False) -> None:
-        """Move a piece to a place among those that it meets, by the heat-bath rule.
-
-        Every place is as likely as exp(-effort / heat); none is taken at which a piece would meet
-        nothing that is there before it. If ``calm``, what lies loose counts, too, and only a few
-        places are looked at.
-        """
-        place, state, known, factor = self.place, self.state, self.known, self.factor
-        met = sorted([(place[contact[0]], contact) for contact in self.contacts.meets[piece]])
-        before, last = place[piece], len(met)
-        # First the piece comes before all that it meets, then after one of them more each time.
-        total, steps, bare = 0.0, [0.0], []
-        for at, (where, (other, _, there)) in enumerate(met):
-            after = before < where
-            if self.before[other] == after:  # nothing else is there before it
-                last = min(last, at)
-            without = state[other] ^ there if after else state[other]
-            bare.append(without)
-            efforts = known[other]
-            a = efforts.get(without) or self.effort(other, without)
-            b = efforts.get(without ^ there) or self.effort(other, without ^ there)
-            total += a[0] - b[0] + factor[other] * (a[1] - b[1])
-            steps.append(total)
-        share = 0.25 + dice.random() / 2  # two pieces never have one place
-        mine, efforts = self.contacts.alone[piece], known[piece]
-        ways, worth = [], []
-        for at in range(1, last + 1):
-            low, (_, here, _) = met[at - 1]
-            mine ^= here
-            target = low + ((met[at][0] if at < len(met) else 1.0) - low) * share
-            a = efforts.get(mine) or self.effort(piece, mine)
-            ways.append((at, target, mine))
-            worth.append(steps[at] + a[0] + (reach(target) if self.enclosed else 1.0) * a[1])
-        if calm:
-            there = [before > place[contact[0]] for _, contact in met].count(True) - 1
-            looked = {there, *dice.sample(range(len(ways)), min(_LOOKED, len(ways)))}
-            ways, worth = [ways[k] for k in sorted(looked)], [worth[k] for k in sorted(looked)]
-            for k, (_, target, _) in enumerate(ways):
-                place[piece] = target
-                worth[k] += self.unrest(piece)
-            place[piece] = before
-        best = min(worth)
-        chosen, target, mine = dice.choices(ways, [math.exp((best - x) / heat) for x in worth])[0]
-        for at, (where, (other, _, there)) in enumerate(met):
-            self.before[other] += (at >= chosen) - (before < where)
-            state[other] = bare[at] ^ there if at >= chosen else bare[at]
-        self.before[piece] = chosen
-        state[piece] = mine
-        self.put(piece, target)
-
-
-def improve_order(
-    contacts: Contacts,
-    order: Sequence[int],
-    roots: Sequence[int],
-    *,
-    enclosed: bool,
-    sweeps: int,
-    seed: int,
-    calm: bool = False,
-) -> list[int]:
-    """Improve an order by annealing; the first piece of each component stays the first.
-
-    Parameters
-    ----------
-    contacts : Contacts
-        What the pieces meet.
-    order : sequence of int
-        An order in which every piece but the roots meets one before it.
-    roots : sequence of int
-        The first piece of each component.
-    enclosed : bool
-        Whether the surface is closed.
-    sweeps : int
-        How often every piece is moved.
-    seed : int
-        Same seed, same order.
-    calm : bool
-        Whether what lies loose counts, too, and not the effort alone.
-
-    Returns
-    -------
-    list of int
-        An order of the same kind.
-    """
-    dice = Random(seed)  # noqa: S311 - no secret
-    search = _OrderSearch(contacts, order, roots, enclosed=enclosed)
-    pieces = sorted(set(order) - set(roots))
-    hot = _WARM if calm else _HOT
-    for sweep in range(sweeps):
-        heat = hot * (_COLD / hot) ** (sweep / max(sweeps - 1, 1))
-        dice.shuffle(pieces)
-        for piece in pieces:
-            search.move(piece, dice, heat, calm=calm)
-        search.spread(search.order())
-    return search.order()
-
-
 #: Of orders whose cost is at most so many times the least, that with the easiest end is taken.
 _NEARLY = 1.02
-#: So many orders are annealed again, so that less lies loose: more, the fewer pieces there are.
-_AGAIN, _AGAIN_PIECES = 2, 200
+#: One sweep is made for so many pieces.
+_PIECES_A_SWEEP = 20
+#: Of annealed orders, so many are walked.
+_WALKED = 3
 
 
 @frozen_value
@@ -665,18 +252,20 @@ class _Effort:
 
     Parameters
     ----------
+    sweeps : (int, int)
+        How often every piece is moved: from few pieces to many, where there is farther to go.
+    copies : (int, int)
+        How many orders are annealed at once, the fewest and the most: so many, that ...
+    moves : int
+        ... this is how many pieces are moved in all.
     roots : int
         At most so many first pieces are tried.
-    moves : int
-        So many moves are shared among them, in whole sweeps over all pieces ...
-    least, most : int
-        ... of which each has so many.
     """
 
-    roots: int
+    sweeps: tuple[int, int]
+    copies: tuple[int, int]
     moves: int
-    least: int
-    most: int
+    roots: int
 
 
 def plan_order(
@@ -692,12 +281,11 @@ def plan_order(
     """Find an order in which every piece is held soon, holds on others and slides below few.
 
     The effort of an order depends on nothing but which of two pieces that meet comes first (and,
-    on a closed surface, on how late pieces slide below others). So an order is grown from a flat
-    place and improved by annealing; another one is grown from the ground up. The best of these are
-    annealed again, and now it counts, too, how long pieces lie loose. Of all orders that cost the
-    same, that one is taken which goes from neighbour to neighbour and turns the object seldom; and
-    of several searches that end nearly alike, that one whose last tenth of the pieces is the
-    easiest.
+    on a closed surface, on how late pieces slide below others). So orders are grown from flat
+    places, and another one from the ground up; copies of them are improved by annealing, where it
+    counts, too, how long pieces lie loose. Of all orders that cost the same, that one is taken
+    which goes from neighbour to neighbour and turns the object seldom; and of several that end
+    nearly alike, that one whose last tenth of the pieces is the easiest.
 
     Parameters
     ----------
@@ -722,44 +310,36 @@ def plan_order(
         If there is no such effort.
     """
     efforts = {
-        "quick": _Effort(3, 3_000, 6, 20),
-        "normal": _Effort(6, 20_000, 6, 30),
-        "best": _Effort(12, 120_000, 12, 60),
+        "quick": _Effort((6, 12), (4, 64), 15_000, 3),
+        "normal": _Effort((10, 20), (4, 64), 30_000, 6),
+        "best": _Effort((40, 40), (16, 64), 300_000, 12),
     }
     if effort not in efforts:
         raise InputError(f"no effort is called {effort!r}: choose one of {', '.join(efforts)}")
     hard = efforts[effort]
     contacts = find_contacts(pieces, fastened)
     middle = np.array([centres[piece.crossings].mean(axis=0) for piece in pieces])
-    tries = int(np.clip(hard.moves // (hard.least * len(pieces)), 1, hard.roots))
-    sweeps = int(np.clip(hard.moves // (tries * len(pieces)), hard.least, hard.most))
+    sweeps = int(np.clip(len(pieces) // _PIECES_A_SWEEP, *hard.sweeps))
+    copies = int(np.clip(hard.moves // (sweeps * len(pieces)), *hard.copies))
     served = sides_of_pieces([normals[piece.crossings] for piece in pieces])
 
     def measured(order: Sequence[int]) -> MeasuredOrder:
         return measure_order(contacts, order, enclosed=enclosed)
 
-    starts = []
-    for number, roots in enumerate(_flat_roots(pieces, contacts, centres, middle, tries)):
-        grown = grow_order(contacts, roots)
-        order = improve_order(
-            contacts, grown, roots, enclosed=enclosed, sweeps=sweeps, seed=seed + number
-        )
-        starts.append((order, roots))
-    starts.sort(key=lambda start: measured(start[0]).cost)
-    del starts[max(_AGAIN, _AGAIN_PIECES // len(pieces)) :]
+    flat = _flat_roots(pieces, contacts, centres, middle, min(hard.roots, copies - 1))
+    starts = [(grow_order(contacts, roots), roots) for roots in flat]
     starts.append(_grown_up(contacts, middle[:, 2]))
-    tried = []
-    for number, (start, roots) in enumerate(starts):
-        order = improve_order(
-            contacts,
-            start,
-            roots,
-            enclosed=enclosed,
-            sweeps=sweeps,
-            seed=seed + number,
-            calm=True,
-        )
-        tried.append(measured(walk_order(contacts, order, roots, middle, served)))
+    annealed = anneal(
+        contacts,
+        [starts[copy % len(starts)] for copy in range(copies)],
+        enclosed=enclosed,
+        sweeps=sweeps,
+        seed=seed,
+    )
+    tried = [
+        measured(walk_order(contacts, order, roots, middle, served))
+        for order, roots in annealed[:_WALKED]
+    ]
     best = _easy_end(tried)
     by_thread, by_number = (
         measured(order).total

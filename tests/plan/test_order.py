@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assembly_models import model_of
+from assembly_models import model_of, twice
 from crossing_maps import step_record
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,20 +13,16 @@ from rims import ring_of
 from slow import slow_but
 
 from fabweave.piece.piece import find_owners
-from fabweave.plan import order as model
-from fabweave.plan.order import (
+from fabweave.plan import effort as model
+from fabweave.plan.effort import (
     MeasuredOrder,
     StationBits,
-    _easy_end,
     find_contacts,
-    grow_order,
-    improve_order,
     measure_order,
-    order_by_number,
     piece_effort,
-    plan_order,
     reach,
 )
+from fabweave.plan.order import _easy_end, order_by_number, plan_order
 from fabweave.plan.steps import build_steps, last_tenth
 
 
@@ -198,19 +194,6 @@ def test_the_best_of_all_orders_is_found(shape):
 
 
 @pytest.mark.slow
-def test_what_annealing_takes_for_the_effort_is_the_effort():
-    """Improving never loses track: more sweeps from the same start end lower than the start."""
-    woven = model_of("shape:torus?m=12&n=6", max_length_mm=120.0)
-    contacts = find_contacts(woven.made.pieces, woven.made.fastened)
-    grown = grow_order(contacts, [0])
-    before = measure_order(contacts, grown, enclosed=True).total
-    after = improve_order(contacts, grown, [0], enclosed=True, sweeps=20, seed=0)
-    assert after[0] == 0
-    assert held(contacts, after) == [0]
-    assert measure_order(contacts, after, enclosed=True).total < 0.95 * before
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "changed"),
     slow_but(
@@ -242,20 +225,7 @@ def test_two_objects_are_made_one_after_the_other():
     """Where nothing joins them, each begins with a piece of its own, and is finished first."""
     woven = model_of("shape:octahedron")
     one = woven.made.pieces
-    crossings = len(woven.centres)
-    two = [
-        type(piece)(
-            **{name: getattr(piece, name) for name in piece.__dataclass_fields__}
-            | {
-                "crossings": piece.crossings + crossings,
-                "start_joint": piece.start_joint + 100,
-                "end_joint": piece.end_joint + 100,
-                "thread": piece.thread + 100,
-            }
-        )
-        for piece in one
-    ]
-    pieces = [*one, *two]
+    pieces = twice(one, len(woven.centres))
     fastened = np.tile(woven.made.fastened, 2)
     contacts = find_contacts(pieces, fastened)
     found = plan_order(

@@ -1,6 +1,6 @@
 """Make the pieces of a model without nesting or drawing anything."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -37,3 +37,20 @@ def model_of(mesh, size_mm=300.0, **changed):
     made = build_pieces(ribbons, woven.weave, plan.runs, woven.labels, rules, joints)
     closed = bool(np.all(woven.halfedges.twin >= 0))
     return Model(made, ribbons.centre, ribbons.normal, closed)
+
+
+def twice(pieces, crossings):
+    """Return the pieces of an object, and of another one just like it that is not joined to it."""
+    return [
+        *pieces,
+        *(
+            replace(
+                piece,
+                crossings=piece.crossings + crossings,
+                start_joint=piece.start_joint + 100,
+                end_joint=piece.end_joint + 100,
+                thread=piece.thread + 100,
+            )
+            for piece in pieces
+        ),
+    ]

@@ -21,6 +21,7 @@ from fabweave.core.arrays import (
     frozen_value,
     no_progress,
 )
+from fabweave.core.colouring import colour
 from fabweave.weave.twill.conditions import EQUAL, TwillConditions, TwillWeights
 
 #: One word a crossing; bit k of all words together is copy k of the weave's twists.
@@ -123,7 +124,7 @@ def couple(conditions: TwillConditions, weights: TwillWeights = EQUAL) -> Coupli
     each = np.repeat((of_face, of_vertex), (len(conditions.face), len(conditions.vertex)))
     window_weight = np.bincount(which.ravel(), each, minlength=len(windows)).astype(np.int64)
     neighbours = _neighbours(count, pairs, windows)
-    colour = _colour(neighbours)
+    found = colour(neighbours)
     seen = _as_seen(count, pairs, pair_weight, windows, window_weight)
     return Couplings(
         n_crossings=count,
@@ -133,7 +134,7 @@ def couple(conditions: TwillConditions, weights: TwillWeights = EQUAL) -> Coupli
         window_weight=window_weight,
         unit=float(pair_weight.sum() + window_weight.sum()) / max(conditions.count, 1) or 1.0,
         neighbours=neighbours,
-        classes=tuple(_slots(count, np.flatnonzero(colour == k), seen) for k in np.unique(colour)),
+        classes=tuple(_slots(count, np.flatnonzero(found == k), seen) for k in np.unique(found)),
     )
 
 
@@ -147,16 +148,6 @@ def _neighbours(count: int, pairs: IntArray, windows: IntArray) -> sparse.csr_ar
         shape=(count, count),
     )
     return linked.tocsr()
-
-
-def _colour(neighbours: sparse.csr_array) -> IntArray:
-    """Give each crossing the least class that no neighbour has."""
-    bounds, indices = neighbours.indptr.tolist(), neighbours.indices.tolist()
-    colour = [-1] * neighbours.shape[0]
-    for crossing in range(len(colour)):
-        taken = {colour[other] for other in indices[bounds[crossing] : bounds[crossing + 1]]}
-        colour[crossing] = next(k for k in range(len(taken) + 1) if k not in taken)
-    return np.array(colour, dtype=np.int64)
 
 
 def _as_seen(
