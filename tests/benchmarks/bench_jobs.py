@@ -41,7 +41,7 @@ def made(tree: Path, job: tuple[str, ...], folder: Path) -> tuple[float, dict[st
     """Make a job by a tree; return the seconds that it took, and what it came to."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
-        [sys.executable, "-m", "fabweave", "make", *job, "-o", str(folder), "--quiet"],
+        [sys.executable, "-P", "-m", "fabweave", "make", *job, "-o", str(folder), "--quiet"],
         check=True, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(tree)},
     )  # fmt: skip
     # What it started counts once it is waited for.
