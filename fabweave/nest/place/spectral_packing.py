@@ -458,9 +458,9 @@ class _CoarseSpectra:
     pixels: _Spectrum
 
 
-@frozen_value
+@dataclass(eq=False)
 class _Spectra:
-    """Kernels at all angles, transformed for patches of one size.
+    """Kernels transformed for patches of one size, each angle once it is looked at.
 
     ``able`` are the angles that may have room in each tile: nothing is ever taken away, so there is
     none at those where none was found.
@@ -468,8 +468,9 @@ class _Spectra:
 
     kernels: Kernels
     shape: tuple[int, int]
-    pixels: _Spectrum
     coarse: _CoarseSpectra
+    pixels: _Spectrum
+    ready: BoolArray
     able: dict[_Tile, IntArray] = field(default_factory=dict)
 
 
@@ -571,7 +572,7 @@ class SheetPixels:
             occupied = self._occupied[patch]
             if occupied.size - int(occupied.sum()) >= least:
                 spectra = self._spectra(kernels, shape)
-                able = spectra.able.get(tile, np.arange(len(spectra.pixels)))
+                able = spectra.able.get(tile, np.arange(len(spectra.ready)))
                 likely = self._likely(kernels, spectra, tile, tiling.side, last, able)
                 for angles in (likely, np.setdiff1d(able, likely)):
                     spots, room = self._free_spots(
@@ -613,7 +614,9 @@ class SheetPixels:
                 int(scipy.fft.next_fast_len(-(-shape[1] // _COARSER), real=True)),
             )
             coarse = _CoarseSpectra(least, self._transform(small, least))
-            self._last = _Spectra(kernels, fast, self._transform(kernels.pixels, fast), coarse)
+            count = len(kernels.pixels)
+            pixels = np.empty((count, fast[0], fast[1] // 2 + 1), dtype=np.complex64)
+            self._last = _Spectra(kernels, fast, coarse, pixels, np.zeros(count, dtype=np.bool_))
         return self._last
 
     def _transform(self, pixels: npt.NDArray[Any], shape: tuple[int, int]) -> _Spectrum:
@@ -681,6 +684,10 @@ class SheetPixels:
         extent = (len(rows), len(columns))
         if len(angles) == 0:
             return [], angles
+        fresh = angles[~spectra.ready[angles]]
+        if len(fresh):
+            spectra.pixels[fresh] = self._transform(kernels.pixels[fresh], spectra.shape)
+            spectra.ready[fresh] = True
         occupied, touched = (
             self._patch_spectrum(cells, tile, spectra.shape)
             for cells in (self._occupied, self._touched)
