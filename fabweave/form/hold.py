@@ -218,16 +218,17 @@ class FormHold:
     def _chosen(self, choices: "_Choices") -> BoolArray:
         """Return which groups of crossings to fasten."""
         bound, none, every = self.bound_mm, choices.none, ~choices.none
-        most, began = choices.foretold(none)[0], choices.reached(none)
-        if began <= bound:
-            return none
-        least = choices.foretold(every)[0]
+        most, least = choices.foretold(none)[0], choices.foretold(every)[0]
+        # What is foretold takes a moment; to let it go takes long.
         if least > bound:
             if least > _WORTH * most:
                 return none
             bound = max(bound, least + (1 - _MOST_OF_IT) * (most - least))
             if most - bound < _A_GAIN * self.bound_mm:
                 return none
+        began = choices.reached(none)
+        if began <= self.bound_mm:
+            return none
         aim, tried = bound * min(1.0, most / began), []
         for _ in range(_TRIES):
             found = choices.fewest(aim)
