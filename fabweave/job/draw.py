@@ -43,6 +43,9 @@ from fabweave.sheet.sheets import draw_sheets
 from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.hardware import sort_asked
 
+#: Where a former stays inside by an order, so many are tried in all.
+_ORDERS = 4
+
 
 class SideWork(NamedTuple):
     """What is made while pieces are nested, as it does not depend on where they lie.
@@ -176,7 +179,7 @@ class Job(PlannedJob):
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
     """Start the letters of pieces, the order of assembly, and let the object go."""
-    settings, woven, pieces = planned.settings, planned.woven, planned.piece_set.pieces
+    settings, pieces = planned.settings, planned.piece_set.pieces
     crossings = planned.weave.threads.n_crossings
     kinds = planned.piece_set.kinds
     return SideWork(
@@ -188,19 +191,36 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             settings.pieces.label_side,
             kinds,
         ),
-        order=start(
-            plan_order,
-            pieces,
-            woven.ribbons.centre,
-            woven.ribbons.normal,
-            planned.piece_set.fastened,
-            enclosed=bool(np.all(woven.halfedges.twin >= 0)),
-            effort=settings.search.effort,
-            seed=settings.search.seed,
-        ),
+        order=start(_order, planned, settings.search.seed),
         form=start(let_job_go, planned),
         former=start(former_of, planned),
     )
+
+
+def _order(planned: PlannedJob, seed: int) -> Order:
+    """Find an order of assembly."""
+    woven, pieces = planned.woven, planned.piece_set
+    return plan_order(
+        pieces.pieces,
+        woven.ribbons.centre,
+        woven.ribbons.normal,
+        pieces.fastened,
+        enclosed=bool(np.all(woven.halfedges.twin >= 0)),
+        effort=planned.settings.search.effort,
+        seed=seed,
+    )
+
+
+def _let_out(planned: PlannedJob, former: Former, order: Order) -> tuple[Order, Laid]:
+    """Return an order by which a former comes out, and its way; that order if none is found."""
+    pieces, seed = planned.piece_set.pieces, planned.settings.search.seed
+    first = let_out(former, planned.woven, pieces, order)
+    for number in range(1, _ORDERS if first.way is None else 1):
+        other = _order(planned, seed + number)
+        laid = let_out(former, planned.woven, pieces, other)
+        if laid.way is not None:
+            return other, laid
+    return order, first
 
 
 def draw_job(
@@ -265,7 +285,8 @@ def draw_job(
     former = side.former()
     laid = None
     if former is not None:
-        laid = with_room(let_out(former, woven, pieces.pieces, order), pieces.pieces)
+        order, laid = _let_out(planned, former, order)
+        laid = with_room(laid, pieces.pieces)
     told = told_steps(planned, laid, order)
     rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
     plates = former_on_sheets(planned, laid, told)
