@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
@@ -18,7 +16,7 @@ from fabweave.former.way_out import let_out
 from fabweave.job.former import former_of, former_on_sheets, told_steps
 from fabweave.job.letting_go import LetGo, let_job_go
 from fabweave.job.notes import job_notes
-from fabweave.job.planned import PlannedJob
+from fabweave.job.planned import PlannedJob, order_of
 from fabweave.job.ribbon_report import hole_findings
 from fabweave.mesh.one_rings import irregular_share
 from fabweave.mesh.polymesh import PolyMesh
@@ -29,7 +27,7 @@ from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.grade import Grade, grade
-from fabweave.plan.order import Order, plan_order
+from fabweave.plan.order import Order
 from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
 from fabweave.ribbon.project import Ribbons
@@ -191,32 +189,18 @@ def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
             settings.pieces.label_side,
             kinds,
         ),
-        order=start(_order, planned, settings.search.seed),
+        order=start(order_of, planned, settings.search.effort, settings.search.seed),
         form=start(let_job_go, planned),
         former=start(former_of, planned),
     )
 
 
-def _order(planned: PlannedJob, seed: int) -> Order:
-    """Find an order of assembly."""
-    woven, pieces = planned.woven, planned.piece_set
-    return plan_order(
-        pieces.pieces,
-        woven.ribbons.centre,
-        woven.ribbons.normal,
-        pieces.fastened,
-        enclosed=bool(np.all(woven.halfedges.twin >= 0)),
-        effort=planned.settings.search.effort,
-        seed=seed,
-    )
-
-
 def _let_out(planned: PlannedJob, former: Former, order: Order) -> tuple[Order, Laid]:
     """Return an order by which a former comes out, and its way; that order if none is found."""
-    pieces, seed = planned.piece_set.pieces, planned.settings.search.seed
+    pieces, search = planned.piece_set.pieces, planned.settings.search
     first = let_out(former, planned.woven, pieces, order)
     for number in range(1, _ORDERS if first.way is None else 1):
-        other = _order(planned, seed + number)
+        other = order_of(planned, search.effort, search.seed + number)
         laid = let_out(former, planned.woven, pieces, other)
         if laid.way is not None:
             return other, laid

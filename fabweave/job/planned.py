@@ -15,6 +15,7 @@ from fabweave.piece.piece import Piece
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import SplitPlan
 from fabweave.plan.colours import piece_colours, woven_colours
+from fabweave.plan.order import Order, plan_order
 from fabweave.plan.verdict import Verdict, judge
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.rules.broken_rule import BrokenRule
@@ -126,3 +127,17 @@ class PlannedJob:
     def mirrored(self) -> bool:
         """Whether sheets are drawn mirrored, since the inside is engraved."""
         return self.settings.pieces.mirrored
+
+
+def order_of(planned: PlannedJob, effort: str, seed: int) -> Order:
+    """Find an order in which the pieces of a job are put together."""
+    woven, pieces = planned.woven, planned.piece_set
+    return plan_order(
+        pieces.pieces,
+        woven.ribbons.centre,
+        woven.ribbons.normal,
+        pieces.fastened,
+        enclosed=bool(np.all(woven.halfedges.twin >= 0)),
+        effort=effort,
+        seed=seed,
+    )

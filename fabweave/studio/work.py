@@ -25,7 +25,7 @@ from fabweave.design.variety import is_free, variety
 from fabweave.estimate.texts import hours_text
 from fabweave.job.figures import figures_of, words
 from fabweave.job.model import YarnOptions, spin_object
-from fabweave.job.planned import PlannedJob
+from fabweave.job.planned import PlannedJob, order_of
 from fabweave.job.stations import Stations, views
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape
@@ -35,7 +35,6 @@ from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
 from fabweave.picture.surfaces import polygon_triangles, ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
-from fabweave.plan.order import plan_order
 from fabweave.plan.steps import build_steps
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
@@ -322,13 +321,8 @@ def _sheets(stations: Stations) -> Told:
 
 def _steps(planned: PlannedJob) -> Told:
     """Return the steps of assembly."""
-    woven, piece_set = planned.woven, planned.piece_set
-    order = plan_order(
-        piece_set.pieces, woven.ribbons.centre, woven.ribbons.normal, piece_set.fastened,
-        enclosed=bool(np.all(woven.halfedges.twin >= 0)), effort="quick",
-        seed=planned.settings.search.seed,
-    )  # fmt: skip
-    steps = build_steps(piece_set, order, sort_asked(planned.settings.pieces.fastener))
+    order = order_of(planned, "quick", planned.settings.search.seed)
+    steps = build_steps(planned.piece_set, order, sort_asked(planned.settings.pieces.fastener))
     return {"steps": [{"pieces": list(step.pieces), "text": step.text} for step in steps]}, {}
 
 
