@@ -10,15 +10,17 @@ from fabweave.show.manual.steps import lay_ring
 POINTS_MM = 72 / 25.4
 
 
+@pytest.mark.parametrize("tall", [np.inf, 300.0])
 @pytest.mark.parametrize(("radius", "count"), [(60.0, 2), (20.0, 2), (200.0, 5)])
-def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, count):
+def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, count, tall):
     ring = ring_of(
         (radius, 0.0), (radius + 8.0, -3.0), 12, hole_mm=np.full(12, 2.0), edge_mm=4.0,
         double=True, fits=lambda pieces: len(pieces) >= count,
     )  # fmt: skip
     wide = 250.0
-    pieces, high, ratio = lay_ring(ring, wide)
+    pieces, high, ratio = lay_ring(ring, wide, tall)
     assert ratio >= 1.0
+    assert high <= tall
     low = 0.0
     for piece, drawn in zip(ring.pieces, pieces, strict=True):
         assert drawn.id == piece.id

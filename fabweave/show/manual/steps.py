@@ -242,10 +242,12 @@ class _Writer:
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
-        pieces, high, ratio = lay_ring(ring, self._wide)
         texts = [*self._told_of(step), hang_words(step, self._map)]
         rows = self._rows(step, self._wide)
-        x, y = self._room(self._text_top(rows) + self._told(texts, self._wide) + high)
+        above = self._text_top(rows) + self._told(texts, self._wide)
+        page = self._book.top - _GAP / 2 - self._book.foot
+        pieces, high, ratio = lay_ring(ring, self._wide, page - above)
+        x, y = self._room(above + high)
         end = self._write_texts(x, y, step, rows, texts, self._wide)
         self._draw_ring(pieces, np.array([x, end]))
         corner = x + self._wide, end - high + 2.5
@@ -507,8 +509,16 @@ def time_words(seconds: float, so_far: float) -> str:
     return f"{max(round(seconds / 60.0), 1)} min, {whole // 60} h {whole % 60:02d}"
 
 
-def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]:
+#: A ring is drawn no smaller than this, whatever room there is.
+_MOST_RATIO = 50.0
+
+
+def lay_ring(
+    ring: RimRing, wide: float, tall: float = math.inf
+) -> tuple[list[FlatPiece], float, float]:
     """Lay the pieces of a ring below one another, all in one scale, letters up, as engraved.
+
+    They are as large as there is room for, ``wide`` and ``tall``, in points.
 
     Returns
     -------
@@ -522,7 +532,17 @@ def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]
     widest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
     needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS))
     ratio = max(math.ceil(10.0 * needed) / 10.0, 1.0)
-    scale = _POINTS_MM / ratio
+    pieces, high = _one_below_another(ring, outlines, wide, _POINTS_MM / ratio)
+    while high > tall and ratio < _MOST_RATIO:
+        ratio = math.ceil(10.0 * ratio * max(high / tall, 1.01)) / 10.0
+        pieces, high = _one_below_another(ring, outlines, wide, _POINTS_MM / ratio)
+    return pieces, high, ratio
+
+
+def _one_below_another(
+    ring: RimRing, outlines: Sequence[FloatArray], wide: float, scale: float
+) -> tuple[list[FlatPiece], float]:
+    """Lay the pieces of a ring below one another in a scale; return how high they are, too."""
     pieces, top = [], 0.0
     for piece, outline in zip(ring.pieces, outlines, strict=True):
         holes, outward = piece.holes[:, :2] * scale, piece.outward
@@ -542,7 +562,7 @@ def lay_ring(ring: RimRing, wide: float) -> tuple[list[FlatPiece], float, float]
             )
         )
         top -= float(high[1] - low[1]) + _BETWEEN
-    return pieces, -top, ratio
+    return pieces, -top
 
 
 def _middle(border: shapely.LinearRing, holes: FloatArray, outward: FloatArray) -> FloatArray:
