@@ -65,20 +65,24 @@ def test_a_mesh_that_was_made_once_serves_all_its_designs(tmp_path, monkeypatch)
     plain = asked.but(remesh="triangles:60")
     designs = [plain, plain.but(pattern="triaxial"), plain.but(material="birch-veneer")]
     apart = [Search(asked).add([one])[0].record() for one in designs]
-    given_meshes = []
+    meshes, given_meshes = [], []
     real = search.try_design
 
     def trying(*task, **options):
-        given_meshes.append(task[-1])
+        *_, mesh, given_mesh = task
+        meshes.append(mesh)
+        given_meshes.append(given_mesh)
         return real(*task, **options)
 
     monkeypatch.setattr(search, "try_design", trying)
     together = Search(asked)
     assert [one.record() for one in together.add(designs)] == apart
-    assert [one is not None for one in given_meshes] == [False, True, True]
+    assert [one is not None for one in meshes] == [False, True, True]
+    # The model is read once for all of them.
+    assert given_meshes[0] is given_meshes[1] is given_meshes[2] is not None
     # What was tried is not tried again.
     assert together.add(designs[1:]) == together.tried[1:]
-    assert len(given_meshes) == 3
+    assert len(meshes) == 3
 
 
 def test_the_nearest_to_a_wish_is_chosen():
