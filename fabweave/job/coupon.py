@@ -24,7 +24,6 @@ from fabweave.sheet.drawing import Layer, PieceDrawing, Polyline, SheetDrawing, 
 from fabweave.sheet.labels.lettering import lettered, place_text, text_box
 from fabweave.sheet.labels.texts import (
     ARROW,
-    HIDDEN_HEIGHTS_MM,
     ID_HEIGHTS_MM,
     LOW_ID_HEIGHTS_MM,
     OVER_SIGN,
@@ -321,7 +320,7 @@ def _letters() -> _Part:
     rows, y, wide = [], _AIR_MM, 0.0
     for height in reversed(_heights()):
         text = f"A69{ARROW} #10>B8 {OVER_SIGN}C2 {UNDER_SIGN}D5 {height:g}"
-        if height < min(HIDDEN_HEIGHTS_MM):
+        if height < min(TEXT_HEIGHTS_MM):
             text = f"A69{ARROW} {height:g}"  # nothing but ids is so low
         box = text_box(text, height)
         y += (box.top - box.bottom) / 2

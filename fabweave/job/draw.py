@@ -51,7 +51,6 @@ class SideWork(NamedTuple):
     Each waits for its result when it is called.
     """
 
-    marks: Callable[[], tuple[Marks, ...]]
     order: Callable[[], Order]
     form: Callable[[], LetGo | None]
     former: Callable[[], Former | None]
@@ -176,19 +175,9 @@ class Job(PlannedJob):
 
 
 def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
-    """Start the letters of pieces, the order of assembly, and let the object go."""
-    settings, pieces = planned.settings, planned.piece_set.pieces
-    crossings = planned.weave.threads.n_crossings
-    kinds = planned.piece_set.kinds
+    """Start the order of assembly, the search of a former, and let the object go."""
+    settings = planned.settings
     return SideWork(
-        marks=start(
-            mark_pieces,
-            pieces,
-            crossings,
-            settings.pieces.labels,
-            settings.pieces.label_side,
-            kinds,
-        ),
         order=start(order_of, planned, settings.search.effort, settings.search.seed),
         form=start(let_job_go, planned),
         former=start(former_of, planned),
@@ -225,8 +214,21 @@ def draw_job(
     allotment = allot(planned.supplies, planned.woven.bunches, layout, to_cut)
     if layout.recorded:
         settings = settings.but(layout=LAYOUT_FILE)
+    former, order, laid = side.former(), side.order(), None
+    if former is not None:
+        order, laid = _let_out(planned, former, order)
+        laid = with_room(laid, pieces.pieces)
+    hardware = sort_asked(settings.pieces.fastener)
+    steps = build_steps(pieces, order, hardware)
     progress("marks", 0, 1)
-    marks, order = side.marks(), side.order()
+    marks = mark_pieces(
+        pieces.pieces,
+        planned.weave.threads.n_crossings,
+        settings.pieces.labels,
+        settings.pieces.label_side,
+        pieces.kinds,
+        {name: step.step for step in steps for name in step.pieces},
+    )
     spare_marks = mark_spares(
         to_cut[len(marks) :],
         [marks[at] for at in planned.spared.tolist()],
@@ -266,17 +268,10 @@ def draw_job(
     woven = planned.woven
     hidden = settings.pieces.labels in ("hidden", "kinds") and not planned.mirrored
     seen = seen_mm(pieces.pieces, marks) if hidden else None
-    former = side.former()
-    laid = None
-    if former is not None:
-        order, laid = _let_out(planned, former, order)
-        laid = with_room(laid, pieces.pieces)
     told = told_steps(planned, laid, order)
     rim = ring_sheets(pieces.rings, planned.supplies, machine, woven.title)
     plates = former_on_sheets(planned, laid, told)
     beside = tuple(sheets for sheets in (rim, plates) if sheets is not None)
-    hardware = sort_asked(settings.pieces.fastener)
-    steps = build_steps(pieces, order, hardware)
     bill = bill_of_materials(pieces, hardware, order)
     let_go = side.form()
     return Job(

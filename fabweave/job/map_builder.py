@@ -239,6 +239,7 @@ def _pieces(
                 outline=_points(piece.outline),
                 stations=_stations(piece, [pieces[other].id for other in owners.partners(piece)]),
                 cutouts=_cutouts(piece),
+                ticks=marks[index].ticked or None,
                 labels=tuple(map(_label, marks[index].labels)),
                 dropped=_dropped(marks[index]),
             )

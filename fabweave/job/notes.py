@@ -42,6 +42,7 @@ _TOLD_MM = 1e-3
 _KIND_NAMES = (
     "piece ids",
     "arrows",
+    "steps",
     "joint numbers",
     "names of mates at joints",
     "partners at crossings",

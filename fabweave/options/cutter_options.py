@@ -91,10 +91,11 @@ CUTTER_OPTIONS = (
     _pieces(
         "labels",
         choice("fabweave.sheet.labels.texts.LABELS"),
-        "What is engraved. hidden: id, arrow, joints, and who crosses at the ends and at every "
-        "third crossing, only where a strand covers it in the woven object. brief: the same, "
-        "wherever there is room. full: all crossings. numbers: only the ids. kinds: K3 on all "
-        "pieces of kind 3, each of which fits any of their places. none: nothing.",
+        "What is engraved. hidden: id, arrow, step, joints, and a tick and who crosses wherever a "
+        "strand passes over, only where it covers them in the woven object. brief: who crosses at "
+        "the ends and at every third crossing, wherever there is room. full: all crossings. "
+        "numbers: only the ids. kinds: K3 on all pieces of kind 3, each of which fits any of "
+        "their places. none: nothing.",
         default="hidden",
         brief="hidden, brief, full, numbers, kinds or none.",
     ),

@@ -263,7 +263,8 @@ class PieceRecord:
     Pieces of one ``kind`` are congruent; one that is ``turned`` covers the first of its kind when
     it is turned end for end, and one that is ``fitted_mm`` was moved so far to be equal to it.
     ``joints`` are those at its first and its last station; ``path`` is what is cut, ``outline`` a
-    polygon near it.
+    polygon near it. At the stations in ``ticks``, where it passes under without a hole, lines are
+    engraved inside its edges, abreast of the crossing.
     """
 
     id: str
@@ -278,6 +279,7 @@ class PieceRecord:
     outline: tuple[Point, ...]
     stations: tuple[StationRecord, ...]
     cutouts: tuple[CutoutRecord, ...]
+    ticks: tuple[int, ...] | None = optional()
     labels: tuple[LabelRecord, ...]
     dropped: tuple[DroppedRecord, ...]
 

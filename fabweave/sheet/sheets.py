@@ -256,6 +256,8 @@ def _legend(marks: Sequence[Marks], *, mirrored: bool) -> list[str]:
         legend.append("THE UPPER FACE IS THE INSIDE")
     if "sign" in kinds:
         legend.append(f"{OVER_SIGN} THIS PIECE PASSES OVER, {UNDER_SIGN} UNDER")
+    if "step" in kinds:
+        legend.append("(7): PLACED IN STEP 7")
     if any(label.hidden for piece_marks in marks for label in piece_marks.labels):
         legend.append("LETTERS ARE COVERED WHEN IT IS WOVEN")
     return legend

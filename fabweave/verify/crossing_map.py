@@ -124,6 +124,8 @@ class Piece(msgspec.Struct, frozen=True, dict=True):
     turned: bool = False
     #: How far it is said to be from its own development, to be equal to others of its kind.
     fitted_mm: float = 0.0
+    #: The stations at which ticks are engraved.
+    ticks: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         """Require corners."""

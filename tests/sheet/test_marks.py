@@ -17,14 +17,15 @@ from fabweave.sheet.labels.marks import (
     covers_of,
     mark_pieces,
     seen_mm,
+    ticks_of,
 )
 from fabweave.sheet.labels.texts import (
     ARROW,
-    HIDDEN_HEIGHTS_MM,
     LOW_ID_HEIGHTS_MM,
     OVER_SIGN,
     TEXT_HEIGHTS_MM,
     UNDER_SIGN,
+    id_stations,
     told_stations,
 )
 
@@ -229,7 +230,7 @@ def test_hidden_letters_stand_inside_what_covers_them(piece):
         assert shapely.contains(shapely.buffer(covers, -COVER_MM, join_style="mitre"), line)
     assert seen_mm([piece], [marks]) == 0.0
     assert {label.height_mm for label in marks.labels if label.kinds[0] != "id"} <= set(
-        HIDDEN_HEIGHTS_MM
+        TEXT_HEIGHTS_MM
     )
     assert all(OVER_SIGN not in label.text for label in marks.labels)
 
@@ -259,17 +260,65 @@ def test_a_cover_that_runs_through_itself_by_a_rounding_still_hides():
     assert seen_mm([piece], [shown]) == 0.0
 
 
-def test_partners_are_named_at_the_ends_and_at_every_third_crossing():
+def test_hidden_names_stand_at_every_crossing_and_brief_ones_at_every_third():
     piece = strip(stations=11)
     assert told_stations(piece, "full") == list(range(11))
     assert told_stations(piece, "brief") == [0, 3, 6, 9, 10]
     # Those at which it goes under are 0, 2, 4, 6, 8, 10.
-    assert told_stations(piece, "hidden") == [0, 6, 10]
+    assert told_stations(piece, "hidden") == [0, 2, 4, 6, 8, 10]
     told = {label.station for label in marked(piece, labels="brief").labels} - {None}
     assert told == {0, 3, 6, 9, 10}
 
 
-def test_guides_that_are_not_covered_are_left_out_if_marks_are_to_be_hidden():
+def test_a_long_piece_bears_its_id_at_both_ends_and_every_100_mm():
+    piece = strip(stations=15)  # 280 mm from its first station to its last
+    for labels in ("full", "brief", "hidden"):
+        own = covered(piece, 12.0)
+        ids = sorted(
+            label.station
+            for label in marked(own, labels=labels).labels
+            if label.kinds == ("id",) and label.station is not None
+        )
+        assert (ids[0], ids[-1]) == (0, 14)
+        assert max(np.diff(ids)) * 20.0 <= 120.0  # the stations are 20 mm apart
+    assert id_stations(strip(), range(5)) == []
+
+
+def test_the_step_stands_beside_the_id():
+    marks = mark_pieces([strip()], 5, "full", steps={"A6": 17})[0]
+    first = marks.labels[0]
+    assert (first.text, first.kinds) == (f"A6{ARROW} (17)", ("id", "arrow", "step"))
+    assert {missing.kind for missing in marks.dropped}.isdisjoint({"id", "arrow", "step"})
+    # Where there is no room beside it, it stands by itself.
+    narrow = mark_pieces([strip(width=4.0, pitch=11.0)], 5, "full", steps={"A6": 17})[0]
+    assert any("step" in label.kinds for label in narrow.labels)
+
+
+@pytest.mark.parametrize("width", [3.0, 6.0, 12.0, 40.0])
+def test_a_crossing_without_a_hole_has_a_tick_at_both_edges_of_its_lower_strand(width):
+    piece = strip(width=width)
+    room = shapely.Polygon(piece.outline).buffer(-0.2, join_style="mitre")
+    ticks = ticks_of(piece, room)
+    assert list(ticks) == [0, 2, 4]  # where it goes under, in the middle of each 20 mm
+    lines = np.array(list(ticks.values()))
+    assert lines[:, :, :, 0].tolist() == [[[x, x]] * 2 for x in (10.0, 50.0, 90.0)]
+    right, left = lines[:, 0, :, 1], lines[:, 1, :, 1]
+    np.testing.assert_allclose(right + left, width)
+    assert np.all(right < width / 2)
+    assert np.all(np.diff(right) <= 2.0 + 1e-9)
+    assert np.all((lines[:, :, :, 1] >= 0.2) & (lines[:, :, :, 1] <= width - 0.2))
+    assert ticks_of(strip(width=width, hole=2.5), room) == {}
+    # Where something covers less of it, they are nearer; what does not cover the crossing is none.
+    half = room & shapely.box(0.0, 0.25 * width, 40.0, width)
+    assert ticks_of(piece, half)[0][:, :, 1].min() == pytest.approx(0.25 * width)
+    assert list(ticks_of(piece, half)) == [0]
+
+
+def test_lines_that_are_not_covered_are_left_out_if_marks_are_to_be_hidden():
     cross, far = (np.array([[x - 1.0, 6.0], [x + 1.0, 6.0]]) for x in (10.0, 20.0))
     piece = covered(replace(strip(), guides=(cross, far)), 12.0)
-    assert [len(marked(piece, labels=labels).ticks) for labels in ("brief", "hidden")] == [2, 1]
+    # Two ticks at each of three crossings, and the guides.
+    assert [len(marked(piece, labels=labels).ticks) for labels in ("brief", "hidden")] == [8, 7]
+    assert marked(piece, labels="hidden").ticked == (0, 2, 4)
+    bare = marked(covered(piece, 8.0), labels="hidden")
+    assert (len(bare.ticks), bare.ticked) == (7, (0, 2, 4))

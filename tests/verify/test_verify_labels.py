@@ -1,10 +1,16 @@
 """Spoil labels: the check objects to letters at edges and holes, and on the wrong side."""
 
+import numpy as np
 import pytest
 import shapely
-from sealing import verify_job
+from replacing import replace
+from sealing import found_by, verify_job
 from verify_specimen import lettered
 from verify_writers import write_job
+
+from fabweave.verify.check.drawings import check_labels
+from fabweave.verify.read.job_files import load_job
+from fabweave.verify.report import Tally
 
 
 def labels(specimen, kind, *, begins=""):
@@ -78,3 +84,52 @@ def test_sheets_lie_as_the_settings_say(specimen, tmp_path):
     assert found == (
         "sheet_01: whether it is mirrored, with labels inside, is False, but should be True",
     )
+
+
+# --- ticks --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def job(finished):
+    return load_job(
+        finished("shape:torus?m=8&n=6", "--size", "200mm", "--effort", "quick"), Tally("files")
+    )
+
+
+def with_piece(job, piece, **changes):
+    pieces = tuple(replace(one, **changes) if one is piece else one for one in job.map.pieces)
+    return replace(job, map=replace(job.map, pieces=pieces))
+
+
+def without(job, sheet, gone):
+    """Return a job whose drawing of a sheet lacks a shape."""
+    drawing = job.sheets.dxf[sheet]
+    left = replace(drawing, shapes=tuple(one for one in drawing.shapes if one is not gone))
+    return replace(job, sheets=replace(job.sheets, dxf={**job.sheets.dxf, sheet: left}))
+
+
+@pytest.mark.slow
+def test_every_crossing_has_a_hole_or_a_tick(job):
+    assert found_by(check_labels, job) == ""
+    for piece in job.map.pieces:
+        for at, station in enumerate(piece.stations):
+            assert station.over or piece.cut_at.get(at) or at in piece.ticks
+
+
+@pytest.mark.slow
+def test_ticks_that_lie_elsewhere_are_found(job):
+    piece = next(one for one in job.map.pieces if one.ticks and len(one.stations) > 3)
+    over = next(at for at, one in enumerate(piece.stations) if one.over)
+    for ticks in ((*piece.ticks, over), (*piece.ticks, len(piece.stations))):
+        assert "nothing covers" in found_by(check_labels, with_piece(job, piece, ticks=ticks))
+    # What is drawn is not stated; what is stated is not drawn, or points elsewhere.
+    assert found_by(check_labels, with_piece(job, piece, ticks=piece.ticks[1:]))
+    sheet = job.map.sheets[piece.sheet - 1].name
+    at = piece.placed(piece.points)[piece.ticks[0]]
+    spoilt = job
+    for shape in job.sheets.dxf[sheet].of("ENGRAVE_MARK", piece.id):
+        if np.hypot(*(shape.run[:, :2].mean(axis=0) - at)) < 10.0:
+            spoilt = without(spoilt, sheet, shape)
+    assert "is not drawn" in found_by(check_labels, spoilt)
+    moved = tuple(replace(one, x=one.x + 0.5) for one in piece.stations)
+    assert found_by(check_labels, with_piece(job, piece, stations=moved))

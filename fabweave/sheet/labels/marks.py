@@ -1,8 +1,9 @@
-"""Mark pieces: guides at glued joints, and labels where there is room for them."""
+"""Mark pieces: ticks at crossings, guides at glued joints, and labels where there is room."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, compress, pairwise, takewhile
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -399,11 +400,15 @@ def _apart(box: FloatArray, kept: FloatArray, n_kept: IntArray) -> BoolArray:
 
 @frozen_value
 class Marks:
-    """What is engraved on a piece, in its own coordinates, and what found no room."""
+    """What is engraved on a piece, in its own coordinates, and what found no room.
+
+    Of the lines in ``ticks``, those of guides come first, and then those at stations, ``ticked``.
+    """
 
     labels: tuple[Label, ...]
     ticks: tuple[FloatArray, ...]
     dropped: tuple[Missing, ...]
+    ticked: tuple[int, ...] = ()
 
     @property
     def seen(self) -> tuple[Label, ...]:
@@ -417,13 +422,15 @@ def mark_pieces(
     labels: str = "full",
     side: str = "outside",
     kinds: Kinds | None = None,
+    steps: Mapping[str, int] = MappingProxyType({}),
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
     Labels read along the thread; one that finds no clear place is made smaller, then shortened,
-    and dropped at last, the least important first. Glued joints have their guides. Where labels
-    are to be hidden, all stands where strands cover it, but for ids that find no room there, and
-    guides are left out that are not covered.
+    and dropped at last, the least important first. Where the lower strand of a crossing has no
+    hole, it has a tick inside either edge, abreast of its middle; glued joints have their guides.
+    Where labels are to be hidden, all stands where strands cover it, but for ids that find no room
+    there, and ticks and guides are left out that are not covered.
 
     Parameters
     ----------
@@ -438,6 +445,8 @@ def mark_pieces(
         engraved there need be covered to be hidden.
     kinds : Kinds, optional
         Which pieces are the same; needed where only that is told.
+    steps : mapping
+        The step in which each piece is placed, by its id, as far as that is told.
 
     Returns
     -------
@@ -450,8 +459,7 @@ def mark_pieces(
         if kinds is None:
             raise ValueError("labels that tell kinds want to know them")
         return _mark_kinds(pieces, kinds, mirrored=side == "inside")
-    if labels == "hidden" and side == "inside":
-        labels = "brief"
+    inside = side == "inside"
     owners = find_owners(pieces, n_crossings)
     begins = {piece.start_joint: piece.id for piece in pieces}
     ends = {piece.end_joint: piece.id for piece in pieces}
@@ -462,16 +470,22 @@ def mark_pieces(
                 [pieces[other].id for other in owners.partners(piece)],
                 (ends.get(piece.start_joint), begins.get(piece.end_joint)),
                 labels,
+                steps.get(piece.id),
+                inside=inside,
             )
         )
         for piece in pieces
     ]
-    ticked = _inside(pieces, hidden=labels == "hidden")
-    spots = find_spots(pieces, ticked, wanted)
-    return tuple(
-        _marks(piece_wishes, piece_spots, ticks, mirrored=side == "inside")
-        for piece_wishes, piece_spots, ticks in zip(wanted, spots, ticked, strict=True)
-    )
+    rooms = _rooms(pieces, hidden=labels == "hidden" and not inside)
+    guides = _inside(pieces, rooms)
+    ticks = [
+        ticks_of(piece, room) if labels != "numbers" else {}
+        for piece, room in zip(pieces, rooms, strict=True)
+    ]
+    lines = [(*own, *chain(*more.values())) for own, more in zip(guides, ticks, strict=True)]
+    spots = find_spots(pieces, lines, wanted)
+    marks = [_marks(*own, mirrored=inside) for own in zip(wanted, spots, lines, strict=True)]
+    return tuple(replace(one, ticked=tuple(own)) for one, own in zip(marks, ticks, strict=True))
 
 
 def mark_spares(
@@ -504,7 +518,7 @@ def _mark_kinds(pieces: Sequence[Piece], kinds: Kinds, *, mirrored: bool) -> tup
     """Engrave the first piece of each kind, and all others at the same places."""
     first = kinds.first
     leaders = [pieces[at] for at in first.tolist()]
-    ticked = _inside(pieces, hidden=not mirrored)
+    ticked = _inside(pieces, _rooms(pieces, hidden=not mirrored))
     leading = [ticked[at] for at in first.tolist()]
     wanted = [list(kind_wishes(kind + 1, hidden=not mirrored)) for kind in range(len(first))]
     spots = find_spots(leaders, leading, wanted)
@@ -572,19 +586,58 @@ def _marks(
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
-def _inside(pieces: Sequence[Piece], *, hidden: bool) -> list[tuple[FloatArray, ...]]:
-    """Return the guides inside their piece; at a slanting or tapering panel some may not be.
+#: Of a tick at a crossing: its length as a share of the room across, at most, and at least; and
+#: what it leaves between itself and its like for letters and their clearance, millimetres.
+_TICK_SHARE, _TICK_MM, _SHORTEST_MM, _LANE_MM = 0.2, 2.0, 0.6, 2.7
 
-    Of those that are to be hidden, only what is covered is kept.
+
+def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
+    """Return ticks where a piece passes under another without a hole, abreast of the crossing.
+
+    Parameters
+    ----------
+    piece : Piece
+    room : polygon
+        Where they may be.
+
+    Returns
+    -------
+    dict from station to (2, 2, 2) float array
+        Two lines each, as far apart as there is room; none where that is too narrow.
     """
-    counts = [len(piece.guides) for piece in pieces]
-    lines = np.array([guide for piece in pieces for guide in piece.guides]).reshape(-1, 2, 2)
-    outlines = np.array([shapely.Polygon(piece.outline) for piece in pieces], dtype=object)
-    room = shapely.buffer(outlines, -CLEAR_MM / 2, join_style="mitre")
+    bare = np.isnan(piece.hole_mm) & ~piece.over
+    bare[piece.more_holes[:, 0].astype(np.int64)] = False
+    ticks = {}
+    across = shapely.intersection(room, shapely.linestrings(piece.rails[bare]))
+    for station, parts in zip(np.flatnonzero(bare).tolist(), across, strict=True):
+        middle = shapely.Point(piece.points[station])
+        whole = min(shapely.get_parts(parts), key=middle.distance, default=None)
+        if whole is None or whole.distance(middle) > _SAME_MM or not whole.length:
+            continue
+        ends = shapely.get_coordinates(whole)[[0, -1]]
+        unit = (ends[1] - ends[0]) / whole.length
+        length = min(_TICK_SHARE * whole.length, _TICK_MM, (whole.length - _LANE_MM) / 2)
+        length = max(length, _SHORTEST_MM)
+        if whole.length > 2 * length + CLEAR_MM:
+            inward = length * np.array([unit, -unit])
+            ticks[station] = np.stack([ends, ends + inward], axis=1)
+    return ticks
+
+
+def _rooms(pieces: Sequence[Piece], *, hidden: bool) -> npt.NDArray[Any]:
+    """Return where lines may be: inside of each piece; of what is to be hidden, what is covered."""
+    room = shapely.buffer(_outlines(pieces), -CLEAR_MM / 2, join_style="mitre")
     if hidden:
         room = shapely.intersection(room, covered_rooms(pieces))
     shapely.prepare(room)
-    held = shapely.contains_properly(np.repeat(room, counts), shapely.linestrings(lines))
+    return np.asarray(room)
+
+
+def _inside(pieces: Sequence[Piece], rooms: npt.NDArray[Any]) -> list[tuple[FloatArray, ...]]:
+    """Return the guides inside their room; at a slanting or tapering panel some may not be."""
+    counts = [len(piece.guides) for piece in pieces]
+    lines = np.array([guide for piece in pieces for guide in piece.guides]).reshape(-1, 2, 2)
+    held = shapely.contains_properly(np.repeat(rooms, counts), shapely.linestrings(lines))
     kept = np.split(held, np.cumsum(counts)[:-1])
     return [
         tuple(compress(piece.guides, flags.tolist()))

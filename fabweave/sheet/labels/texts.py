@@ -1,10 +1,12 @@
 """Say what is to be lettered on pieces: the texts, and how each may be shortened.
 
-In the order of their importance a piece tells its id, the way of its thread (an arrow), its joints
-with the pieces that lap there (their mates), and its partners: whom it crosses, and how. A text is
-made smaller where there is no room for it, then shortened, and dropped at last.
+In the order of their importance a piece tells its id, the way of its thread (an arrow), the step in
+which it is placed, its joints with the pieces that lap there (their mates), its partners (whom it
+crosses, and how), and its id again along its length. A text is made smaller where there is no room
+for it, then shortened, and dropped at last.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -22,20 +24,20 @@ LABELS = ("hidden", "brief", "full", "numbers", "kinds", "none")
 #: The face that is engraved: the one that is seen, or the hidden one.
 SIDES = ("outside", "inside")
 #: What labels tell, the most important first; the last is the first to be dropped.
-KINDS = ("id", "arrow", "joint", "mate", "partner", "sign")
+KINDS = ("id", "arrow", "step", "joint", "mate", "partner", "sign")
 
 #: Heights of letters that are tried, the preferred first. An id is engraved as low as it must be:
 #: a piece without one is identified by its shape alone.
 ID_HEIGHTS_MM = (4.0, 3.5, 3.0)
 LOW_ID_HEIGHTS_MM = (2.5, 2.0, 1.6, 1.2)
 TEXT_HEIGHTS_MM = (2.5, 2.0)
-#: Where letters are hidden, there is little room; these are read in the hand.
-HIDDEN_HEIGHTS_MM = (2.5, 2.0, 1.6)
 ARROW_HEIGHTS_MM = (3.0, 2.5, 2.0)
 #: Letters lower than this are reported: readable on the bench, but small.
 WANTED_HEIGHT_MM = 2.5
 #: Where not all partners are named, those at the ends are, and one of so many on the way.
 EVERY = 3
+#: A longer piece bears its id at both ends, and so often between, millimetres.
+ID_EVERY_MM = 100.0
 
 #: Along the thread.
 ARROW = "→"
@@ -113,6 +115,9 @@ def wishes(
     partners: Sequence[str],
     mates: tuple[str | None, str | None],
     labels: str,
+    step: int | None = None,
+    *,
+    inside: bool = False,
 ) -> Iterator[LabelWish]:
     """Yield what a piece is to tell, the most important first.
 
@@ -125,36 +130,78 @@ def wishes(
         The ids of the pieces that lap at its first and its last station.
     labels : str
         One of ``LABELS``.
+    step : int, optional
+        The step in which it is placed.
+    inside : bool
+        Whether the inner face is engraved, of which nothing need be covered to be hidden.
 
     Yields
     ------
     LabelWish
-        The arrow comes twice: with the id, and alone, for when the id is lettered without it. So
-        does an id that is to be hidden: small and in sight, where nothing covers enough of it.
+        Arrow and step come twice: with the id, and alone, for when the id is lettered without
+        them. So does an id that is to be hidden: small and in sight, where nothing covers enough
+        of it.
     """
     if labels == "none":
         return
     if labels == "numbers":
         yield _id_wish(piece.id)
         return
-    hidden = labels == "hidden"
-    yield _id_wish(piece.id, arrow=True, hidden=hidden)
+    hidden = labels == "hidden" and not inside
+    yield _id_wish(piece.id, arrow=True, step=step, hidden=hidden)
     if hidden:
         yield _seen_id_wish(piece.id)
     yield _arrow_wish(hidden=hidden)
-    heights = HIDDEN_HEIGHTS_MM if hidden else TEXT_HEIGHTS_MM
+    heights = TEXT_HEIGHTS_MM
+    if step is not None:
+        choices = tuple(LabelChoice(step_name(step), height, ("step",)) for height in heights)
+        yield LabelWish({"step": step_name(step)}, None, choices, hidden)
     last = len(piece.crossings) - 1
     ends = ((0, piece.start_joint, mates[0]), (last, piece.end_joint, mates[1]))
     for station, joint, mate in ends:
         if joint is not None:
             words = {"joint": f"#{joint}", "mate": f">{mate}"}
             yield _joint_wish(words, station, heights, hidden=hidden)
-    for station in told_stations(piece, labels):
+    told = told_stations(piece, labels)
+    for station in told:
         over = bool(piece.over[station])
         words = {"partner": partners[station], "sign": OVER_SIGN if over else UNDER_SIGN}
         text = words["sign"] + words["partner"]
+        # Without its sign a name would read as the piece's own.
         choices = tuple(LabelChoice(text, height, ("partner", "sign")) for height in heights)
         yield LabelWish(words, station, choices, hidden)
+    again = tuple(LabelChoice(piece.id, height, ("id",)) for height in heights)
+    for station in id_stations(piece, told):
+        yield LabelWish({"id": piece.id}, station, again, hidden)
+
+
+def step_name(step: int) -> str:
+    """Return what a piece bears of the step in which it is placed.
+
+    Examples
+    --------
+    >>> step_name(17)
+    '(17)'
+    """
+    return f"({step})"
+
+
+def id_stations(piece: Piece, among: Sequence[int]) -> list[int]:
+    """Return the stations of a long piece by which its id stands again: at its ends and between.
+
+    Parameters
+    ----------
+    piece : Piece
+    among : sequence of int
+        The stations that there are to choose from.
+    """
+    steps = np.hypot(*np.diff(piece.points, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    if along[-1] <= ID_EVERY_MM or not len(among):
+        return []
+    wanted = np.linspace(0.0, along[-1], math.ceil(along[-1] / ID_EVERY_MM) + 1)
+    far = np.abs(along[np.asarray(among)][:, None] - wanted)
+    return sorted({int(among[at]) for at in far.argmin(axis=0).tolist()})
 
 
 def kind_name(kind: int) -> str:
@@ -190,8 +237,8 @@ def spare_wishes(name: str, *, hidden: bool) -> Iterator[LabelWish]:
 def told_stations(piece: Piece, labels: str) -> list[int]:
     """Return the stations of a piece at which its partner is named.
 
-    All with ``"full"``; else the first, every third after it and the last, counted among those
-    where there is a cover if labels are hidden.
+    All with ``"full"``; if labels are hidden, all where there is a cover, so that each crossing
+    bears a name; else the first, every third after it and the last.
 
     Parameters
     ----------
@@ -203,15 +250,22 @@ def told_stations(piece: Piece, labels: str) -> list[int]:
     if labels == "full":
         return stations
     if labels == "hidden":
-        stations = [station for station in stations if not piece.over[station]]
+        return [station for station in stations if not piece.over[station]]
     return sorted({*stations[::EVERY], *stations[-1:]})
 
 
-def _id_wish(name: str, *, arrow: bool = False, hidden: bool = False) -> LabelWish:
-    """Return the wish for a piece's id: large and with the arrow, or else smaller, or alone."""
+def _id_wish(
+    name: str, *, arrow: bool = False, step: int | None = None, hidden: bool = False
+) -> LabelWish:
+    """Return the wish for a piece's id: large, with arrow and step, or else smaller, or alone."""
     words = {"id": name, "arrow": ARROW} if arrow else {"id": name}
+    if step is not None:
+        words["step"] = step_name(step)
     choices = []
     for heights in (ID_HEIGHTS_MM, LOW_ID_HEIGHTS_MM):
+        if step is not None and heights is ID_HEIGHTS_MM:
+            text = f"{name}{ARROW} {step_name(step)}"
+            choices += [LabelChoice(text, height, ("id", "arrow", "step")) for height in heights]
         if arrow:
             choices += [LabelChoice(name + ARROW, height, ("id", "arrow")) for height in heights]
         choices += [LabelChoice(name, height, ("id",)) for height in heights]
@@ -320,14 +374,18 @@ def _place(piece: PieceDrawing, sizes: FloatArray) -> Title | None:
         return None
     area = max(outers, key=lambda region: float(region.area))
     bare = area.difference(shapely.union_all(inners))
-    # At once: what surrounds single strokes may be too bad a polygon to be united.
-    letters = shapely.MultiLineString(strokes).buffer(_OFF_MM, quad_segs=1)
+    letters = shapely.union_all([_around(stroke) for stroke in strokes])
     for free in (bare.difference(letters), bare):
         title = _largest(free, piece.title, sizes)
         if title is not None:
             return title
     point = area.representative_point()
     return Title(float(point.x), float(point.y), 0.0, SMALLEST_TITLE_MM)
+
+
+def _around(stroke: FloatArray) -> _Region:
+    """Return the box of a stroke, as far around it as titles keep off: close enough for letters."""
+    return shapely.box(*(stroke.min(axis=0) - _OFF_MM), *(stroke.max(axis=0) + _OFF_MM))
 
 
 def _region(entity: Entity) -> _Region:

@@ -3,7 +3,11 @@
 from io import BytesIO
 from math import ceil
 
+from reportlab import rl_config
 from reportlab.pdfgen.canvas import Canvas
+
+#: Streams are bytes: written in letters they take a quarter more room, and most of the time.
+rl_config.useA85 = 0
 
 #: Readers show no page with a longer side, in the units of the page.
 _LONGEST = 14_400.0

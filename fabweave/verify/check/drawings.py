@@ -47,6 +47,39 @@ def check_labels(job: Job, tally: Tally) -> None:
             continue
         for piece in plan.on_sheet(sheet.number):
             _check_clearance(piece.id, drawing, place.at(f"piece {piece.id}"))
+            _check_ticks(piece, drawing, place.at(f"piece {piece.id}"))
+
+
+#: The line of a tick passes its crossing so near.
+_POINTS_MM = 0.05
+
+
+def _check_ticks(piece: Piece, drawing: Drawing, place: Place) -> None:
+    """Check that ticks lie abreast of crossings without a hole that the piece passes under.
+
+    Lines that point at no such crossing are guides of joints.
+    """
+    for at in piece.ticks:
+        one = piece.stations[at] if 0 <= at < len(piece.stations) else None
+        if one is None or one.over or piece.cut_at.get(at):
+            place.fail(f"it has a tick at station {at + 1}, which nothing covers, or has a hole")
+            return
+    runs = [shape.run[:, :2] for shape in drawing.of("ENGRAVE_MARK", piece.id)]
+    lines = np.array([run for run in runs if len(run) == 2]).reshape(-1, 2, 2)
+    points = piece.placed(piece.points)
+    stated, drawn = set(piece.ticks), set()
+    jointed = {at for at, one in enumerate(piece.stations) if one.joint is not None}
+    for line in lines:
+        along = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+        away = points - line.mean(axis=0)
+        aside = np.abs(away @ [-along[1], along[0]])
+        near = np.argsort(np.hypot(*away.T), kind="stable")[:2]
+        met = stated.intersection(one for one in near.tolist() if aside[one] <= _POINTS_MM)
+        drawn |= met
+        if not met and not jointed.intersection(near.tolist()):
+            place.fail(f"a line at station {int(near[0]) + 1} is no tick and no guide of a joint")
+    for at in sorted(stated - drawn):
+        place.fail(f"the tick at station {at + 1} is not drawn, or does not point at its crossing")
 
 
 def _check_clearance(piece: str, drawing: Drawing, place: Place) -> None:
