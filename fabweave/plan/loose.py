@@ -11,24 +11,24 @@ from fabweave.piece.piece import Piece
 
 #: What may hold an end: crossings that take a fastener, and pieces that it goes over and under.
 End: TypeAlias = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
-#: An end is held by hand while so many more pieces are placed.
-_BY_HAND = 2
 
 
 @frozen_value
 class Holds:
     """What may hold the ends of pieces.
 
-    An end is that half of a piece's stations, two at least. It is held once a fastener is set
-    there; or once it is trapped, over a strand that is in place and under another. A piece with an
-    end that is not held lies loose.
+    An end is that half of a piece's stations, two at least. It is held once a fastener is set or
+    a lap is made there. Where there will be neither, it is held once it is trapped, over a strand
+    that is in place and under another: card slides on card, so that counts for no other end. A
+    piece with an end that is not held lies loose.
 
     Parameters
     ----------
     ends : tuple of pairs of End
         Of each piece, at its start and at its end.
     layers : dict
-        The pieces at each crossing that takes a fastener: it is set when all are in place.
+        The pieces at each crossing that takes a fastener: it is set when all are in place. So are
+        laps without a fastener made, each under minus the number of its joint.
     around : tuple of tuples of int
         Each piece, and those whose ends it may hold.
     """
@@ -70,12 +70,19 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
     """
     carriers = strands_of(pieces)
     ends, around = [], []
+    laps: dict[int, set[int]] = {}
     for number, piece in enumerate(pieces):
         stations = list(zip(piece.crossings.tolist(), piece.over.tolist(), strict=True))
         half = _half(stations)
-        both = [
-            _end(number, some, carriers, fastened) for some in (stations[:half], stations[-half:])
-        ]
+        both = []
+        for some, joint, tip in (
+            (stations[:half], piece.start_joint, 0),
+            (stations[-half:], piece.end_joint, -1),
+        ):
+            bare = () if joint is None or fastened[stations[tip][0]] else (-joint,)
+            for lap in bare:
+                laps.setdefault(lap, set()).add(number)
+            both.append(_end(number, some, carriers, fastened, bare))
         ends.append((both[0], both[1]))
         near = {
             other
@@ -84,7 +91,7 @@ def find_holds(pieces: Sequence[Piece], fastened: BoolArray) -> Holds:
             for other in carriers.get((crossing, over), ())
         }
         around.append(tuple(sorted(near)))
-    layers: dict[int, set[int]] = {}
+    layers = laps
     for (crossing, _), own in carriers.items():
         if fastened[crossing]:
             layers.setdefault(crossing, set()).update(own)
@@ -112,13 +119,16 @@ def _end(
     stations: Sequence[tuple[int, bool]],
     carriers: dict[tuple[int, bool], list[int]],
     fastened: BoolArray,
+    laps: tuple[int, ...],
 ) -> End:
+    ties = (*dict.fromkeys(key for key, _ in stations if fastened[key]), *laps)
+    if ties:
+        return ties, (), ()
     met: dict[bool, dict[int, None]] = {True: {}, False: {}}
     for crossing, over in stations:
         others = carriers.get((crossing, not over), ())
         met[over].update(dict.fromkeys(other for other in others if other != number))
-    ties = dict.fromkeys(crossing for crossing, _ in stations if fastened[crossing])
-    return tuple(ties), tuple(met[True]), tuple(met[False])
+    return (), tuple(met[True]), tuple(met[False])
 
 
 @dataclass(frozen=True)
@@ -144,8 +154,8 @@ def find_clips(
 ) -> list[Clip]:
     """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
 
-    What is held after a piece or two anyway is held by hand. Of the crossings of a loose end, that
-    one is taken where a clip holds most ends, and of these the nearest to its tip.
+    Of the crossings of a loose end, that one is taken where a clip holds most ends, and of these
+    the nearest to its tip.
 
     Parameters
     ----------
@@ -168,9 +178,9 @@ def find_clips(
         for end, way in ((False, stations[:half]), (True, stations[::-1][:half])):
             at[piece, end] = way
             until = int(holds.end_from(holds.ends[piece][end], rank, len(order)))
-            if now + _BY_HAND < until <= last:
+            if now < until <= last:
                 waiting[piece, end] = until
-        waiting = {key: until for key, until in waiting.items() if until > now + _BY_HAND}
+        waiting = {key: until for key, until in waiting.items() if until > now}
         for own in list(waiting):
             if own not in waiting:  # a clip that has just been put on holds it, too
                 continue

@@ -22,7 +22,8 @@ def set_outside(piece_set: PieceSet, order: Order) -> set[int]:
     """Return the crossings whose fasteners are set when no hand comes to the inside any more."""
     holds, rank = find_holds(piece_set.pieces, piece_set.fastened), ranks(order.order.tolist())
     from_ = shut_from(order)
-    return {crossing for crossing in holds.layers if holds.set_at(crossing, rank) >= from_}
+    fastened = (crossing for crossing in holds.layers if crossing >= 0)
+    return {crossing for crossing in fastened if holds.set_at(crossing, rank) >= from_}
 
 
 def job_clips(piece_set: PieceSet, order: Order) -> list[Clip]:

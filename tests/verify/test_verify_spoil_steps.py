@@ -203,6 +203,12 @@ def take_off_early(plan):
     plan["steps"][at + 1].setdefault("unclips", []).append(clip)
 
 
+def take_off_twice(plan):
+    """Take a clip off again, after the last step."""
+    clip = first("unclips")(plan)["unclips"][0]
+    plan["steps"][-1]["unclips"] = [*plan["steps"][-1].get("unclips", ()), clip]
+
+
 def too_early(plan):
     """Put a clip on before its second piece is there."""
     at = max(at for at, step in enumerate(plan["steps"]) if step.get("clips"))
@@ -215,11 +221,11 @@ def to_itself(clip):
 
 SPOILT_CLIPS = [
     (drop(first("clips"), "clips"), "lies loose"),
-    (drop(first("clips"), "clips"), "is not on"),
+    (take_off_twice, "is not on"),
     (never_clip, "lies loose"),
     (take_off_early, "lies loose"),
     (stay_on, "is on where a fastener is"),
-    (drop(having("unclips"), "unclips"), "that nobody takes off"),
+    (drop(having("unclips"), "unclips"), "is on where a fastener is"),
     (put(first("unclips"), "unclips", lambda clips: clips * 2), "is not on"),
     (put(first("clips"), "clips", lambda clips: clips * 2), "is on already"),
     (put(first("clips"), "clips", 0, 0, more(1)), "joins no two strands"),
@@ -234,6 +240,13 @@ SPOILT_CLIPS = [
 @pytest.mark.parametrize(("spoil", "words"), SPOILT_CLIPS)
 def test_another_clip_or_reach_is_found(clipped, spoil, words):
     assert words in str(clipped.result(spoil).findings)
+
+
+def test_a_clip_that_stays_where_no_fastener_comes_is_found():
+    bare = at_random(TORUS, seed=1, share=0.0)
+    assert bare.result().findings == ()
+    spoilt = bare.result(drop(having("unclips"), "unclips"))
+    assert "that nobody takes off" in str(spoilt.findings)
 
 
 def test_an_open_surface_keeps_its_inside_in_reach(clipped):

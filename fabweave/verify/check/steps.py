@@ -12,9 +12,6 @@ from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.job_files import Job, required
 from fabweave.verify.report import Place, Tally
 
-#: What is held after so many more pieces is held by hand.
-_BY_HAND = 2
-
 
 @dataclass
 class _Event:
@@ -84,13 +81,11 @@ class _Table:
         return event
 
     def sets(self, ringed: set[int]) -> dict[int, int]:
-        """Return after how many pieces each fastener is set; rings come after all."""
+        """Return after how many pieces each fastener is set that no ring waits for."""
         return {
-            key: len(self.plan.pieces) + 1
-            if key in ringed
-            else max(self.placed[name] for name, _ in lies)
+            key: max(self.placed[name] for name, _ in lies)
             for key, lies in self.lies.items()
-            if self.missing[key] == 0 and self.plan.crossing[key].fastened
+            if self.missing[key] == 0 and self.plan.crossing[key].fastened and key not in ringed
         }
 
 
@@ -107,25 +102,30 @@ class _End:
 def _find_ends(table: _Table, sets: dict[int, int]) -> list[_End]:
     """Return the ends of all pieces on the table: each half of its stations, at least two.
 
-    A fastener holds an end, and so do two strands, if it lies over one and under the other.
+    A fastener holds an end, and so does a lap without one; where there is neither, two strands do,
+    if it lies over one and under the other.
     """
     ends = []
     for piece in (table.plan.piece[name] for name in table.placed):
         half = max(math.ceil(len(piece.stations) / 2), 2)
-        for stations in (piece.stations[:half], piece.stations[-half:]):
+        both = (piece.stations[:half], piece.stations[-half:])
+        for stations, joint, tip in zip(both, piece.joints, (0, -1), strict=True):
             others = {True: math.inf, False: math.inf}
             for station in stations:
                 for name, above in table.lies[station.crossing]:
                     if above is not station.over and name != piece.id:
                         others[station.over] = min(others[station.over], table.placed[name])
             crossings = {station.crossing for station in stations}
-            fastened = [sets[key] for key in crossings if key in sets]
+            ties: list[float] = [sets[key] for key in crossings if key in sets]
+            if joint is not None and stations[tip].crossing not in sets:
+                mates = table.plan.joint[joint].pieces
+                ties.append(max(table.placed.get(name, math.inf) for name in mates))
             ends.append(
                 _End(
                     piece.id,
                     crossings,
                     since=max(table.placed[piece.id], min(others.values())),
-                    held=min([max(others.values()), *fastened]),
+                    held=min(ties, default=max(others.values())),
                 )
             )
     return ends
@@ -190,7 +190,7 @@ def _check_ring(step: Step, ring: dict[str, Any], place: Place) -> None:
 
 
 def _check_clips(table: _Table, ringed: set[int], tally: Tally) -> None:
-    """Put clips on and take them off: each end has one until it is held, unless hands hold it.
+    """Put clips on and take them off: each end has one until it is held.
 
     What nothing holds in the end needs no clip. Only rings let clips stay to the end.
     """
@@ -217,7 +217,7 @@ def _check_clips(table: _Table, ringed: set[int], tally: Tally) -> None:
             )
         while ends and ends[-1].since <= placed:
             loose.append(ends.pop())
-        loose = [end for end in loose if placed + _BY_HAND < end.held < math.inf]
+        loose = [end for end in loose if placed < end.held < math.inf]
         for end in loose:
             place.expect(
                 any(clip[0] in end.crossings and end.piece in names for clip, names in on.items()),
