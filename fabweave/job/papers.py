@@ -35,7 +35,7 @@ from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
 from fabweave.show.manual.former import FormerPages, former_pages, write_former
 from fabweave.show.manual.painting import build_scene
-from fabweave.show.manual.parts_list import write_legend, write_map, write_parts
+from fabweave.show.manual.parts_list import write_bags, write_legend, write_map, write_parts
 from fabweave.show.manual.sheets import drawn_pieces, write_sheets
 from fabweave.show.manual.step_pictures import WholePicture, step_pictures
 from fabweave.show.manual.steps import write_steps
@@ -200,14 +200,16 @@ def manual_pdf(
     book = Book(paper, facts.title)
     write_cover(book, crossing_map, facts)
     write_legend(book, crossing_map, drawn_pieces(*drawings))
-    write_map(book, crossing_map, facts.colours)
-    write_parts(book, crossing_map, drawings)
-    write_sheets(book, crossing_map, drawings)
     if former is not None:
         write_former(book, former)
     write_steps(
         book, crossing_map, pictures, seconds, rings, None if former is None else former.leaving
     )
+    write_parts(book, crossing_map, drawings)
+    write_sheets(book, crossing_map, drawings)
+    write_map(book, crossing_map, facts.colours)
+    if crossing_map.cut.labels != "kinds":
+        write_bags(book, crossing_map)
     return book.finish()
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from string import digits
 
 from fabweave.core.finding import Note
@@ -20,7 +21,9 @@ from fabweave.plan.reach import job_clips, set_outside
 _MOST_TOGETHER = 8
 #: ... and has at most so many pieces.
 _MOST_PIECES = 4
-_SET_OUTSIDE = "From here on no hand comes to the inside: set fasteners from outside."
+_SET_OUTSIDE = "You can no longer reach inside: from here on set fasteners from outside."
+#: Of more strands that a piece meets, steps tell numbers only: names are on its card.
+MOST_NAMED = 8
 
 
 @dataclass
@@ -212,11 +215,8 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
         piece = pieces[number]
         there.add(number)
         placing = _Placing(number, effort)
-        names: dict[str, list[str]] = {"over": [], "start": [], "end": []}
-        half = len(piece.crossings) / 2
-        for station, (crossing, over) in enumerate(
-            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
-        ):
+        met: list[tuple[bool, list[str]]] = []
+        for crossing, over in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
             layers[crossing] -= 1
             if layers[crossing] == 0:
                 placing.fasten.append(crossing)
@@ -226,30 +226,26 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
             if crossing not in crossed:
                 crossed.add(crossing)
                 placing.crossings.append(crossing)
-            listed = placing.over if over else placing.under
-            if crossing not in listed:
-                listed.append(crossing)
-            way = "over" if over else "start" if station < half else "end"
-            names[way] += [pieces[other].id for other in others]
-        ways = []
+            listed_at = placing.over if over else placing.under
+            if crossing not in listed_at:
+                listed_at.append(crossing)
+            met.append((over, [pieces[other].id for other in others]))
+        ties: list[str | None] = []
         for joint, mate in ((piece.start_joint, 0), (piece.end_joint, 1)):
             if joint is None or joints[joint].pieces[mate] not in there:
+                ties.append(None)
                 continue
-            if joint not in placing.joints:
-                placing.joints.append(joint)
             other = joints[joint].pieces[mate]
-            name = (
-                f"its own {'end' if mate == 0 else 'start'}"
-                if other == number
-                else pieces[other].id
-            )
-            ways.append(f"{joints[joint].kind.ties[1 - mate].format(name)} at joint #{joint}")
-        placing.closes = len(ways) == 2
+            named = pieces[other].id if other != number else f"its own {('end', 'start')[mate]}"
+            tie = joints[joint].kind.ties[1 - mate].format(named)
+            # A piece that is joined to itself is joined once.
+            ties.append(None if joint in placing.joints else f"{tie} (joint {joint})")
+            placing.joints.append(joint)
+        placing.closes = len(placing.joints) == 2
+        placing.joints = list(dict.fromkeys(placing.joints))
         ring = rings.get(piece.thread, set())
         closed = piece.id.rstrip(digits) if number in ring <= there else None
-        names["start"].reverse()  # a tip that is pushed outward meets the inner strands first
-        # A piece that is joined to itself is joined once.
-        placing.text = _say(piece.id, names, ways[: len(placing.joints)], placing.closes, closed)
+        placing.text = _say(piece.id, met, (ties[0], ties[1]), placing.closes, closed)
         result.append(placing)
     return result
 
@@ -268,23 +264,44 @@ def _rings(pieces: Sequence[Piece]) -> dict[int, set[int]]:
 
 def _say(
     piece: str,
-    names: dict[str, list[str]],
-    joined: Sequence[str],
+    met: Sequence[tuple[bool, Sequence[str]]],
+    ties: tuple[str | None, str | None],
     closes: bool,
     ring: str | None,
 ) -> str:
-    """Say in plain words how a piece is placed; ``ring``: the thread whose ring it closes."""
-    if not joined and not any(names.values()):
+    """Say how a piece is placed, along its length; ``ring``: the thread whose ring it closes."""
+    if not met and ties == (None, None):
         return f"Begin with {piece}, its outer face up."
-    over = list(dict.fromkeys(names["over"]))
-    said = [f"Lay {piece} over {listed(over)}" if over else f"Take {piece}"]
-    for end in ("start", "end"):
-        if names[end]:
-            said.append(f"slide its {end} under {listed(list(dict.fromkeys(names[end])))}")
-    said += [*joined[:-1], f"last, {joined[-1]}"] if len(joined) > 1 else joined
+    said = [] if ties[0] is None else [ties[0]]
+    runs = [(over, list(own)) for over, own in groupby(enumerate(met, 1), lambda one: one[1][0])]
+    for at, (over, own) in enumerate(runs):
+        names = (
+            _counted([number for number, _ in own])
+            if len(met) > MOST_NAMED
+            else listed([f"{listed(others)} ({number})" for number, (_, others) in own])
+        )
+        push = ""
+        if not over and at == 0 and ties[0] is None:
+            push = "push the start "
+        elif not over and at == len(runs) - 1 and ties[1] is None:
+            push = "push the end "
+        said.append(f"{push}{'over' if over else 'under'} {names}")
+    said += [] if ties[1] is None else [ties[1]]
     if closes:
-        said.append(f"this closes the ring of thread {ring}" if ring else "this closes the gap")
-    return "; ".join(said) + "."
+        said.append(f"ring {ring} is closed" if ring else "the gap is closed")
+    return f"{piece}: {'; '.join(said)}."
+
+
+def _counted(numbers: Sequence[int]) -> str:
+    """Return numbers that follow one another as people say them.
+
+    Examples
+    --------
+    >>> _counted([3]), _counted([3, 4]), _counted([3, 4, 5])
+    ('3', '3 and 4', '3 to 5')
+    """
+    first, last = numbers[0], numbers[-1]
+    return str(first) if first == last else f"{first} {'and' if last == first + 1 else 'to'} {last}"
 
 
 def listed(names: Sequence[str]) -> str:

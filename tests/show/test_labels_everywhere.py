@@ -64,7 +64,7 @@ def drawing_names(folder, kind):
     assert set(PIECE.findall(" ".join(said).replace("→", " "))) <= set(words)
     return {
         # Each piece says its own name.
-        "pieces": {key for key, own in words.items() if f"{key}→" in own},
+        "pieces": {key for key, own in words.items() if any(f"{key}→" in word for word in own)},
         "joints": {key for word in said for key in JOINT.findall(word)},
         "sheets": {path.stem for path in (folder / "sheets").glob(f"*.{kind}")},
     }

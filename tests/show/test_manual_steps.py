@@ -26,6 +26,7 @@ from fabweave.show.manual.painting import (
     make_palette,
 )
 from fabweave.show.manual.step_pictures import (
+    MOST_TAGS,
     VIEWS,
     choose_views,
     seen_from_views,
@@ -138,11 +139,25 @@ def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
         there |= set(step.pieces)
         wanted = {("new", key) for key in step.pieces}
         wanted |= {("joint", f"#{key}") for key in step.joints}
-        for one in (one for key in step.pieces for one in stations[key]):
-            word = "over" if one.over else "under"
-            if one.crossing in getattr(step, word):
-                others = strands[one.crossing, not one.over]
-                wanted |= {(word, other) for other in others if other in there}
+        met = {
+            (key, "over" if one.over else "under", other, number)
+            for key in step.pieces
+            for number, one in enumerate(
+                (
+                    one
+                    for one in stations[key]
+                    if one.crossing in (step.over if one.over else step.under)
+                ),
+                start=1,
+            )
+            for other in strands[one.crossing, not one.over]
+            if other in there
+        }
+        # What one piece meets is numbered, as on its card; where that is much, by numbers alone.
+        many = len({number for *_, number in met}) + len(step.joints) + 2 > MOST_TAGS
+        for _, word, other, number in met:
+            alone = f"{number}" if many else f"{number} {other}"
+            wanted.add((word, alone if len(step.pieces) == 1 else other))
         starts = [mark.at for mark in picture.marks if mark.kind == "start"]
         assert {(mark.kind, mark.text) for mark in picture.marks} - {("start", "start")} == wanted
         shown = [ends[0].mean(axis=0) for ends in picture.ends]

@@ -11,7 +11,7 @@ SAME_MM = 0.02
 
 
 def letters_of(piece, labels, drawing):
-    """Yield the text of each label of a piece, and the strokes of each of its letters, one high."""
+    """Yield the text of each label, without spaces, and the strokes of its letters, one high."""
     strokes = [traced(shape) for shape in drawing.of("ENGRAVE_LABEL", piece.id)]
     for label in labels:
         half = np.array(label["box_mm"]) / 2 + SAME_MM
@@ -27,7 +27,7 @@ def letters_of(piece, labels, drawing):
             reach = max(reach, run[:, 0].max())
         low = max(label["box_mm"][1], high) / 2 - high
         yield (
-            label["text"],
+            label["text"].replace(" ", ""),
             [
                 [(run - (min(one[:, 0].min() for one in letter), low)) / high for run in letter]
                 for letter in letters

@@ -186,7 +186,7 @@ class JointKind:
 RIVET = JointKind(
     "rivet",
     title="a lap with a fastener under the strand above",
-    ties=("lap its end on {}", "lap its start on {}"),
+    ties=("end on {}, hole on hole", "start on {}, hole on hole"),
     note="[lap|laps]",
     laps=True,
     most_fasteners=4,
@@ -195,7 +195,7 @@ RIVET = JointKind(
 GLUE = JointKind(
     "glue",
     title="a lap with marks to lay it by",
-    ties=("glue its end on {}", "glue its start on {}"),
+    ties=("glue the end on {}", "glue the start on {}"),
     note="glued [lap|laps]: ticks show where the other piece ends; lay cross on cross",
     tools="glue, and clips to hold each lap while it sets",
     laps=True,
@@ -206,7 +206,7 @@ _OTHERS = (
     JointKind(
         "tuck",
         title="a long lap over three crossings, its ends under strands, held by the weave",
-        ties=("tuck its end along {}", "tuck its start along {}"),
+        ties=("slide the end along {}", "slide the start along {}"),
         note="[lap|laps] over three crossings: both ends lie under strands, and the weave holds "
         "[it|them]",
         laps=True,
@@ -216,7 +216,7 @@ _OTHERS = (
     JointKind(
         "dovetail",
         title="a tongue in a socket, flush",
-        ties=("lock its end with {}", "lock its start with {}"),
+        ties=("lock the end with {}", "lock the start with {}"),
         note="flush [dovetail|dovetails], each a tongue in a socket",
         tools="a flat surface on which to press the dovetails together",
         shape=dovetail,
@@ -235,7 +235,7 @@ _OTHERS = (
     JointKind(
         "none",
         title="end to end, taped",
-        ties=("butt its end against {}", "butt its start against {}"),
+        ties=("tape the end to {}", "tape the start to {}"),
         note="[seam|seams] end to end, taped on the inside",
         tools="tape and scissors",
         shape=butt,

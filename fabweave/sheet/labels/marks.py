@@ -580,7 +580,10 @@ def _marks(
         )
         covered.update(Missing(kind, wish.words[kind], wish.station) for kind in kinds)
     every = [
-        Missing(kind, words, wish.station) for wish in wanted for kind, words in wish.words.items()
+        Missing(kind, words, wish.station)
+        for wish in wanted
+        for kind, words in wish.words.items()
+        if kind != "id" or wish.station is None  # it is told elsewhere
     ]
     missing = [item for item in dict.fromkeys(every) if item not in covered]
     return Marks(tuple(lettered), ticks, tuple(missing))

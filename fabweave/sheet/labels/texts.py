@@ -392,7 +392,8 @@ def _region(entity: Entity) -> _Region:
     """Return what an entity encloses."""
     if isinstance(entity, Circle):
         return shapely.Point(entity.x, entity.y).buffer(entity.radius)
-    return shapely.make_valid(shapely.Polygon(entity.flattened(_FLAT_MM)))
+    # The widest place of a polygon with corners at 1e-310 is not found.
+    return shapely.make_valid(shapely.Polygon(np.round(entity.flattened(_FLAT_MM), 6)))
 
 
 def _largest(free: _Region, text: str, sizes: FloatArray) -> Title | None:

@@ -14,6 +14,8 @@ from fabweave.show.manual.book import Book, tag_size, text_width
 
 #: Names on a card: the size of their letters, the height of a row, and the least room between two.
 _TEXT, _ROW, _APART = 9.5, 11.0, 5.0
+#: The size of millimetres behind a name.
+_MM_TEXT = 7.5
 #: The sign that all layers are in place stands behind a name and takes so much.
 _COMPLETE = 11.0
 #: The arrow behind the id of a piece, and how long the line to the nearest name is at the least.
@@ -24,6 +26,8 @@ _HIGHEST, _LARGEST = 30.0, 1.2
 _BESIDE, _STRAND = 2.5, 6.5
 #: How light pieces are, 0 for black.
 _PIECE = 0.86
+#: A hole is drawn no smaller than this, in points.
+_HOLE = 1.0
 #: So far inside a piece a line across it meets it for certain.
 _INSIDE = 0.3
 
@@ -40,18 +44,36 @@ class Met:
     text : str
     complete : bool
         Whether all layers are in place there now, and matter.
+    number : int or None
+        Of what the piece lies over and runs under, from its start.
+    along_mm : float or None
+        How far that is from the start.
     """
 
     station: int
     over: bool | None
     text: str
     complete: bool
+    number: int | None = None
+    along_mm: float | None = None
+
+    @property
+    def parts(self) -> tuple[tuple[str, float, bool, float], ...]:
+        """What is written: text, size, whether bold, and how light; one behind the other."""
+        if self.number is None:
+            return ((self.text, _TEXT, True, 0.0),)
+        mm = "" if self.along_mm is None else f" {self.along_mm:.0f}"
+        return (
+            (f"{self.number} ", _TEXT, True, 0.0),
+            (self.text, _TEXT, False, 0.0),
+            (mm, _MM_TEXT, False, 0.35),
+        )
 
     @property
     def wide(self) -> float:
         """How much room the name takes."""
-        bold = self.over is None
-        return text_width(self.text, _TEXT, bold=bold) + (_COMPLETE if self.complete else 0.0)
+        own = sum(text_width(text, size, bold=bold) for text, size, bold, _ in self.parts)
+        return own + (_COMPLETE if self.complete else 0.0)
 
 
 @frozen_value
@@ -92,6 +114,8 @@ class Card:
     outline : (N, 2) float array
     coming : tuple of (2, 2) float arrays
         Lines across it where strands are still to come.
+    holes : (H, 3) float array
+        The middle and the radius of each of its holes.
     names : tuple of Named
         In the order of the piece.
     high : float
@@ -103,6 +127,7 @@ class Card:
     tag: FloatArray
     outline: FloatArray
     coming: tuple[FloatArray, ...]
+    holes: FloatArray
     names: tuple[Named, ...]
     high: float
 
@@ -136,14 +161,23 @@ def what_is_met(
         else []
         for key, at in zip(piece.joints, (0, len(piece.stations) - 1), strict=True)
     )
-    met = first
+    met = list(first)
+    along = along_mm(piece)
     for at, station in enumerate(piece.stations):
         others = strands[station.crossing, not station.over]
         there = [other for other in others if step_of[other] <= step.step]
         if there and station.crossing in (step.over if station.over else step.under):
             complete = station.crossing in step.fasten and station.crossing not in idle
-            met.append(Met(at, station.over, " ".join(there), complete))
+            number = len(met) - len(first) + 1
+            met.append(Met(at, station.over, " ".join(there), complete, number, along[at]))
     return met + last
+
+
+def along_mm(piece: PieceRecord) -> list[float]:
+    """Return how far each station of a piece is from its first, along those between."""
+    places = np.array([(station.x, station.y) for station in piece.stations])
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    return np.append(0.0, np.cumsum(steps)).tolist()
 
 
 def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool) -> Card:
@@ -160,7 +194,7 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
     """
     tag = tag_size(piece.id)
     left = tag[0] + _ARROW
-    outline, places = _levelled(piece, left, wide)
+    outline, places, holes = _levelled(piece, left, wide)
     across, room = _across(outline, places)
     stations = np.array([meeting.station for meeting in met], dtype=np.int64)
     rows = _rows([meeting.wide for meeting in met], places[stations, 0], wide)
@@ -191,23 +225,29 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
     coming = [edges + shift for at, edges in enumerate(across) if at not in stations]
     first = np.array((tag[0] / 2.0, places[0, 1]))
     return Card(
-        piece.id, back, first + shift, outline + shift, tuple(coming), tuple(names),
-        high,
+        piece.id, back, first + shift, outline + shift, tuple(coming),
+        holes + np.append(shift, 0.0), tuple(names), high,
     )  # fmt: skip
 
 
-def _levelled(piece: PieceRecord, left: float, wide: float) -> tuple[FloatArray, FloatArray]:
-    """Return the outline and the stations of a piece, from start to end, as it is drawn."""
+def _levelled(
+    piece: PieceRecord, left: float, wide: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the outline, stations and holes of a piece, from start to end, as it is drawn."""
     outline = np.array(piece.outline)
     places = np.array([(station.x, station.y) for station in piece.stations])
+    cut = [(one.x, one.y, one.diameter_mm) for one in piece.cutouts if one.kind == "hole"]
+    holes = np.array(cut, dtype=np.float64).reshape(-1, 3) * (1.0, 1.0, 0.5)
     x, y = places[-1] - places[0]
     length = float(np.hypot(x, y)) or 1.0
     turn = np.array([[x, -y], [y, x]]) / length if x or y else np.eye(2)
-    outline, places = outline @ turn, places @ turn
-    low, high = outline.min(axis=0), outline.max(axis=0)
+    low, high = (outline @ turn).min(axis=0), (outline @ turn).max(axis=0)
     scale = min((wide - left) / (high[0] - low[0]), _HIGHEST / (high[1] - low[1]), _LARGEST)
     corner = np.array((left, 0.0))
-    return corner + (outline - low) * scale, corner + (places - low) * scale
+    drawn, at, middles = (
+        corner + (points @ turn - low) * scale for points in (outline, places, holes[:, :2])
+    )
+    return drawn, at, np.column_stack((middles, np.maximum(holes[:, 2] * scale, _HOLE)))
 
 
 def _across(outline: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -308,6 +348,8 @@ def write_card(book: Book, card: Card, left: float, top: float) -> None:
     book.line(card.outline + corner, width=0.8, closed=True, fill=_PIECE)
     for line in card.coming:
         book.line(line + corner, width=0.5, grey=0.6)
+    for x, y, radius in (card.holes + np.append(corner, 0.0)).tolist():
+        book.circle(x, y, radius)
     for name in card.names:
         if name.met.over is False:
             _draw_strand(book, name, corner)
@@ -321,10 +363,11 @@ def write_card(book: Book, card: Card, left: float, top: float) -> None:
         if name.met.over is not None:
             book.sign(x, y, over=name.met.over)
         x, y = (name.name + corner).tolist()
-        bold = name.met.over is None
-        book.text(x, y, name.met.text, size=_TEXT, bold=bold, middle=True)
         if name.met.complete:
             book.complete(x + name.met.wide - _COMPLETE / 2.0 + 1.0, y)
+        for text, size, bold, grey in name.met.parts:
+            book.text(x, y, text, size=size, bold=bold, grey=grey, middle=True)
+            x += text_width(text, size, bold=bold)
 
 
 def _draw_strand(book: Book, name: Named, corner: FloatArray) -> None:

@@ -16,6 +16,7 @@ from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines, set_with
 from fabweave.plan.crossing_map import CrossingMap
 from fabweave.show.manual.book import LEADING, TEXT, Book, text_width, wrapped
 from fabweave.show.manual.painting import packed
+from fabweave.show.manual.parts_list import bags_of
 from fabweave.show.paper_limits import MOST_VIEWED
 
 COVER = "Overview"
@@ -184,10 +185,7 @@ def _proceed(crossing_map: CrossingMap, bill: BillOfMaterials) -> list[tuple[str
         f"Follow the steps.{viewer}",
     ]
     if bill.fasteners:
-        lines.append(
-            "Set a fastener in the step that names it, when all layers are in place. Until then, "
-            "hold the place with a clip."
-        )
+        lines.append("Set a fastener, put on a clip and take one off in the step that says so.")
     if "thread" in set_with(bill):
         lines.append(
             "Lead the thread through the hole and around the edges of the strips, draw it tight, "
@@ -205,12 +203,8 @@ def _piles(crossing_map: CrossingMap) -> str:
             + _from_to(kinds.values())
             + "; any piece of a pile fits any of its places"
         )
-    counts = [len(thread.pieces) for thread in crossing_map.threads]
-    return (
-        agree(len(counts), "{n} [pile|piles], one for each thread, of ")
-        + _from_to(counts)
-        + "; the letters of an id name its thread"
-    )
+    bags = bags_of(crossing_map)
+    return agree(len(bags), "{n} [bag|bags], step by step") + ", with the labels at the end"
 
 
 def _from_to(counts: Iterable[int]) -> str:

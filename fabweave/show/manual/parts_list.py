@@ -1,5 +1,7 @@
-"""Draw what the manual has before its steps: how to read a piece, its threads, and the parts."""
+"""Draw what the manual has beside its steps: how to read a piece, threads, parts, and bags."""
 
+import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import NamedTuple, TypeAlias
@@ -115,6 +117,10 @@ def _point_out(book: Book, spots: Sequence[tuple[str, float, float]]) -> None:
         book.tag(last, book.y + 18.0, number, dark=True)
 
 
+#: What is engraved of the step in which a piece is placed.
+STEP = re.compile(r"\((\d+)\)$")
+
+
 def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> list[_Sign]:
     """Say what the marks on a piece mean, each with an example from the piece itself."""
 
@@ -146,6 +152,11 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
         signs.append(_Sign("Kind", text, labels["id"]))
     elif "id" in labels:
         signs.append(_Sign("Id", f"{thread} {arrow}.", labels["id"]))
+    step = next((label for label in piece.labels if STEP.search(label.text)), None)
+    if step is not None:
+        number = STEP.findall(step.text)[0]
+        text = f"({number}): {piece.id} is placed in step {number}."
+        signs.append(_Sign("Step", text, on_sheet((step.x, step.y))))
     if "joint" in labels:
         key = next(key for key in piece.joints if key is not None)
         mate = next(joint for joint in crossing_map.joints if joint.id == key).mate(piece.id)
@@ -160,15 +171,32 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
             f"station, {piece.id} passes {word} {station.partner}."
         )
         signs.append(_Sign("Crossing", text, np.concatenate(list(met.values()))))
+    taken = np.concatenate([np.zeros((0, 2)), *(sign.spots for sign in signs)])
+    return signs + _marks(crossing_map, piece, drawn, taken)
+
+
+def _marks(
+    crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece, taken: FloatArray
+) -> list[_Sign]:
+    """Say what the lines and holes of a piece mean; some places on it have a number already."""
+
+    def on_sheet(places: Sequence[tuple[float, float]]) -> FloatArray:
+        return crossing_map.on_sheet(piece, np.array(places).reshape(-1, 2))
+
+    signs = []
+    if piece.ticks:
+        first = piece.stations[piece.ticks[0]]
+        text = "Two ticks, one inside each edge: here a strand crosses over this piece."
+        signs.append(_Sign("Ticks", text, on_sheet([(first.x, first.y)])))
     holes = [(one.x, one.y) for one in piece.stations if one.hole_mm]
-    hole = on_sheet(*holes[len(holes) // 2 :][:1])
+    hole = on_sheet(holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
         text = (
             "A cross in place of a hole marks a lap without fastener: lay cross on cross. "
             "Ticks show where the other piece ends."
         )
         ticks = [run.mean(axis=0) for layer, run in drawn.lines if layer is Layer.ENGRAVE_MARK]
-        taken = np.concatenate([hole, *(sign.spots for sign in signs)])
+        taken = np.concatenate([hole, taken])
         if ticks and len(taken):
             # The tick that is farthest from what has a number already.
             apart = np.linalg.norm(np.array(ticks)[:, None] - taken, axis=2).min(axis=1)
@@ -306,6 +334,55 @@ def _name_piece(book: Book, key: str, left: float, right: float, y: float) -> No
 def _strand(book: Book, x: float, y: float) -> None:
     """Draw the strand that crosses a band."""
     book.box(x - _STRAND, y - _HALF - 3.5, 2 * _STRAND, 2 * _HALF + 5.0, width=0.5, fill=1.0)
+
+
+#: A bag holds about so many pieces.
+_IN_A_BAG = 12
+
+
+class Bag(NamedTuple):
+    """What is taken to the table at once: its first and last step, and the pieces of these."""
+
+    first: int
+    last: int
+    pieces: tuple[str, ...]
+
+
+def bags_of(crossing_map: CrossingMap) -> list[Bag]:
+    """Return the bags into which pieces are sorted, step after step."""
+    every = [(step.step, (*step.pieces, *(step.ring or ()))) for step in crossing_map.steps]
+    total = sum(len(names) for _, names in every)
+    share = total / max(math.ceil(total / _IN_A_BAG), 1)
+    bags: list[list[tuple[int, tuple[str, ...]]]] = []
+    filled = 0
+    for number, names in every:
+        if filled >= share * len(bags) or not bags:
+            bags.append([])
+        bags[-1].append((number, names))
+        filled += len(names)
+    return [Bag(own[0][0], own[-1][0], tuple(key for _, keys in own for key in keys))
+            for own in bags]  # fmt: skip
+
+
+BAGS = "Labels for bags"
+#: Labels stand in two columns, so high, in points, and with so much between them.
+_LABEL_HIGH, _LABEL_GAP = 92.0, 12.0
+
+
+def write_bags(book: Book, crossing_map: CrossingMap) -> None:
+    """Write a label for each bag, to cut out: its steps and its pieces."""
+    book.page(BAGS)
+    wide = (book.right - book.left - _LABEL_GAP) / 2.0
+    for number, bag in enumerate(bags_of(crossing_map)):
+        if number % 2 == 0:
+            book.room(_LABEL_HIGH + _LABEL_GAP, BAGS)
+            book.y -= _LABEL_HIGH + _LABEL_GAP
+        left = book.left + (number % 2) * (wide + _LABEL_GAP)
+        book.box(left, book.y, wide, _LABEL_HIGH, width=0.5, grey=0.45)
+        top = book.y + _LABEL_HIGH - 22.0
+        steps = f"Steps {bag.first} to {bag.last}" if bag.last > bag.first else f"Step {bag.first}"
+        book.text(left + 8.0, top, f"Bag {number + 1}: {steps}", size=14.0, bold=True)
+        book.block(left + 8.0, top - 4.0, ", ".join(bag.pieces), wide - 16.0, size=SMALL)
 
 
 PARTS = "Parts list"

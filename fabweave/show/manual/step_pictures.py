@@ -9,9 +9,11 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_of_layers
-from fabweave.plan.crossing_map import CrossingMap, StepRecord
+from fabweave.plan.crossing_map import CrossingMap, StationRecord, StepRecord
 from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
 
+#: Where a picture would have more names, what a piece meets is numbered in it.
+MOST_TAGS = 8
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
 
@@ -162,20 +164,37 @@ class Places:
         )
 
     def neighbours(self, step: StepRecord) -> Iterator[PictureLabel]:
-        """Yield what the new pieces lie over and run under: each piece once for each of them."""
-        for key in step.pieces:
-            named = set()
-            for station in self._drawn.pieces[self._drawn.number[key]].stations:
-                listed = step.over if station.over else step.under
-                if station.crossing not in listed:
-                    continue
-                for other in self._drawn.strands[station.crossing, not station.over]:
-                    there = self._drawn.step_of[other] <= self._at
-                    if there and (other, station.over) not in named:
-                        named.add((other, station.over))
-                        yield self._mark(key, other, station.crossing, over=station.over)
+        """Yield what the new pieces lie over and run under.
 
-    def _mark(self, key: str, other: str, crossing: int, *, over: bool) -> PictureLabel:
+        What one piece meets is numbered from its start, as on its card; where that is much,
+        numbers stand alone. Of more pieces each names once what it meets.
+        """
+        alone = len(step.pieces) == 1
+        met = [
+            (key, at, station, others)
+            for key in step.pieces
+            for at, (station, others) in enumerate(self._met(key, step), start=1)
+        ]
+        bare = alone and len(met) + len(step.joints) + 2 > MOST_TAGS
+        named = set()
+        for key, at, station, others in met:
+            for other in others[:1] if bare else others:
+                if alone or (key, other, station.over) not in named:
+                    named.add((key, other, station.over))
+                    text = f"{at}" if bare else f"{at} {other}" if alone else other
+                    yield self._mark(key, other, text, station.crossing, over=station.over)
+
+    def _met(self, key: str, step: StepRecord) -> Iterator[tuple[StationRecord, list[str]]]:
+        """Yield where a new piece meets others that are in place, and which."""
+        drawn = self._drawn
+        for station in drawn.pieces[drawn.number[key]].stations:
+            if station.crossing in (step.over if station.over else step.under):
+                others = drawn.strands[station.crossing, not station.over]
+                there = [other for other in others if drawn.step_of[other] <= self._at]
+                if there:
+                    yield station, there
+
+    def _mark(self, key: str, other: str, text: str, crossing: int, *, over: bool) -> PictureLabel:
         """Return the name of what a piece meets at a crossing."""
         drawn, frame = self._drawn, self._frame
         own = frame.pixels(drawn.panel(key, crossing, over=over).reshape(-1, 3))
@@ -187,7 +206,7 @@ class Places:
         corners = on_page(own, frame)
         at = corners.mean(axis=0)
         return PictureLabel(
-            other,
+            text,
             "over" if over else "under",
             at,
             along,

@@ -36,6 +36,8 @@ _GUTTER, _GAP, _BELOW_LINE = 15.0, 5.0, 4.0
 _BOX = 8.0
 #: Between cards, and around them.
 _CARD_GAP = 5.0
+#: The card of a step that makes more crossings stands below its picture, over the whole width.
+_BESIDE_PICTURE = 5
 #: Numbers of holes stand so far beyond the border, and need so much room, and so much is between
 #: pieces, in points.
 _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
@@ -43,17 +45,15 @@ _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
 _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
-    "A picture of the whole object shows where the next pieces go. Then each step has a picture of "
-    "its own, seen from the same side unless it says otherwise. The first ones show the table "
-    "before you, the finished object as a ghost, and a shadow right below each new piece. New "
-    "pieces are dark, with a heavy outline and a black name, and hatched where something nearer "
-    "hides them. Pieces in place are pale, and so is a former as long as it is inside. A name with "
-    "a disc is a piece that the new one lies over; a name with a ring is one that it runs under. "
-    "# marks a joint. An arrow shows where an end slides under other pieces, and is dotted where "
-    "it is beneath them. A circle with a cross shows where all layers are now in place. A card "
-    "shows the new piece flat, outer face up, start at the left. It names all that crosses the "
-    "piece and is in place: a disc where the piece goes over it, a ring where it runs under. Grey "
-    "lines are strands to come."
+    "Each step is one strip, read along its length from its start, where the arrow begins. What it "
+    "crosses is numbered 1, 2, 3 ... in the words, in the picture and on the card below: a disc "
+    "where it goes over, a ring where it runs under. The card shows the strip flat, outer face up, "
+    "with its holes, and small numbers for the millimetres from its first crossing; grey lines "
+    "are strands to come. New strips are dark with a black name, and hatched where something "
+    "nearer hides them; those in place are pale. # marks a joint. An arrow shows where an end "
+    "slides under other strips, dotted where it is beneath them. A circle with a cross shows where "
+    "all layers are now in place. Before each run of steps a picture shows how the whole looks "
+    "after them; the first ones show the table, and the finished object as a ghost."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -183,7 +183,8 @@ class _Writer:
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
         first, last = steps[0].step, steps[-1].step
-        head = f"Next: step {first}" if first == last else f"Next: steps {first} to {last}"
+        head = f"Step {first}" if first == last else f"Steps {first} to {last}"
+        head += ": so it looks then"
         book.text(x, y - 16.0, head, size=14.0, bold=True)
         seen = view_words(whole.view, turned=whole.turned)
         end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
@@ -209,7 +210,9 @@ class _Writer:
             wide, tall = wide + TALL[0], max(tall, TALL[1])
         room = self._wide - wide - _GUTTER
         beside = 2 if len(step.pieces) > 1 else 1
-        cards = list(self._cards(step, (room + _GUTTER) / beside - _GUTTER)) if picture else []
+        below = picture is not None and len(step.over) + len(step.under) > _BESIDE_PICTURE
+        across = self._wide if below else room
+        cards = list(self._cards(step, (across + _GUTTER) / beside - _GUTTER)) if picture else []
         lines = [cards[at : at + beside] for at in range(0, len(cards), beside)]
         due = [key for key in step.fasten if key not in self._idle]
         texts = [
@@ -217,19 +220,22 @@ class _Writer:
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
-            f"The picture in large is seen from {side_words(picture.view)}."
+            f"Close-up, from {side_words(picture.view)}."
             if picture and picture.view != self._held
             else "",
             inside_words(picture.inside) if picture else "",
         ]
         rows = self._rows(step, room)
         high = self._text_top(rows) + self._told(texts, room)
-        high += sum(max(card.high for card in line) + _CARD_GAP for line in lines)
-        x, y = self._room(max(high, tall + _BELOW_LINE))
+        flat = sum(max(card.high for card in line) + _CARD_GAP for line in lines)
+        pictured = tall + _BELOW_LINE
+        x, y = self._room(max(high, pictured) + flat if below else max(high + flat, pictured))
         end = self._write_texts(x, y, step, rows, texts, room)
+        if below:
+            end = min(end, y - pictured) - _CARD_GAP
         for line in lines:
             for number, card in enumerate(line):
-                left = x + number * (room + _GUTTER) / beside
+                left = x + number * (across + _GUTTER) / beside
                 write_card(self._book, card, left, end - _CARD_GAP / 2.0)
             end -= max(card.high for card in line) + _CARD_GAP
         if picture:
@@ -491,10 +497,12 @@ def inside_words(names: Sequence[str]) -> str:
     Examples
     --------
     >>> inside_words(["A1"]), inside_words([])
-    ('A1 is seen from inside: over looks under.', '')
+    ('You see the inner face of A1: "over" is on the far side.', '')
     """
-    be = "are" if names[1:] else "is"
-    return f"{listed(names)} {be} seen from inside: over looks under." if names else ""
+    if not names:
+        return ""
+    face = "faces" if names[1:] else "face"
+    return f'You see the inner {face} of {listed(names)}: "over" is on the far side.'
 
 
 def time_words(seconds: float, so_far: float) -> str:

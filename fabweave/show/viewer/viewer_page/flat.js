@@ -55,9 +55,10 @@ export function pieceDrawing(plan, number, chosen, step) {
   const holes = piece.stations.filter((station) => station.hole_mm !== null)
     .map(({ x, y, hole_mm }) => `<circle class="hole" cx="${x}" cy="${-y}" r="${hole_mm / 2}"/>`);
   const line = piece.stations.map(({ x, y }) => `${x} ${-y}`).join("L");
+  const called = plan.stationNames(number, step);
   const dots = piece.stations.map((station, k) => {
     const time = stationTime(plan, step, station) + (k === chosen ? " chosen" : "");
-    return stationDot(station, k, time, unit);
+    return stationDot(station, k, called[k], time, unit);
   });
   const names = piece.stations.map((station) => partnerName(plan, station, stationTime(plan, step, station), frame));
   const ends = [0, 1].map((end) => jointName(plan, piece, end, frame));
@@ -70,13 +71,13 @@ export function pieceDrawing(plan, number, chosen, step) {
     dots.join("")}${names.join("")}${ends.join("")}${way}</svg></div>`;
 }
 
-/** @param {Values} station @param {number} k @param {string} time @param {number} unit */
-function stationDot({ x, y, over }, k, time, unit) {
+/** @param {Values} station @param {number} k @param {string} name @param {string} time @param {number} unit */
+function stationDot({ x, y, over }, k, name, time, unit) {
   const r = 10 * unit;
   return `<g class="station ${over ? "over" : "under"}${time}" data-station="${k}" transform="translate(${x} ${-y})">
     <circle class="reach" r="${2 * r}"/><circle class="halo" r="${1.5 * r}"/>
     <circle class="dot" r="${r}" stroke-width="${2 * unit}"/>
-    <text font-size="${11 * unit}" dy="${3.9 * unit}">${k}</text></g>`;
+    <text font-size="${11 * unit}" dy="${3.9 * unit}">${name}</text></g>`;
 }
 
 /**
@@ -122,12 +123,12 @@ function jointName(plan, piece, end, { left, right, high, unit }) {
  * @param {Values | null} step
  */
 export function stationTable(plan, number, chosen, step) {
-  const piece = plan.pieces[number], far = plan.distances(piece);
+  const piece = plan.pieces[number], far = plan.distances(piece), called = plan.stationNames(number, step);
   const rows = piece.stations.map((station, k) => {
     const { over, partner, joint, hole_mm } = station;
     const mate = joint === null ? "" : `#${joint} ${plan.link(plan.mate(piece, joint))}`;
     const time = stationTime(plan, step, station) + (k === chosen ? " chosen" : "");
-    return `<tr data-station="${k}" class="${time}"><td>${k}</td><td>${far[k].toFixed(1)}</td>
+    return `<tr data-station="${k}" class="${time}"><td>${called[k]}</td><td>${far[k].toFixed(1)}</td>
       <td>${sideSign(over)}${over ? "over" : "under"}</td><td>${plan.link(partner)}</td>
       <td>${mate}</td><td>${hole_mm ?? ""}</td></tr>`;
   });

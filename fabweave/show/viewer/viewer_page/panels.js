@@ -90,7 +90,7 @@ export class PiecePanel {
         <button type="button" class="link" data-step="${at}">step ${at}</button>.</p>
       ${pieceDrawing(plan, number, station, step)}
       <p class="hint">${sideSign(true)} over ${sideSign(false)} under, outer face up, &#9654; along the thread.${
-        signs} Millimetres from station 0.</p>
+        signs} Millimetres from the first crossing.</p>
       ${stationTable(plan, number, station, step)}`;
   }
 }

@@ -58,6 +58,34 @@ export class Plan {
     return step.pieces.map((id) => this.pieceAt.get(id));
   }
 
+  /**
+   * What the stations of a piece are called: in the step that places it, what it meets then has
+   * numbers from its start, as in the manual, and the others have none; else all count from 0.
+   *
+   * @param {number} number
+   * @param {Values | null} step
+   * @returns {string[]}
+   */
+  stationNames(number, step) {
+    const piece = this.pieces[number];
+    if (!step?.pieces.includes(piece.id)) return piece.stations.map((_, k) => String(k));
+    let count = 0;
+    return piece.stations.map(({ crossing, over }) =>
+      (over ? step.over : step.under).includes(crossing) ? String(++count) : "");
+  }
+
+  /**
+   * The numbers of the pieces that those of a step lie over and run under.
+   *
+   * @param {Values} step
+   * @returns {Set<number>}
+   */
+  metIn(step) {
+    const stations = step.pieces.flatMap((id) => this.piece(id).stations);
+    const met = stations.filter(({ crossing, over }) => (over ? step.over : step.under).includes(crossing));
+    return new Set(met.map(({ partner }) => this.pieceAt.get(partner)));
+  }
+
   /** @param {Values} piece */
   thread(piece) {
     return this.threads[this.threadAt.get(piece.thread)];

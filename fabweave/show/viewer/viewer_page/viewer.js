@@ -123,14 +123,18 @@ export class Viewer {
   }
 
   /**
-   * What is written over the object: on what is brought out, and on all if that is asked for.
+   * What is written over the object: on what is brought out and on what a step says that it meets,
+   * and on all if that is asked for.
    *
    * @param {number[]} how
    */
   #labels(how) {
     const all = this.state.labels || this.state.only, out = (code) => code === FRESH || code === CHOSEN;
+    const { stepwise, step } = this.state, met = stepwise ? this.plan.metIn(this.plan.steps[step - 1]) : new Set();
     const order = how.map((code, piece) => ({ piece, code, text: this.plan.bears(piece), strong: out(code) }));
-    return order.filter(({ code, strong }) => strong || (all && code !== HIDDEN && code !== LATER))
+    const shown = (/** @type {typeof order[0]} */ { piece, code }) =>
+      (all || met.has(piece)) && code !== HIDDEN && code !== LATER;
+    return order.filter((one) => one.strong || shown(one))
       .sort((a, b) => b.code - a.code);
   }
 
