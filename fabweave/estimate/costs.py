@@ -374,7 +374,8 @@ def job_costs(
             sum(len(step.under) for step in steps),
             kinds,
             bill,
-            rolls=rolls,
+            clips=sum(len(step.clips or ()) for step in steps),
+            marks=sum(len(piece.crossings) for piece in piece_set.pieces) if rolls else None,
         ),
         bill,
         sheets=tuple(each),
@@ -408,6 +409,8 @@ def pieces_costs(
         labelled.labels,
         labelled.label_side,
         piece_set.kinds,
+        # Before the order is known, numbers of other steps are as long.
+        {piece.id: at for at, piece in enumerate(pieces, start=1)},
     )
     of_material: dict[Material, list[int]] = {}
     for at, piece in enumerate(pieces):

@@ -39,6 +39,11 @@ def hours_text(span: Span) -> str:
     return time_text((_HOUR_S * span[0], _HOUR_S * span[1]))
 
 
+def _one(hours: float) -> str:
+    """Return a number of hours as people say it."""
+    return hours_text((hours, hours)).partition(" to ")[2]
+
+
 def machine_text(costs: Costs) -> str:
     """Return what the machine takes; strips off a roll need none."""
     times = costs.machine
@@ -91,8 +96,9 @@ def cost_rows(costs: Costs) -> tuple[tuple[str, str], ...]:
         ("Difficulty", difficulty_text(costs)),
         (
             "Time",
-            f"{hours_text(costs.assembly.hours)}; practised hands take "
-            f"{hours_text((costs.assembly.practised_h,) * 2).partition(' to ')[2]}, at {pace}",
+            f"{_one(costs.assembly.hours[1])} for the first of its kind, "
+            f"{_one(costs.assembly.hours[0])} for the next; practised hands take "
+            f"{_one(costs.assembly.practised_h)}, at {pace}",
         ),
         ("Machine", machine_text(costs)),
         ("Cost", _money(costs)),

@@ -84,15 +84,17 @@ def machines() -> Mapping[str, Machine]:
 #: What one takes a practised hand, seconds, and what it is called. Taking up a strip (flexible, in
 #: two hands), laying, sliding (obstructed, held) and aligning (obstructed): Boothroyd and Dewhurst,
 #: as tabled by Whitney, Mechanical Assemblies, fig. 15-1, and in worked sheets, benthamopen.com
-#: TOMEJ-10-173. Sorting, cutting and finding are estimates.
+#: TOMEJ-10-173. Sorting, cutting, marking, finding and clips are estimates.
 PRACTISED = {
     "sort": (5.0, "to take a piece out of its sheet and sort it"),
     "cut": (5.0, "to measure a strip off its roll and cut it"),
+    "mark": (4.0, "to copy a mark from its tape"),
     "find": (5.0, "to find a piece"),
     "take": (4.5, "to take it up and turn it"),
     "over": (2.5, "to lay a strand over another"),
     "under": (8.5, "to slide one under"),
     "align": (6.0, "to bring holes or ends into line"),
+    "clip": (4.0, "to put on a clip and take it off"),
 }
 #: What holding a joint takes, by its kind: a brush and a clip, pressing (a snap that is hard to
 #: align), threading (obstructed and held; what is tucked in, too), tape; the first and the last are

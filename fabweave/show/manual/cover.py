@@ -168,6 +168,9 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     lines += buy_lines(facts.bill)
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]
+    if stock == "roll":
+        lines.append(("Tapes", "sticks.pdf, printed at full size: the marks of each strip"))
+        tools = ["scissors", "a ruler", "glue or tape to join the tapes", *tools]
     told = dict.fromkeys(tool for tool in tools if tool not in ("", "fingers"))
     lines.append(("Tools", "; ".join([*told, "a pencil to tick the boxes"])))
     return lines
@@ -178,7 +181,10 @@ def _proceed(crossing_map: CrossingMap, bill: BillOfMaterials) -> list[tuple[str
     viewer = _VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""
     taken = "Take the pieces out of their sheets, one sheet after another"
     if any(sheet.roll_mm for sheet in crossing_map.sheets):
-        taken = "Cut the strips off their rolls, write its name on each"
+        taken = (
+            "Cut the strips off their rolls, lay the tape of each along it, copy its marks, write "
+            "its name on it"
+        )
     lines = [
         f"{taken}, and tick each in the list of its sheet.",
         f"Sort them: {_piles(crossing_map)}.",
