@@ -187,7 +187,9 @@ def find_clips(
             spots = [
                 (crossing, other)
                 for crossing, over in at[own]
-                for other in carriers.get((crossing, not over), ())
+                # What it crosses there, or else the mate that it laps.
+                for way in (not over, over)
+                for other in carriers.get((crossing, way), ())
                 if other != own[0] and rank[other] <= now
             ]
             if not spots:

@@ -1,10 +1,13 @@
 """Write down the steps of the assembly: what goes where, over and under what, in words."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from string import digits
+from typing import NamedTuple
+
+import numpy as np
 
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
@@ -24,6 +27,8 @@ _MOST_PIECES = 4
 _SET_OUTSIDE = "You can no longer reach inside: from here on set fasteners from outside."
 #: Of more strands that a piece meets, steps tell numbers only: names are on its card.
 MOST_NAMED = 8
+#: While so few pieces are in place, steps say where on these the new one comes to lie.
+_EARLY = 15
 
 
 @dataclass
@@ -37,6 +42,7 @@ class _Placing:
     under: list[int] = field(default_factory=list)
     joints: list[int] = field(default_factory=list)
     fasten: list[int] = field(default_factory=list)
+    numbers: dict[int, int] = field(default_factory=dict)
     closes: bool = False
     text: str = ""
 
@@ -63,7 +69,7 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     sold = sold_at(piece_set, hardware, order)
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
     groups = _grouped(_place_all(piece_set, order))
-    on, off = _clips_of(piece_set, order, groups)
+    clips = _clips_of(piece_set, order, groups)
     fasten = [
         [key for placing in group for key in placing.fasten if key not in held] for group in groups
     ]
@@ -86,11 +92,11 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
                     *(placing.text for placing in group),
                     *([_SET_OUTSIDE] if number - 1 == shut else []),
                     *_say_set(fasten[number - 1], sold),
-                    *_say_clips(on[number - 1], off[number - 1]),
+                    *clips.said(number),
                 ]
             ),
-            clips=tuple(on[number - 1]) or None,
-            unclips=tuple(off[number - 1]) or None,
+            clips=tuple(clips.on[number]) or None,
+            unclips=tuple(clips.off[number]) or None,
             outside=outside[number - 1] or None,
         )
         for number, group in enumerate(groups, start=1)
@@ -106,31 +112,48 @@ def _say_set(crossings: Sequence[int], sold: Mapping[int, Counter[str]]) -> list
     return said + ([f"At {agree(instead, '{n} [place|places]')}, {INSTEAD}."] if instead else [])
 
 
-def _clips_of(
-    piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]
-) -> tuple[list[list[ClipPlace]], list[list[ClipPlace]]]:
-    """Return for each group of pieces which clips are put on after it, and which come off."""
-    step_at = [at for at, group in enumerate(groups) for _ in group]
-    on: list[list[ClipPlace]] = [[] for _ in groups]
-    off: list[list[ClipPlace]] = [[] for _ in groups]
+class _Clips(NamedTuple):
+    """Which clips are put on after each step, and which come off; and where each of them is."""
+
+    on: dict[int, list[ClipPlace]]
+    off: dict[int, list[ClipPlace]]
+    since: dict[ClipPlace, int]
+    where: dict[ClipPlace, str]
+
+    def said(self, step: int) -> list[str]:
+        """Say which clips are put on, and which come off."""
+        on = [f"{one} to {other}{self.where[key, one, other]}" for key, one, other in self.on[step]]
+        off = [
+            f"{one} on {other} (of step {self.since[key, one, other]})"
+            for key, one, other in self.off[step]
+        ]
+        said = [f"Clip {listed(on)}."] if on else []
+        clips = "clips" if off[1:] else "clip"
+        return said + ([f"Take off the {clips} of {listed(off)}."] if off else [])
+
+
+def _clips_of(piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]) -> _Clips:
+    """Return the clips of all steps, from 1."""
+    step_at = [step for step, group in enumerate(groups, start=1) for _ in group]
+    clips = _Clips(defaultdict(list), defaultdict(list), {}, {})
+    laps = {(one.crossing, frozenset(one.pieces)): one.id for one in piece_set.joints}
     for clip in job_clips(piece_set, order):
-        one, other = (piece_set.pieces[at].id for at in clip.pieces)
+        one, other = (piece_set.pieces[at] for at in clip.pieces)
+        place: ClipPlace = clip.crossing, one.id, other.id
         since, stays = step_at[clip.since], clip.until == len(order.order)
         if stays or since < step_at[clip.until]:
-            on[since].append((clip.crossing, one, other))
+            clips.on[since].append(place)
+            clips.since[place] = since
+            numbers = groups[since - 1][0].numbers if len(groups[since - 1]) == 1 else {}
+            if (lap := laps.get((clip.crossing, frozenset(clip.pieces)))) is not None:
+                clips.where[place] = f" at joint {lap}"
+            elif (number := numbers.get(clip.crossing)) is not None:
+                clips.where[place] = f" at ({number})"
+            else:
+                clips.where[place] = _at(one, clip.crossing)
             if not stays:
-                off[step_at[clip.until]].append((clip.crossing, one, other))
-    return on, off
-
-
-def _say_clips(on: Sequence[ClipPlace], off: Sequence[ClipPlace]) -> list[str]:
-    """Say which clips are put on, and which come off."""
-    said = [f"Clip {listed([f'{one} to {other}' for _, one, other in on])}."] if on else []
-    if off:
-        clips = "clips" if off[1:] else "clip"
-        names = listed([f"{one} on {other}" for _, one, other in off])
-        said.append(f"Take off the {clips} of {names}.")
-    return said
+                clips.off[step_at[clip.until]].append(place)
+    return clips
 
 
 def _ring_steps(
@@ -210,13 +233,16 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
     rings = _rings(pieces)
     there: set[int] = set()
     crossed: set[int] = set()
-    result = []
+    result: list[_Placing] = []
     for number, effort in zip(order.order.tolist(), order.effort.tolist(), strict=True):
         piece = pieces[number]
         there.add(number)
         placing = _Placing(number, effort)
-        met: list[tuple[bool, list[str]]] = []
-        for crossing, over in zip(piece.crossings.tolist(), piece.over.tolist(), strict=True):
+        met: list[_Meeting] = []
+        half = len(piece.crossings) / 2
+        for station, (crossing, over) in enumerate(
+            zip(piece.crossings.tolist(), piece.over.tolist(), strict=True)
+        ):
             layers[crossing] -= 1
             if layers[crossing] == 0:
                 placing.fasten.append(crossing)
@@ -229,7 +255,8 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
             listed_at = placing.over if over else placing.under
             if crossing not in listed_at:
                 listed_at.append(crossing)
-            met.append((over, [pieces[other].id for other in others]))
+            placing.numbers.setdefault(crossing, len(met) + 1)
+            met.append(_Meeting(over, station < half, crossing, others))
         ties: list[str | None] = []
         for joint, mate in ((piece.start_joint, 0), (piece.end_joint, 1)):
             if joint is None or joints[joint].pieces[mate] not in there:
@@ -245,7 +272,17 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
         placing.joints = list(dict.fromkeys(placing.joints))
         ring = rings.get(piece.thread, set())
         closed = piece.id.rstrip(digits) if number in ring <= there else None
-        placing.text = _say(piece.id, met, (ties[0], ties[1]), placing.closes, closed)
+        often = Counter(other for one in met for other in one.others)
+        early = len(result) < _EARLY
+        names = [
+            listed([
+                pieces[other].id
+                + (_at(pieces[other], one.crossing) if early or often[other] > 1 else "")
+                for other in one.others
+            ])
+            for one in met
+        ]  # fmt: skip
+        placing.text = _say(piece.id, met, names, (ties[0], ties[1]), placing.closes, closed)
         result.append(placing)
     return result
 
@@ -262,30 +299,50 @@ def _rings(pieces: Sequence[Piece]) -> dict[int, set[int]]:
     }
 
 
+class _Meeting(NamedTuple):
+    """What a piece meets at a station: whether it lies over it, and whether nearer to its start."""
+
+    over: bool
+    starts: bool
+    crossing: int
+    others: Sequence[int]
+
+
+def _at(piece: Piece, crossing: int) -> str:
+    """Say where on a piece in place a crossing is, from the first one of it."""
+    steps = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
+    station = int(np.flatnonzero(piece.crossings == crossing)[0])
+    return f" at its {steps[:station].sum():.0f} mm"
+
+
 def _say(
     piece: str,
-    met: Sequence[tuple[bool, Sequence[str]]],
+    met: Sequence[_Meeting],
+    names: Sequence[str],
     ties: tuple[str | None, str | None],
     closes: bool,
     ring: str | None,
 ) -> str:
-    """Say how a piece is placed, along its length; ``ring``: the thread whose ring it closes."""
+    """Say how a piece is placed, along its length; ``ring``: the thread whose ring it closes.
+
+    What is nearer to an end is passed by pushing that end under it.
+    """
     if not met and ties == (None, None):
         return f"Begin with {piece}, its outer face up."
     said = [] if ties[0] is None else [ties[0]]
-    runs = [(over, list(own)) for over, own in groupby(enumerate(met, 1), lambda one: one[1][0])]
-    for at, (over, own) in enumerate(runs):
-        names = (
-            _counted([number for number, _ in own])
+    pushed = {starts for starts, tie in zip((True, False), ties, strict=True) if tie is not None}
+    for (over, starts), run in groupby(
+        enumerate(met), lambda one: (one[1].over, one[1].over or one[1].starts)
+    ):
+        own = [at for at, _ in run]
+        where = (
+            _counted([at + 1 for at in own])
             if len(met) > MOST_NAMED
-            else listed([f"{listed(others)} ({number})" for number, (_, others) in own])
+            else listed([f"{names[at]} ({at + 1})" for at in own])
         )
-        push = ""
-        if not over and at == 0 and ties[0] is None:
-            push = "push the start "
-        elif not over and at == len(runs) - 1 and ties[1] is None:
-            push = "push the end "
-        said.append(f"{push}{'over' if over else 'under'} {names}")
+        push = "" if over or starts in pushed else f"push the {'start' if starts else 'end'} "
+        pushed |= set() if over else {starts}
+        said.append(f"{push}{'over' if over else 'under'} {where}")
     said += [] if ties[1] is None else [ties[1]]
     if closes:
         said.append(f"ring {ring} is closed" if ring else "the gap is closed")

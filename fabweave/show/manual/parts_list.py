@@ -128,11 +128,17 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
         return crossing_map.on_sheet(piece, np.array(places).reshape(-1, 2))
 
     # Of each kind the first; of crossings the first that goes over, and the first under.
-    labels, met = {}, {}
+    labels, met, said = {}, {}, {}
     for label in reversed(piece.labels):
         labels[label.kind] = place = on_sheet((label.x, label.y))
+        said[label.kind] = label.text
         if label.kind in ("partner", "sign") and label.station is not None:
-            met[piece.stations[label.station].over] = place
+            station = piece.stations[label.station]
+            met[station.over] = (
+                place,
+                f"{label.text}: here {piece.id} passes "
+                + (f"{'over' if station.over else 'under'} {station.partner}."),
+            )
     face = "inside" if any(sheet.mirrored for sheet in crossing_map.sheets) else "outside"
     if labels:
         covered = " In the woven object, other strands cover the letters."
@@ -151,26 +157,23 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
         )
         signs.append(_Sign("Kind", text, labels["id"]))
     elif "id" in labels:
-        signs.append(_Sign("Id", f"{thread} {arrow}.", labels["id"]))
+        again = sum(label.text == piece.id for label in piece.labels) > 1
+        more = f" {piece.id} stands again along its length." if again else ""
+        signs.append(_Sign("Id", f"{thread} {arrow}.{more}", labels["id"]))
     step = next((label for label in piece.labels if STEP.search(label.text)), None)
     if step is not None:
         number = STEP.findall(step.text)[0]
         text = f"({number}): {piece.id} is placed in step {number}."
         signs.append(_Sign("Step", text, on_sheet((step.x, step.y))))
     if "joint" in labels:
-        key = next(key for key in piece.joints if key is not None)
+        key = int(re.findall(r"\d+", said["joint"])[0])
         mate = next(joint for joint in crossing_map.joints if joint.id == key).mate(piece.id)
-        text = f"#{key}>{mate}: joint {key} joins this end to piece {mate}."
+        text = f"{said['joint']}: joint {key} joins this end to piece {mate}."
         signs.append(_Sign("Joint", text, labels["joint"]))
     if met:
-        station = piece.stations[0]
-        word = "over" if station.over else "under"
-        text = (
-            "Beside a crossing stands the piece that crosses there: with a disc before its id "
-            "where this piece passes over it, with a ring where it passes under. At its first "
-            f"station, {piece.id} passes {word} {station.partner}."
-        )
-        signs.append(_Sign("Crossing", text, np.concatenate(list(met.values()))))
+        text = "Beside a crossing stands the piece that crosses there. "
+        text += " ".join(words for _, words in met.values())
+        signs.append(_Sign("Crossing", text, np.concatenate([place for place, _ in met.values()])))
     taken = np.concatenate([np.zeros((0, 2)), *(sign.spots for sign in signs)])
     return signs + _marks(crossing_map, piece, drawn, taken)
 

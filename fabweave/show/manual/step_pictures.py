@@ -14,6 +14,8 @@ from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Sc
 
 #: Where a picture would have more names, what a piece meets is numbered in it.
 MOST_TAGS = 8
+#: Of more numbers than that, those are left out between which over and under take turns.
+MOST_NUMBERS = 10
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
 
@@ -176,6 +178,8 @@ class Places:
             for at, (station, others) in enumerate(self._met(key, step), start=1)
         ]
         bare = alone and len(met) + len(step.joints) + 2 > MOST_TAGS
+        if bare:
+            met = [one for one in met if self._told(one[1], [each[2].over for each in met])]
         named = set()
         for key, at, station, others in met:
             for other in others[:1] if bare else others:
@@ -183,6 +187,16 @@ class Places:
                     named.add((key, other, station.over))
                     text = f"{at}" if bare else f"{at} {other}" if alone else other
                     yield self._mark(key, other, text, station.crossing, over=station.over)
+
+    @staticmethod
+    def _told(number: int, over: Sequence[bool]) -> bool:
+        """Say whether a number stands in a picture.
+
+        Where there are many, those that go on as one expects, over and under in turn, do not.
+        """
+        if len(over) <= MOST_NUMBERS or number in (1, len(over)):
+            return True
+        return over[number - 1] in (over[number - 2], over[number])
 
     def _met(self, key: str, step: StepRecord) -> Iterator[tuple[StationRecord, list[str]]]:
         """Yield where a new piece meets others that are in place, and which."""

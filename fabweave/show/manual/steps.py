@@ -52,8 +52,10 @@ LEGEND = (
     "are strands to come. New strips are dark with a black name, and hatched where something "
     "nearer hides them; those in place are pale. # marks a joint. An arrow shows where an end "
     "slides under other strips, dotted where it is beneath them. A circle with a cross shows where "
-    "all layers are now in place. Before each run of steps a picture shows how the whole looks "
-    "after them; the first ones show the table, and the finished object as a ghost."
+    "all layers are now in place. Hole on hole: lap the ends of two strips so that their holes are "
+    "in line. Clip A to B: hold both together with a clip at that crossing. Before each run of "
+    "steps a picture shows how the whole looks after them; the first ones show the table, and the "
+    "finished object as a ghost."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -159,7 +161,6 @@ class _Writer:
         self._wide = (book.right - book.left + _GUTTER) / self._columns - _GUTTER
         self._column, self._top, self._y = 0, book.y - _GAP, book.y - _GAP
         self._there, self._so_far = 0, 0.0
-        self._held: View | None = None
 
     def _room(self, height: float) -> tuple[float, float]:
         """Take so much room in a column; return the left and the upper end of it."""
@@ -178,7 +179,6 @@ class _Writer:
     def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
         """Write the picture of the whole object before the steps that it shows."""
         book = self._book
-        self._held = whole.view
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
@@ -220,9 +220,7 @@ class _Writer:
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
-            f"Close-up, from {side_words(picture.view)}."
-            if picture and picture.view != self._held
-            else "",
+            f"Close-up, from {side_words(picture.view)}." if picture else "",
             inside_words(picture.inside) if picture else "",
         ]
         rows = self._rows(step, room)

@@ -205,8 +205,7 @@ def _check_clips(table: _Table, ringed: set[int], tally: Tally) -> None:
             key, one, other = clip
             lies = {lie for lie in table.lies.get(key, ()) if table.placed[lie[0]] <= placed}
             place.expect(
-                one != other
-                and any({(one, way), (other, not way)} <= lies for way in (True, False)),
+                one != other and {one, other} <= {name for name, _ in lies},
                 f"the clip {clip} joins no two strands in place, one over the other",
             )
             place.expect(clip not in on, f"the clip {clip} is on already")
