@@ -20,10 +20,6 @@ from fabweave.plan.loose import strands_of
 from fabweave.plan.order import Order
 from fabweave.plan.reach import job_clips, set_outside
 
-#: Pieces that are only laid down go into one step while it makes at most so many connections ...
-_MOST_TOGETHER = 8
-#: ... and has at most so many pieces.
-_MOST_PIECES = 4
 _SET_OUTSIDE = "You can no longer reach inside: from here on set fasteners from outside."
 #: Of more strands that a piece meets, steps tell numbers only: names are on its card.
 MOST_NAMED = 8
@@ -46,14 +42,9 @@ class _Placing:
     closes: bool = False
     text: str = ""
 
-    @property
-    def connections(self) -> int:
-        """How many crossings and joints are made."""
-        return len(self.over) + len(self.under) + len(self.joints)
-
 
 def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) -> list[StepRecord]:
-    """Build the steps of an order: one piece each, or a few that are only laid down; then rings.
+    """Build the steps of an order: one piece each, then rings.
 
     What a ring holds is fastened in its step, and not when its last layer comes.
 
@@ -68,39 +59,32 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     """
     sold = sold_at(piece_set, hardware, order)
     held = {key for ring in piece_set.rings for key in ring.crossings.tolist()}
-    groups = _grouped(_place_all(piece_set, order))
-    clips = _clips_of(piece_set, order, groups)
-    fasten = [
-        [key for placing in group for key in placing.fasten if key not in held] for group in groups
-    ]
+    placings = _place_all(piece_set, order)
+    clips = _clips_of(piece_set, order, placings)
     blind = set_outside(piece_set, order)
-    outside = [tuple(key for key in keys if key in blind) for keys in fasten]
-    shut = next((at for at, keys in enumerate(outside) if keys), None)
-    steps = [
-        StepRecord(
-            step=number,
-            pieces=tuple(piece_set.pieces[placing.piece].id for placing in group),
-            crossings=tuple(key for placing in group for key in placing.crossings),
-            over=tuple(key for placing in group for key in placing.over),
-            under=tuple(key for placing in group for key in placing.under),
-            joints=tuple(key for placing in group for key in placing.joints),
-            fasten=tuple(fasten[number - 1]),
-            closes=any(placing.closes for placing in group),
-            effort=round(sum(placing.effort for placing in group), 2),
-            text=" ".join(
-                [
-                    *(placing.text for placing in group),
-                    *([_SET_OUTSIDE] if number - 1 == shut else []),
-                    *_say_set(fasten[number - 1], sold),
-                    *clips.said(number),
-                ]
-            ),
-            clips=tuple(clips.on[number]) or None,
-            unclips=tuple(clips.off[number]) or None,
-            outside=outside[number - 1] or None,
+    steps: list[StepRecord] = []
+    for number, placing in enumerate(placings, start=1):
+        fasten = tuple(key for key in placing.fasten if key not in held)
+        outside = tuple(key for key in fasten if key in blind)
+        shut = bool(outside) and not any(step.outside for step in steps)
+        said = [placing.text, *([_SET_OUTSIDE] if shut else []), *_say_set(fasten, sold)]
+        steps.append(
+            StepRecord(
+                step=number,
+                pieces=(piece_set.pieces[placing.piece].id,),
+                crossings=tuple(placing.crossings),
+                over=tuple(placing.over),
+                under=tuple(placing.under),
+                joints=tuple(placing.joints),
+                fasten=fasten,
+                closes=placing.closes,
+                effort=round(placing.effort, 2),
+                text=" ".join([*said, *clips.said(number)]),
+                clips=tuple(clips.on[number]) or None,
+                unclips=tuple(clips.off[number]) or None,
+                outside=outside or None,
+            )
         )
-        for number, group in enumerate(groups, start=1)
-    ]
     return steps + _ring_steps(piece_set, sold, first=len(steps) + 1)
 
 
@@ -132,27 +116,23 @@ class _Clips(NamedTuple):
         return said + ([f"Take off the {clips} of {listed(off)}."] if off else [])
 
 
-def _clips_of(piece_set: PieceSet, order: Order, groups: Sequence[Sequence[_Placing]]) -> _Clips:
+def _clips_of(piece_set: PieceSet, order: Order, placings: Sequence[_Placing]) -> _Clips:
     """Return the clips of all steps, from 1."""
-    step_at = [step for step, group in enumerate(groups, start=1) for _ in group]
     clips = _Clips(defaultdict(list), defaultdict(list), {}, {})
     laps = {(one.crossing, frozenset(one.pieces)): one.id for one in piece_set.joints}
     for clip in job_clips(piece_set, order):
         one, other = (piece_set.pieces[at] for at in clip.pieces)
         place: ClipPlace = clip.crossing, one.id, other.id
-        since, stays = step_at[clip.since], clip.until == len(order.order)
-        if stays or since < step_at[clip.until]:
-            clips.on[since].append(place)
-            clips.since[place] = since
-            numbers = groups[since - 1][0].numbers if len(groups[since - 1]) == 1 else {}
-            if (lap := laps.get((clip.crossing, frozenset(clip.pieces)))) is not None:
-                clips.where[place] = f" at joint {lap}"
-            elif (number := numbers.get(clip.crossing)) is not None:
-                clips.where[place] = f" at ({number})"
-            else:
-                clips.where[place] = _at(one, clip.crossing)
-            if not stays:
-                clips.off[step_at[clip.until]].append(place)
+        clips.on[clip.since + 1].append(place)
+        clips.since[place] = clip.since + 1
+        if (lap := laps.get((clip.crossing, frozenset(clip.pieces)))) is not None:
+            clips.where[place] = f" at joint {lap}"
+        elif (number := placings[clip.since].numbers.get(clip.crossing)) is not None:
+            clips.where[place] = f" at ({number})"
+        else:
+            clips.where[place] = _at(one, clip.crossing)
+        if clip.until < len(order.order):
+            clips.off[clip.until + 1].append(place)
     return clips
 
 
@@ -202,24 +182,6 @@ def _say_ring(ring: RimRing, names: Sequence[str]) -> str:
             f"of each piece over the first of the next: {'; '.join(parts)}."
         )
     return " ".join([*said, "Fasten the ring through all layers. Then no clip is needed there."])
-
-
-def _grouped(placings: Sequence[_Placing]) -> list[list[_Placing]]:
-    """Put pieces that follow one another and are only laid down together."""
-    groups: list[list[_Placing]] = []
-    for placing in placings:
-        last = groups[-1] if groups else None
-        if (
-            last is None
-            or placing.under
-            or any(other.under for other in last)
-            or len(last) == _MOST_PIECES
-            or sum(other.connections for other in last) + placing.connections > _MOST_TOGETHER
-        ):
-            groups.append([placing])
-        else:
-            last.append(placing)
-    return groups
 
 
 def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:

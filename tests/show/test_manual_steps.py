@@ -26,6 +26,7 @@ from fabweave.show.manual.painting import (
     make_palette,
 )
 from fabweave.show.manual.step_pictures import (
+    MOST_NUMBERS,
     MOST_TAGS,
     VIEWS,
     choose_views,
@@ -155,9 +156,12 @@ def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
         }
         # What one piece meets is numbered, as on its card; where that is much, by numbers alone.
         many = len({number for *_, number in met}) + len(step.joints) + 2 > MOST_TAGS
+        ways = {number: word for _, word, _, number in met}
         for _, word, other, number in met:
-            alone = f"{number}" if many else f"{number} {other}"
-            wanted.add((word, alone if len(step.pieces) == 1 else other))
+            # Where over and under take turns in a long run, only its ends are numbered.
+            turns = ways.get(number - 1, word) != word != ways.get(number + 1, word)
+            if not (many and len(ways) > MOST_NUMBERS and turns and 1 < number < len(ways)):
+                wanted.add((word, f"{number}" if many else f"{number} {other}"))
         starts = [mark.at for mark in picture.marks if mark.kind == "start"]
         assert {(mark.kind, mark.text) for mark in picture.marks} - {("start", "start")} == wanted
         shown = [ends[0].mean(axis=0) for ends in picture.ends]
@@ -274,7 +278,7 @@ def test_what_is_seen_from_inside_is_told_and_is_rare_on_closed_objects(settings
         low = [plan.pieces[piece].id for piece, share in outer.items() if share < 0.5]
         assert list(picture.inside) == low
         told += bool(low)
-    assert 0 < told < len(plan.steps) / 4 if settings is TUBE else told <= len(plan.steps) / 10
+    assert 0 < told < len(plan.steps) / 3 if settings is TUBE else told <= len(plan.steps) / 10
 
 
 def shares_seen_from_outside(job, scene, at, picture, new):

@@ -166,26 +166,19 @@ class Places:
         )
 
     def neighbours(self, step: StepRecord) -> Iterator[PictureLabel]:
-        """Yield what the new pieces lie over and run under.
+        """Yield what the new piece lies over and runs under, numbered from its start.
 
-        What one piece meets is numbered from its start, as on its card; where that is much,
-        numbers stand alone. Of more pieces each names once what it meets.
+        Its card has the same numbers; where names are many, numbers stand alone.
         """
-        alone = len(step.pieces) == 1
-        met = [
-            (key, at, station, others)
-            for key in step.pieces
-            for at, (station, others) in enumerate(self._met(key, step), start=1)
-        ]
-        bare = alone and len(met) + len(step.joints) + 2 > MOST_TAGS
-        if bare:
-            met = [one for one in met if self._told(one[1], [each[2].over for each in met])]
-        named = set()
-        for key, at, station, others in met:
-            for other in others[:1] if bare else others:
-                if alone or (key, other, station.over) not in named:
-                    named.add((key, other, station.over))
-                    text = f"{at}" if bare else f"{at} {other}" if alone else other
+        for key in step.pieces:
+            met = list(self._met(key, step))
+            over = [station.over for station, _ in met]
+            bare = len(met) + len(step.joints) + 2 > MOST_TAGS
+            for number, (station, others) in enumerate(met, start=1):
+                if bare and not self._told(number, over):
+                    continue
+                for other in others[:1] if bare else others:
+                    text = f"{number}" if bare else f"{number} {other}"
                     yield self._mark(key, other, text, station.crossing, over=station.over)
 
     @staticmethod

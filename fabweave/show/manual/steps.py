@@ -209,11 +209,9 @@ class _Writer:
         if picture and picture.place:
             wide, tall = wide + TALL[0], max(tall, TALL[1])
         room = self._wide - wide - _GUTTER
-        beside = 2 if len(step.pieces) > 1 else 1
         below = picture is not None and len(step.over) + len(step.under) > _BESIDE_PICTURE
         across = self._wide if below else room
-        cards = list(self._cards(step, (across + _GUTTER) / beside - _GUTTER)) if picture else []
-        lines = [cards[at : at + beside] for at in range(0, len(cards), beside)]
+        cards = list(self._cards(step, across)) if picture else []
         due = [key for key in step.fasten if key not in self._idle]
         texts = [
             *self._told_of(step),
@@ -225,17 +223,15 @@ class _Writer:
         ]
         rows = self._rows(step, room)
         high = self._text_top(rows) + self._told(texts, room)
-        flat = sum(max(card.high for card in line) + _CARD_GAP for line in lines)
+        flat = sum(card.high + _CARD_GAP for card in cards)
         pictured = tall + _BELOW_LINE
         x, y = self._room(max(high, pictured) + flat if below else max(high + flat, pictured))
         end = self._write_texts(x, y, step, rows, texts, room)
         if below:
             end = min(end, y - pictured) - _CARD_GAP
-        for line in lines:
-            for number, card in enumerate(line):
-                left = x + number * (across + _GUTTER) / beside
-                write_card(self._book, card, left, end - _CARD_GAP / 2.0)
-            end -= max(card.high for card in line) + _CARD_GAP
+        for card in cards:
+            write_card(self._book, card, x, end - _CARD_GAP / 2.0)
+            end -= card.high + _CARD_GAP
         if picture:
             low = y - _BELOW_LINE
             right = x + self._wide
