@@ -30,8 +30,10 @@ if TYPE_CHECKING:
         Ribbons,
         Thread,
         Weave,
+        WrittenBatch,
         WrittenJob,
         Yarns,
+        batch,
         design,
         inspect,
         make,
@@ -55,8 +57,9 @@ _HOMES = {
 
 __all__ = [
     "CannotMakeError", "Design", "FabweaveError", "InputError", "Inspection", "Layout", "Mesh",
-    "Pieces", "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenJob", "Yarns",
-    "design", "inspect", "make", "mesh", "read", "shape", "verify", "weave",
+    "Pieces", "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenBatch",
+    "WrittenJob", "Yarns", "batch", "design", "inspect", "make", "mesh", "read", "shape", "verify",
+    "weave",
 ]  # fmt: skip
 
 

@@ -7,7 +7,7 @@ import html
 import io
 import operator
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import cached_property
@@ -20,6 +20,8 @@ import shapely
 from PIL import Image
 from shapely import affinity
 
+from fabweave.batch.asked import batch_of, read_batch
+from fabweave.batch.run import run_batch
 from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
@@ -1478,6 +1480,83 @@ def make(
         wishes=wishes,
     )
     return WrittenJob(directory, *finished, Layout(job, job.layout), chosen)
+
+
+@frozen_value
+class WrittenBatch:
+    """The jobs of a batch in their folders.
+
+    Made by :func:`fabweave.batch`.
+
+    Parameters
+    ----------
+    folder : Path
+    made, kept : tuple of str
+        The jobs that were made now, and those that were there already.
+    failed : dict
+        Why others were not made, by their names.
+    together : tuple of Path
+        The folders of sheets that jobs share; ``queue.json`` there says what that saves.
+    """
+
+    folder: Path
+    made: tuple[str, ...]
+    kept: tuple[str, ...]
+    failed: dict[str, str]
+    together: tuple[Path, ...]
+
+
+def batch(
+    jobs: str | Path | Mapping[str, Mapping[str, Any]], folder: str | Path, *,
+    together: bool = False, told: Callable[[str, str], None] = lambda _name, _why: None,
+    progress: Progress = no_progress, workers: int = 0, executors: Executor | None = None,
+) -> WrittenBatch:  # fmt: skip
+    """Make many jobs, as ``fabweave batch`` does: each a proved folder, and a page of all.
+
+    What is there already is kept, and what cannot be made does not stop the rest.
+
+    Parameters
+    ----------
+    jobs : path or mapping
+        A file of jobs (TOML or CSV), or options by the names of the jobs. ``mesh`` is anything that
+        :func:`make` takes.
+    folder : str or Path
+        Holds the folders of the jobs.
+    together : bool
+        Whether jobs of one material share sheets.
+    told : callable
+        Called as ``told(name, why)`` with each job; ``why`` is empty if it was made.
+    progress, workers, executors
+        As for :func:`make`; here, whole jobs are the parts of the work.
+
+    Raises
+    ------
+    InputError
+        If the file of jobs is wrong, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> common = {"size": "120mm", "effort": "quick"}
+    >>> jobs = {name: {"mesh": f"shape:{name}", **common} for name in ("octahedron", "sphinx")}
+    >>> done = fw.batch(jobs, tempfile.mkdtemp())
+    >>> done.made, sorted(done.failed)
+    (('octahedron',), ['sphinx'])
+    """
+    together = flag().argument("together", together)
+    asked = batch_of(jobs) if isinstance(jobs, Mapping) else read_batch(Path(jobs))
+    directory = folder_at(folder)
+    outcome = run_batch(
+        replace(asked, together=asked.together or together),
+        directory,
+        read=stations_of,
+        executors=_work(workers, executors)[1],
+        told=told,
+        progress=_PROGRESS.argument("progress", progress),
+    )
+    return WrittenBatch(
+        directory, outcome.made, outcome.kept, dict(outcome.failed), outcome.together
+    )
 
 
 def inspect(

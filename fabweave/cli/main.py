@@ -7,6 +7,7 @@ import warnings
 import click
 
 from fabweave import __version__
+from fabweave.cli.batch import batch
 from fabweave.cli.coupon import coupon
 from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
@@ -40,7 +41,8 @@ class _Commands(click.Group):
 @click.group(
     cls=_Commands,
     commands=[
-        coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets, verify,
+        batch, coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets,
+        verify,
     ],
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip

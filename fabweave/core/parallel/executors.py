@@ -323,7 +323,10 @@ def guest(executor: Executor) -> Executors:
 
 
 def finished(
-    executor: Executor, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]
+    executor: Executor,
+    function: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    lost: Callable[[CannotMakeError], Any] | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """Yield the number and the result of each task as it is done, in any order.
 
@@ -335,11 +338,13 @@ def finished(
         What is done.
     tasks : sequence of tuple
         The arguments for each time.
+    lost : callable, optional
+        Makes the result of a task that was lost again and again, with the worker that did it.
 
     Raises
     ------
     CannotMakeError
-        If a task was lost again and again, with the worker that did it.
+        If a task was lost so, and nothing is made of that.
 
     Examples
     --------
@@ -348,15 +353,25 @@ def finished(
     [(0, 3), (1, 5)]
     """
     waiting: dict[Future[Any], int] = {}
+
+    def taken(most_s: float) -> Iterator[tuple[int, Any]]:
+        for future in _done(waiting, most_s):
+            number = waiting.pop(future)
+            try:
+                result = result_of(future)
+            except CannotMakeError as error:
+                if lost is None:
+                    raise
+                result = lost(error)
+            yield number, result
+
     try:
         for number, task in enumerate(tasks):
             waiting[executor.submit(function, *task)] = number
             # Where work is done here, it is done by now: it need not wait for the rest.
-            for future in _done(waiting, 0.0):
-                yield waiting.pop(future), result_of(future)
+            yield from taken(0.0)
         while waiting:
-            for future in _done(waiting, _PATIENCE_S):
-                yield waiting.pop(future), result_of(future)
+            yield from taken(_PATIENCE_S)
     finally:
         with held_back():
             for future in waiting:
