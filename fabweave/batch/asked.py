@@ -99,7 +99,8 @@ def read_batch(path: Path) -> Batch:
             raise InputError(f"{path} is not TOML: {error}") from error
         together, common = told.pop("together", False), told.pop("options", {})
         tables = told.pop("jobs", {})
-        if told or not all(isinstance(one, dict) for one in (common, tables, *tables.values())):
+        each = tables.values() if isinstance(tables, dict) else [tables]
+        if told or not all(isinstance(one, dict) for one in (common, *each)):
             raise InputError(
                 f"{path} has {few_of(list(told)) or 'a value'} where only together = true, "
                 "[options] and [jobs.NAME] can stand"

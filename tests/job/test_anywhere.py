@@ -6,24 +6,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import alone as apart
 import pytest
+from alone import alone
 from jobs import OCTAHEDRON, contents_of
 
 import fabweave as fw
 
-ALONE = Path(__file__).parents[1] / "support" / "alone.py"
 TWILL = ("shape:torus?m=8&n=4", "--size", "300mm", "--pattern", "twill", "--effort", "quick")
 #: A model that a remesher makes anew, which else runs in a process of its own.
 KOALA = (
     Path(__file__).parents[2] / "examples/meshes/koala.obj", "--size", "400mm",
     "--remesh", "quads:150", "--sheet", "600x400mm", "--effort", "quick",
 )  # fmt: skip
-
-
-def alone(*words):
-    """Run where neither processes nor threads can be started."""
-    command = [sys.executable, str(ALONE), *map(str, words)]
-    return subprocess.run(command, capture_output=True, check=False, timeout=600, text=True)
 
 
 @pytest.mark.slow
@@ -42,7 +37,7 @@ def test_alone_means_alone():
     # Else the test above would say nothing.
     tries = "import threading; threading.Thread(target=int).start()", "import os; os.fork()"
     for tried in (*tries, "import subprocess; subprocess.run(['true'])"):
-        script = f"import runpy; runpy.run_path({str(ALONE)!r})\n{tried}"
+        script = f"import runpy; runpy.run_path({apart.__file__!r})['forbid']()\n{tried}"
         ended = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
         assert ended.returncode == 1
 
