@@ -10,7 +10,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n logical --maxprocesses 8 --d
 TIMES := --durations=25 --durations-min=5
 
 .PHONY: help demo test test-all room lint scripts quick all digests rooms bench gallery figures \
-	outputs clean
+	outputs schemas release clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -71,6 +71,12 @@ figures: $(INSTALLED)  ## make the page of the paper's figures anew: some minute
 
 outputs: $(INSTALLED)  ## make the finished jobs in outputs anew: some minutes
 	$(BIN)/python tests/tools/make_outputs.py outputs
+
+schemas: $(INSTALLED)  ## write the schemas of crossing_map.json and job.toml anew
+	$(BIN)/python tests/tools/make_schemas.py
+
+release: $(INSTALLED)  ## build wheel and sdist into dist, the same twice, and check them for an index
+	$(BIN)/python tests/tools/make_release.py dist
 
 bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
