@@ -132,7 +132,7 @@ def _bill(wastes: Sequence[Mapping[str, Any]]) -> BillOfMaterials:
         key = row.diameter_mm, row.layers, row.grip_mm, row.fits
         if key in rows:
             was = rows[key]
-            sums = {
+            sums: dict[str, Any] = {
                 name: (getattr(was, name) or 0) + (getattr(row, name) or 0)
                 for name in ("needed", "spare", "buy", "outside")
             }
