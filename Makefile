@@ -41,6 +41,7 @@ lint: $(INSTALLED)  ## check style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32
 	@$(MAKE) --no-print-directory scripts
 
 scripts:  ## check style and types of the pages' scripts, where npm is there

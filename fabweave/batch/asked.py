@@ -16,6 +16,8 @@ from fabweave.core.messages import few_of, shown
 
 #: What a job is called is the name of its folder.
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_. -]{0,79}")
+#: What Windows takes for a device, whatever follows a dot.
+_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
 #: What a batch writes beside the folders of its jobs.
 PAGE, RECORD, TOGETHER = "index.html", "batch.json", "together"
 #: In a cell of a table, values of an option that may be given several times.
@@ -65,7 +67,7 @@ def batch_of(jobs: Mapping[str, Mapping[str, Any]], *, together: bool = False) -
                 f"a job is called {shown(name)}, and so would be its folder; use letters, digits, "
                 "spaces and - _ ."
             )
-        if name.lower() in taken:
+        if name.lower() in taken or _DEVICE.fullmatch(name):
             raise InputError(f"the name {name!r} is taken; call the job something else")
         taken.add(name.lower())
         if not isinstance(told, Mapping) or "mesh" not in told:

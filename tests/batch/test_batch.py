@@ -113,7 +113,8 @@ def test_a_table_and_a_row_ask_for_the_same(tmp_path):
         "together = 1\n[jobs.a]\nmesh='m'\n", "[jobs.'../a']\nmesh='m'\n",
         "[jobs.'a/b']\nmesh='m'\n",
         "[jobs.a]\nmesh='m'\n[jobs.A]\nmesh='m'\n", "[jobs.together]\nmesh='m'\n",
-        "[jobs.'a.']\nmesh='m'\n", "not toml", "csv:name,mesh\na,m\na,m\n", "csv:mesh\nm,more\n",
+        "[jobs.'a.']\nmesh='m'\n", "[jobs.nul]\nmesh='m'\n", "not toml",
+        "csv:name,mesh\na,m\na,m\n", "csv:mesh\nm,more\n",
         "csv:mesh,pieces\nm,few\n", "csv:mesh\n",
     ],
 )  # fmt: skip

@@ -34,7 +34,6 @@ from fabweave.core.parallel.interrupt import held_back
 if TYPE_CHECKING:
     # Importing it fails where no process can be started.
     from multiprocessing.connection import Connection
-    from multiprocessing.context import ForkServerContext, SpawnContext
 
 
 _Task = TypeVar("_Task")
@@ -177,7 +176,7 @@ def _leave_interrupts() -> None:
 
     Ctrl-C reaches every process of a terminal, also those that are still importing.
     """
-    if hasattr(signal, "pthread_sigmask"):
+    if sys.platform != "win32":
         with suppress(ImportError, OSError):
             from multiprocessing import resource_tracker  # noqa: PLC0415 - not there everywhere
 
@@ -186,7 +185,7 @@ def _leave_interrupts() -> None:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
-def _context() -> "SpawnContext | ForkServerContext":
+def _context() -> Any:
     """Return how processes are started: with threads about, a fork of this one is not safe."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")

@@ -236,7 +236,7 @@ def _run_child(command: list[str], limit: float, stop: threading.Event) -> int:
             stdin=subprocess.PIPE,  # closing it tells the child that nobody is waiting any more
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            start_new_session=os.name == "posix",
+            start_new_session=sys.platform != "win32",
         )
     except OSError as error:
         if tuple(command[:-3]) == _CHILD:
@@ -267,7 +267,7 @@ def _kill(started: "subprocess.Popen[bytes]") -> None:
     """End a child process and its group, if they still run, and collect it."""
     if started.poll() is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            if os.name == "posix":
+            if sys.platform != "win32":
                 os.killpg(started.pid, signal.SIGKILL)
             else:
                 started.kill()
