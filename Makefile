@@ -10,7 +10,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n logical --maxprocesses 8 --d
 TIMES := --durations=25 --durations-min=5
 
 .PHONY: help demo test test-all room lint scripts quick all digests rooms bench gallery figures \
-	outputs schemas release clean
+	outputs schemas frozen release clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -75,6 +75,13 @@ outputs: $(INSTALLED)  ## make the finished jobs in outputs anew: some minutes
 
 schemas: $(INSTALLED)  ## write the schemas of crossing_map.json and job.toml anew
 	$(BIN)/python tests/tools/make_schemas.py
+
+frozen: $(INSTALLED)  ## freeze the program, with all that it needs, into the folder dist/fabweave
+	$(BIN)/python -m pip install --quiet pyinstaller
+	$(BIN)/pyinstaller --noconfirm --clean --name fabweave --workpath build --specpath build \
+	  $(addprefix --collect-all ,fabweave ezdxf trimesh reportlab igl pyQuadriFlow \
+	  pynanoinstantmeshes pygel3d manifold3d) $(addprefix --exclude-module ,matplotlib PySide6 \
+	  PyQt5 PyQt6 tkinter IPython pytest) fabweave/__main__.py
 
 release: $(INSTALLED)  ## build wheel and sdist into dist, the same twice, and check them for an index
 	$(BIN)/python tests/tools/make_release.py dist

@@ -13,6 +13,9 @@ from typing import Any
 
 import numpy as np
 
+#: Says to a frozen program, which is no Python, that it is this script.
+FLAG = "--remesh-child"
+
 
 def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
     """Return vertices and faces that a remesher makes of some triangles.

@@ -35,11 +35,9 @@ from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
 from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults
 
-#: Says to a frozen program, which is no Python, that it is the child.
-CHILD_FLAG = "--remesh-child"
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
 _CHILD = (
-    (sys.executable, CHILD_FLAG)
+    (sys.executable, child.FLAG)
     if getattr(sys, "frozen", False)
     else (sys.executable, "-P", child.__file__)
 )
