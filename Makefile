@@ -10,7 +10,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n logical --maxprocesses 8 --d
 TIMES := --durations=25 --durations-min=5
 
 .PHONY: help demo test test-all room lint scripts quick all digests rooms bench gallery figures \
-	outputs schemas frozen release clean
+	outputs schemas site frozen release clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -75,6 +75,10 @@ outputs: $(INSTALLED)  ## make the finished jobs in outputs anew: some minutes
 
 schemas: $(INSTALLED)  ## write the schemas of crossing_map.json and job.toml anew
 	$(BIN)/python tests/tools/make_schemas.py
+
+site: $(INSTALLED)  ## build the site of guide, gallery, finished jobs and reference into out/site
+	$(BIN)/python -m pip install --quiet -e ".[site]"
+	$(BIN)/python tests/tools/make_site.py out/site
 
 frozen: $(INSTALLED)  ## freeze the program, with all that it needs, into the folder dist/fabweave
 	$(BIN)/python -m pip install --quiet pyinstaller

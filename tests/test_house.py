@@ -36,7 +36,7 @@ def test_tests_mirror_the_rooms():
     folders = {path.parent.relative_to(TESTS).parts[0] for path in TESTS.glob("*/**/*.py")}
     assert unlike_rooms(folders, {"benchmarks", "support", "tools"}) == []
     assert {path.stem for path in TESTS.glob("test_*.py")} == {
-        "test_house", "test_papers", "test_release",
+        "test_house", "test_papers", "test_release", "test_site",
     }  # fmt: skip
 
 

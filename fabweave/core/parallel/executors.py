@@ -232,7 +232,9 @@ def _serve(link: "Connection") -> None:
             work = link.recv()
         except EOFError:
             return
-        link.send(_answer(work))
+        answer = _answer(work)
+        with suppress(BrokenPipeError):  # whoever asked is gone; so the link is closed
+            link.send(answer)
 
 
 #: What a part of the work came to: whether it went well, and its result or what it raised.
