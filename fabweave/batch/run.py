@@ -34,6 +34,7 @@ from fabweave.job.write import json_text
 from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings, settings_table
+from fabweave.plan.crossing_map import StepRecord, read_crossing_map
 
 SCHEMA = "fabweave.batch/1"
 #: Reads the mesh and the options of a job.
@@ -206,16 +207,27 @@ def make_part(
                 return f"papers could not be made: {'; '.join(made.finished.missing)}"
             there = Path(folder) / "job"
             files = {name: (there / name).read_bytes() for name in file_names(there)}
-            return Part(files, () if named is None else cuts_of(made.finished.job, *named))
+            return Part(
+                files,
+                ()
+                if named is None
+                else cuts_of(made.finished.job, made.finished.job.steps, *named),
+            )
     except FabweaveError as error:
         return str(error)
     except MemoryError:
         return "there was not enough memory; use a coarser mesh, or fewer jobs at a time"
 
 
-def cut_part(settings: Settings, given: PolyMesh | None, number: int, name: str) -> tuple[Cut, ...]:
-    """Return what a finished job cuts, planned once more."""
-    return cuts_of(Stations(settings, given).planned, number, name)
+def cut_part(
+    settings: Settings,
+    given: PolyMesh | None,
+    steps: tuple[StepRecord, ...],
+    number: int,
+    name: str,
+) -> tuple[Cut, ...]:
+    """Return what a finished job cuts, planned once more, with its steps."""
+    return cuts_of(Stations(settings, given).planned, steps, number, name)
 
 
 def _put(files: Mapping[str, bytes], folder: Path) -> None:
@@ -269,7 +281,15 @@ def _together(
     if known == asked and there and all(map(is_complete, there)):
         return tuple(there)
     left = [one for one in jobs if one.asked.name not in cuts]
-    tasks = [(*asked_of(directory / one.asked.name), one.number, one.asked.name) for one in left]
+    tasks = [
+        (
+            *asked_of(directory / one.asked.name),
+            read_crossing_map(directory / one.asked.name / "crossing_map.json").steps,
+            one.number,
+            one.asked.name,
+        )
+        for one in left
+    ]
     with executors() as executor:
         for at, found in finished(executor, cut_part, tasks):
             cuts[left[at].asked.name] = found

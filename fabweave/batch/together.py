@@ -28,6 +28,7 @@ from fabweave.plan.crossing_map import (
     LayoutRecord,
     PlacementRecord,
     SheetRecord,
+    StepRecord,
     read_crossing_map,
 )
 from fabweave.plan.nest_pieces import nest_pieces
@@ -97,19 +98,24 @@ def prefix_of(number: int) -> str:
     return str(number)
 
 
-def cuts_of(planned: PlannedJob, number: int, name: str) -> tuple[Cut, ...]:
+def cuts_of(
+    planned: PlannedJob, steps: Iterable[StepRecord], number: int, name: str
+) -> tuple[Cut, ...]:
     """Return what a job cuts of each of its supplies; none of one that it has twice, or of rolls.
 
     Parameters
     ----------
     planned : PlannedJob
+    steps : iterable of StepRecord
+        How it is put together: pieces bear the step in which they are placed.
     number, name : int, str
         Of the job in its batch, from 1.
     """
     settings, pieces, supplies = planned.settings, planned.piece_set, planned.supplies
     how = settings.pieces.labels, settings.pieces.label_side
     crossings, prefix = planned.weave.threads.n_crossings, prefix_of(number)
-    marks = mark_pieces(pieces.pieces, crossings, *how, pieces.kinds, prefix)
+    placed = {piece: step.step for step in steps for piece in step.pieces}
+    marks = mark_pieces(pieces.pieces, crossings, *how, pieces.kinds, placed, prefix)
     to_cut = planned.to_cut
     spares = to_cut[len(marks) :]
     marks += mark_spares(spares, [marks[at] for at in planned.spared.tolist()], *how, prefix)
