@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import tempfile
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -217,6 +218,12 @@ def make_part(
         return str(error)
     except MemoryError:
         return "there was not enough memory; use a coarser mesh, or fewer jobs at a time"
+    except Exception as error:  # a defect, which is no reason to lose the other jobs
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        return (
+            f"this is a defect of fabweave ({type(error).__name__}: {error}, in {where.name}); "
+            "please report it with the mesh and the options"
+        )
 
 
 def cut_part(

@@ -133,6 +133,18 @@ def test_what_is_wrong_with_one_job_is_told_of_it(wrong, tmp_path):
     assert (done.made, set(done.failed), told) == ((), {"a"}, done.failed)
 
 
+def test_a_defect_in_one_job_does_not_stop_the_rest(tmp_path, monkeypatch):
+    make = batches.make_or_advise
+
+    def broken(job, *of, **options):
+        return make(job, *of, **options) if "octa" in job.asked.mesh.source else {}["odd"]
+
+    monkeypatch.setattr(batches, "make_or_advise", broken)
+    done = fw.batch(JOBS, tmp_path / "out")
+    assert (done.made, set(done.failed)) == (("octahedron",), {"tetrahedron"})
+    assert "KeyError: 'odd'" in done.failed["tetrahedron"]
+
+
 def test_the_command_tells_what_it_made_and_what_not(shelf, tmp_path, capsys):
     path = tmp_path / "jobs.csv"
     cells = ",".join(COMMON.values())
