@@ -10,7 +10,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n logical --maxprocesses 8 --d
 TIMES := --durations=25 --durations-min=5
 
 .PHONY: help demo test test-all room lint scripts quick all digests rooms bench gallery figures \
-	outputs clean
+	outputs schemas site frozen release clean
 
 help:  ## what there is to make
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1	\2/p' $(MAKEFILE_LIST) | expand -t 16
@@ -41,6 +41,7 @@ lint: $(INSTALLED)  ## check style and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32
 	@$(MAKE) --no-print-directory scripts
 
 scripts:  ## check style and types of the pages' scripts, where npm is there
@@ -71,6 +72,23 @@ figures: $(INSTALLED)  ## make the page of the paper's figures anew: some minute
 
 outputs: $(INSTALLED)  ## make the finished jobs in outputs anew: some minutes
 	$(BIN)/python tests/tools/make_outputs.py outputs
+
+schemas: $(INSTALLED)  ## write the schemas of crossing_map.json and job.toml anew
+	$(BIN)/python tests/tools/make_schemas.py
+
+site: $(INSTALLED)  ## build the site of guide, gallery, finished jobs and reference into out/site
+	$(BIN)/python -m pip install --quiet -e ".[site]"
+	$(BIN)/python tests/tools/make_site.py out/site
+
+frozen: $(INSTALLED)  ## freeze the program, with all that it needs, into the folder dist/fabweave
+	$(BIN)/python -m pip install --quiet pyinstaller
+	$(BIN)/pyinstaller --noconfirm --clean --name fabweave --workpath build --specpath build \
+	  $(addprefix --collect-all ,fabweave ezdxf trimesh reportlab igl pyQuadriFlow \
+	  pynanoinstantmeshes pygel3d manifold3d) $(addprefix --exclude-module ,matplotlib PySide6 \
+	  PyQt5 PyQt6 tkinter IPython pytest) fabweave/__main__.py
+
+release: $(INSTALLED)  ## build wheel and sdist into dist, the same twice, and check them for an index
+	$(BIN)/python tests/tools/make_release.py dist
 
 bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
     from fabweave.front_door import (
+        Design,
         Inspection,
         Layout,
         Mesh,
@@ -29,8 +30,11 @@ if TYPE_CHECKING:
         Ribbons,
         Thread,
         Weave,
+        WrittenBatch,
         WrittenJob,
         Yarns,
+        batch,
+        design,
         inspect,
         make,
         mesh,
@@ -52,9 +56,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "CannotMakeError", "FabweaveError", "InputError", "Inspection", "Layout", "Mesh", "Pieces",
-    "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenJob", "Yarns", "inspect",
-    "make", "mesh", "read", "shape", "verify", "weave",
+    "CannotMakeError", "Design", "FabweaveError", "InputError", "Inspection", "Layout", "Mesh",
+    "Pieces", "Ribbons", "Settings", "Thread", "VerifyReport", "Weave", "WrittenBatch",
+    "WrittenJob", "Yarns", "batch", "design", "inspect", "make", "mesh", "read", "shape", "verify",
+    "weave",
 ]  # fmt: skip
 
 

@@ -7,7 +7,8 @@ import html
 import io
 import operator
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +20,8 @@ import shapely
 from PIL import Image
 from shapely import affinity
 
+from fabweave.batch.asked import batch_of, read_batch
+from fabweave.batch.run import run_batch
 from fabweave.core.arrays import (
     BoolArray,
     FloatArray,
@@ -38,19 +41,23 @@ from fabweave.core.job_folder import (
     told_where,
 )
 from fabweave.core.messages import agree, shown
+from fabweave.core.parallel.executors import Executors, guest, processes
 from fabweave.design.inspection.facts import Inspection as Facts
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import inspection_text
-from fabweave.design.making import make_or_advise
-from fabweave.design.wishes import parse_wishes
+from fabweave.design.making import make_or_advise, seek
+from fabweave.design.search import Search
+from fabweave.design.tried import Tried
+from fabweave.design.wishes import Wishes, choose, parse_wishes
 from fabweave.estimate.costs import Costs
 from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
 from fabweave.job.ask import brief_of
 from fabweave.job.draw import Job
+from fabweave.job.figures import Figures
 from fabweave.job.planned import PlannedJob
-from fabweave.job.run import draw_stations, write_and_prove
+from fabweave.job.run import draw_stations, run_job, write_and_prove
 from fabweave.job.stations import Stations
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -1299,9 +1306,119 @@ class Inspection(Facts, _Shown):
         return figures
 
 
+def _work(workers: Any, executors: Any) -> tuple[int, Executors]:
+    """Return how many processes work beside this one, and what opens who does parts of the work."""
+    count = min(whole(0, _MOST_WORKERS).argument("workers", workers), os.cpu_count() or 1)
+    if executors is None:
+        return count, processes(count)
+    if not isinstance(executors, Executor):
+        raise InputError(
+            f"executors: {shown(executors)} is no concurrent.futures.Executor, such as "
+            "ProcessPoolExecutor(), or Client(...).get_executor() of dask.distributed"
+        )
+    return count, guest(executors)
+
+
+@frozen_value
+class Design(_Shown):
+    """A design of a model that was tried: how it would be woven, and what it comes to.
+
+    Made by :func:`fabweave.design`; :meth:`write` makes it. ``figures`` has pieces, sheets, hours,
+    price, grade and more.
+    """
+
+    stations: Stations
+    tried: Tried
+    figures: Figures
+
+    @property
+    def name(self) -> str:
+        """What sets it apart."""
+        return self.tried.name
+
+    def write(
+        self, folder: str | Path, *, progress: Progress = no_progress, workers: int = 0,
+        executors: Executor | None = None, **options: Any,
+    ) -> WrittenJob:  # fmt: skip
+        """Make it, as :func:`make` does, with more options if need be."""
+        stations, directory = self.stations.also(options), folder_at(folder)
+        stations.progress = _PROGRESS.argument("progress", progress)
+        count, opens = _work(workers, executors)
+        made = run_job(stations, directory, workers=count, executors=opens)
+        return WrittenJob(directory, *made, Layout(stations, stations.layout))
+
+    def picture(self) -> Image.Image:
+        """Return the picture of the woven object."""
+        return Image.open(io.BytesIO(self.tried.picture or b""))
+
+    def _title(self) -> str:
+        return self.name
+
+    def _figures(self) -> Mapping[str, Any]:
+        return {"pieces": self.figures.pieces, "sheets": self.figures.sheets} | {
+            "hours": " to ".join(f"{hours:.1f}" for hours in self.figures.hours or ())
+        }
+
+    def __repr__(self) -> str:
+        return f"Design({self.tried.brief})"
+
+
+def design(
+    mesh: Any, *, tries: int = 9, pieces: int | None = None, goal: str = "",
+    progress: Progress = no_progress, workers: int = 0, executors: Executor | None = None,
+    **options: Any,
+) -> tuple[Design, ...]:  # fmt: skip
+    """Try designs of a model, from coarse to fine or for a goal, and return the best first.
+
+    Parameters
+    ----------
+    mesh, pieces, goal, progress, workers, executors, options
+        As for :func:`make`; what options state is the same in every design.
+    tries : int
+        How many designs are tried at most.
+
+    Returns
+    -------
+    tuple of Design
+        Those that can be built, the same with any executor.
+
+    Raises
+    ------
+    InputError, CannotMakeError
+        If the mesh is bad, or no design can be built.
+
+    Examples
+    --------
+    >>> import fabweave as fw
+    >>> best, *others = fw.design("shape:cube?n=2", tries=3, size="200mm", effort="quick")
+    >>> best.figures.pieces > 0
+    True
+    """
+    wishes = _wishes(goal, pieces)
+    stations = stations_of(mesh, options)
+    search = Search(
+        stations.asked, stations.given, progress=_PROGRESS.argument("progress", progress),
+        executors=_work(workers, executors)[1], wishes=wishes, looks=True,
+    )  # fmt: skip
+    seek(search, whole(1, _MOST_DESIGNS).argument("tries", tries))
+    choose(search.tried, wishes)
+    return tuple(
+        Design(stations.instead(one.design), one, one.figures)
+        for one in search.ranked
+        if one.makeable and one.figures is not None
+    )
+
+
+def _wishes(goal: str, pieces: int | None) -> Wishes:
+    """Return what is wished for."""
+    if pieces is not None:
+        pieces = whole(1, _MOST_PIECES).argument("pieces", pieces)
+    return parse_wishes(shown(goal, form=str), pieces)
+
+
 def make(
     mesh: Any, folder: str | Path, *, progress: Progress = no_progress, workers: int = 0,
-    pieces: int | None = None, goal: str = "", **options: Any,
+    executors: Executor | None = None, pieces: int | None = None, goal: str = "", **options: Any,
 ) -> WrittenJob:  # fmt: skip
     """Make a whole job, as ``fabweave make`` does: from a mesh to a proved folder.
 
@@ -1319,6 +1436,9 @@ def make(
         Called as ``progress(what, done, total)``.
     workers : int
         Processes beside this one; the same bytes are written with any number.
+    executors : Executor, optional
+        Any `concurrent.futures.Executor`, here or on many machines, that tries designs and nests
+        pieces in place of those processes. What it loses is done again. It is not shut down.
     pieces : int, optional
         About so many pieces: mesh, pattern and width are picked for that.
     goal : str
@@ -1347,31 +1467,107 @@ def make(
     >>> job.proof.ok, len(job.pieces)
     (True, 8)
     """
-    workers = whole(0, _MOST_WORKERS).argument("workers", workers)
-    if pieces is not None:
-        pieces = whole(1, _MOST_PIECES).argument("pieces", pieces)
-    wishes = parse_wishes(shown(goal, form=str), pieces)
+    count, opens = _work(workers, executors)
+    wishes = _wishes(goal, pieces)
     progress = _PROGRESS.argument("progress", progress)
     directory, stations = folder_at(folder), stations_of(mesh, options)
     stations.progress = progress
     finished, job, chosen = make_or_advise(
         stations,
         directory,
-        workers=min(workers, os.cpu_count() or 1),
+        workers=count,
+        executors=opens,
         wishes=wishes,
     )
     return WrittenJob(directory, *finished, Layout(job, job.layout), chosen)
 
 
+@frozen_value
+class WrittenBatch:
+    """The jobs of a batch in their folders.
+
+    Made by :func:`fabweave.batch`.
+
+    Parameters
+    ----------
+    folder : Path
+    made, kept : tuple of str
+        The jobs that were made now, and those that were there already.
+    failed : dict
+        Why others were not made, by their names.
+    together : tuple of Path
+        The folders of sheets that jobs share; ``queue.json`` there says what that saves.
+    """
+
+    folder: Path
+    made: tuple[str, ...]
+    kept: tuple[str, ...]
+    failed: dict[str, str]
+    together: tuple[Path, ...]
+
+
+def batch(
+    jobs: str | Path | Mapping[str, Mapping[str, Any]], folder: str | Path, *,
+    together: bool = False, told: Callable[[str, str], None] = lambda _name, _why: None,
+    progress: Progress = no_progress, workers: int = 0, executors: Executor | None = None,
+) -> WrittenBatch:  # fmt: skip
+    """Make many jobs, as ``fabweave batch`` does: each a proved folder, and a page of all.
+
+    What is there already is kept, and what cannot be made does not stop the rest.
+
+    Parameters
+    ----------
+    jobs : path or mapping
+        A file of jobs (TOML or CSV), or options by the names of the jobs. ``mesh`` is anything that
+        :func:`make` takes.
+    folder : str or Path
+        Holds the folders of the jobs.
+    together : bool
+        Whether jobs of one material share sheets.
+    told : callable
+        Called as ``told(name, why)`` with each job; ``why`` is empty if it was made.
+    progress, workers, executors
+        As for :func:`make`; here, whole jobs are the parts of the work.
+
+    Raises
+    ------
+    InputError
+        If the file of jobs is wrong, or the folder cannot be written.
+
+    Examples
+    --------
+    >>> import fabweave as fw, tempfile
+    >>> common = {"size": "120mm", "effort": "quick"}
+    >>> jobs = {name: {"mesh": f"shape:{name}", **common} for name in ("octahedron", "sphinx")}
+    >>> done = fw.batch(jobs, tempfile.mkdtemp())
+    >>> done.made, sorted(done.failed)
+    (('octahedron',), ['sphinx'])
+    """
+    together = flag().argument("together", together)
+    asked = batch_of(jobs) if isinstance(jobs, Mapping) else read_batch(Path(jobs))
+    directory = folder_at(folder)
+    outcome = run_batch(
+        replace(asked, together=asked.together or together),
+        directory,
+        read=stations_of,
+        executors=_work(workers, executors)[1],
+        told=told,
+        progress=_PROGRESS.argument("progress", progress),
+    )
+    return WrittenBatch(
+        directory, outcome.made, outcome.kept, dict(outcome.failed), outcome.together
+    )
+
+
 def inspect(
     mesh: Any, *, progress: Progress = no_progress, thorough: bool = False, designs: int = 0,
-    **options: Any,
+    workers: int = 0, executors: Executor | None = None, **options: Any,
 ) -> Inspection:  # fmt: skip
     """Tell what a mesh is, which weaves are exact on it, and what would make them so.
 
     Parameters
     ----------
-    mesh, progress, options
+    mesh, progress, workers, executors, options
         As for :func:`make`; options of files are of no account.
     thorough : bool
         Whether to tell what takes long of large meshes, too; else ``facts["left_out"]`` names it.
@@ -1400,7 +1596,10 @@ def inspect(
     stations = stations_of(mesh, options)
     stations.progress = progress
     count = whole(0, _MOST_DESIGNS).argument("designs", designs)
-    found = inspect_mesh(stations, thorough=thorough, n_designs=count, looks=count > 0)
+    found = inspect_mesh(
+        stations, thorough=thorough, n_designs=count, looks=count > 0,
+        executors=_work(workers, executors)[1],
+    )  # fmt: skip
     return Inspection(found.woven, found.facts, found.designs)
 
 

@@ -31,6 +31,7 @@ TOPICS = (
     "services",
     "assembling",
     "former",
+    "batch",
     "files",
     "map",
     "python",

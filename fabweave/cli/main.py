@@ -7,6 +7,7 @@ import warnings
 import click
 
 from fabweave import __version__
+from fabweave.cli.batch import batch
 from fabweave.cli.coupon import coupon
 from fabweave.cli.guide import guide
 from fabweave.cli.inspect import inspect
@@ -40,7 +41,8 @@ class _Commands(click.Group):
 @click.group(
     cls=_Commands,
     commands=[
-        coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets, verify,
+        batch, coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets,
+        verify,
     ],
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
@@ -54,11 +56,24 @@ def cli() -> None:
     """
 
 
+def _be_a_child() -> None:
+    """Do what a frozen program was started for by itself, if it was, and exit."""
+    import multiprocessing
+
+    multiprocessing.freeze_support()
+    from fabweave.mesh.remesh import child
+
+    if sys.argv[1:2] == [child.FLAG]:
+        sys.exit(child.main(*sys.argv[2:5]))
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; exit with 0, 1 (cannot be made) or 2 (wrong usage or input).
 
     A signal that ends it gives 128 and its number, as in shells.
     """
+    if getattr(sys, "frozen", False):
+        _be_a_child()
     speak_to_nobody()
     for stream in (sys.stdout, sys.stderr):
         speak_plainly(stream)

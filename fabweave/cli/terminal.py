@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
+from fabweave.core.parallel.executors import can_thread
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -51,13 +53,16 @@ class Report:
                 share = f" {done} of {total}" if total > 1 else ""
                 click.echo(f"{time.monotonic() - began:4.0f} s: {what}{share}", err=True)
 
-        telling = threading.Thread(target=tell, daemon=True)
-        telling.start()
+        # Where no thread can be started, it is done in silence.
+        telling = threading.Thread(target=tell, daemon=True) if can_thread() else None
+        if telling is not None:
+            telling.start()
         try:
             yield self
         finally:
             over.set()
-            telling.join()
+            if telling is not None:
+                telling.join()
 
     @contextmanager
     def aside(self) -> Iterator[None]:

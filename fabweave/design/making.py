@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fabweave.core.job_folder import check_destination
-from fabweave.core.parallel.executors import processes
+from fabweave.core.parallel.executors import Executors, processes
 from fabweave.design.beside import near_rounds
 from fabweave.design.choice import choose_mesh
 from fabweave.design.search import Search, tell_nobody
@@ -20,12 +20,25 @@ from fabweave.options.settings import Settings
 _FIRST, _TRIES = 9, 24
 
 
-def meet_wishes(search: Search) -> tuple[Settings, str]:
-    """Return the settings of the design that comes nearest to what is wished, and why.
+def seek(search: Search, tries: int = _TRIES) -> None:
+    """Try designs for what is wished, or from coarse to fine where nothing is.
 
     Designs from coarse to fine are tried first, then others beside the nearest: of other density,
     split, faired or refined otherwise, with wider or narrower ribbons. Ctrl-C ends the search with
     the nearest that was tried, if any can be built.
+    """
+    wishes, asked = search.wishes, search.asked
+    if wishes.form_mm is not None and asked.pieces.fasten is None:
+        search.asked = asked.but(fasten=f"form:{wishes.form_mm:g}mm")
+    planned = variety(search.asked, search.model().mesh, tries)
+    if wishes:
+        search.run(near_rounds(search, planned, tries, first=_FIRST))
+    else:
+        search.add(planned)
+
+
+def meet_wishes(search: Search) -> tuple[Settings, str]:
+    """Return the settings of the design that comes nearest to what is wished, and why.
 
     Parameters
     ----------
@@ -39,12 +52,8 @@ def meet_wishes(search: Search) -> tuple[Settings, str]:
     CannotMakeError
         If no design can be built.
     """
-    wishes, asked = search.wishes, search.asked
-    if wishes.form_mm is not None and asked.pieces.fasten is None:
-        search.asked = asked.but(fasten=f"form:{wishes.form_mm:g}mm")
-    planned = variety(search.asked, search.model().mesh, _TRIES)
-    search.run(near_rounds(search, planned, _TRIES, first=_FIRST))
-    best, why = choose(search.tried, wishes)
+    seek(search)
+    best, why = choose(search.tried, search.wishes)
     return best.design, why
 
 
@@ -64,6 +73,7 @@ def make_or_advise(
     directory: Path,
     *,
     workers: int = 0,
+    executors: Executors | None = None,
     replaced: Collection[Path] = (),
     wishes: Wishes = NO_WISHES,
     better: Callable[[str], None] = tell_nobody,
@@ -84,7 +94,7 @@ def make_or_advise(
     source = None if job.given is not None else job.asked.mesh.source
     check_destination(directory, replaced, mesh=source)
     searching = partial(
-        Search, given=job.given, progress=job.progress, executors=processes(workers),
+        Search, given=job.given, progress=job.progress, executors=executors or processes(workers),
         better=better, partly=True,
     )  # fmt: skip
     nearest = ""
@@ -95,5 +105,7 @@ def make_or_advise(
     chosen = "\n".join(filter(None, (nearest, choice.text)))
     if chosen:
         chose(chosen)
-    finished = run_job(choice.job, directory, workers=workers, replaced=replaced)
+    finished = run_job(
+        choice.job, directory, workers=workers, executors=executors, replaced=replaced
+    )
     return Made(finished, choice.job, chosen)

@@ -95,19 +95,9 @@ def build_crossing_map(
         schema="fabweave.crossing-map/1",
         units="mm",
         weave=weave_record(woven.result),
-        layout=LayoutRecord(
-            margin_mm=layout.margin_mm,
-            gap_mm=layout.gap_mm,
-            rotations=RotationRecord(
-                step_deg=layout.rotations.step_deg,
-                tolerance_deg=layout.rotations.tolerance_deg,
-                from_grain_deg=layout.rotations.from_grain_deg or None,
-            ),
-            notes=layout.notes,
-            recorded=layout.recorded,
-        ),
+        layout=layout_record(layout),
         cut=cut,
-        sheets=_sheets(layout, drawings, allotment, offcuts, mirrored=planned.mirrored),
+        sheets=sheet_records(layout, drawings, allotment, offcuts, mirrored=planned.mirrored),
         threads=_threads(weave, woven.bunches, woven.labels, piece_set),
         crossings=_crossings(woven, piece_set, owners),
         pieces=_pieces(piece_set, marks, layout, owners),
@@ -123,7 +113,22 @@ def build_crossing_map(
     )
 
 
-def _sheets(
+def layout_record(layout: Layout) -> LayoutRecord:
+    """Return how pieces lie on the sheets of a layout."""
+    return LayoutRecord(
+        margin_mm=layout.margin_mm,
+        gap_mm=layout.gap_mm,
+        rotations=RotationRecord(
+            step_deg=layout.rotations.step_deg,
+            tolerance_deg=layout.rotations.tolerance_deg,
+            from_grain_deg=layout.rotations.from_grain_deg or None,
+        ),
+        notes=layout.notes,
+        recorded=layout.recorded,
+    )
+
+
+def sheet_records(
     layout: Layout,
     drawings: Sequence[SheetDrawing],
     allotment: Allotment,

@@ -28,6 +28,7 @@ from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
 from fabweave.sheet.drawing import SheetDrawing
+from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import in_lanes, png_bytes
 from fabweave.sheet.write.template import template_pdf
@@ -84,14 +85,14 @@ def show_job(
     progress("papers", 0, 1)
     plan = read_crossing_map(directory / "crossing_map.json")
     machine, rings = job.settings.machine, job.piece_set.rings
-    ids = _lettered_ids(job)
+    ids = lettered_ids(job.to_cut, (*job.marks, *job.spare_marks))
     shown = [
-        start(_show_sheet, directory / "sheets", drawing, machine, ids, roll=job.supplies.rolls)
+        start(show_sheet, directory / "sheets", drawing, machine, ids, roll=job.supplies.rolls)
         for drawing in job.drawings
     ]
     letters = {piece.id: float(piece.label[3]) for ring in rings for piece in ring.pieces}
     shown += [
-        start(_show_sheet, directory / sheets.folder, drawing, machine, letters)
+        start(show_sheet, directory / sheets.folder, drawing, machine, letters)
         for sheets in job.beside
         for drawing in sheets.drawings
     ]
@@ -321,18 +322,17 @@ def _attempt(path: Path, make: Callable[[], _Made]) -> tuple[_Made | None, list[
         return None, [f"{path.name} could not be made ({type(error).__name__}: {error})"]
 
 
-def _lettered_ids(job: Job) -> dict[str, float]:
+def lettered_ids(pieces: Sequence[Piece], marks: Sequence[Marks]) -> dict[str, float]:
     """Return how high ids are engraved, of pieces on which they are."""
-    marks = (*job.marks, *job.spare_marks)
     return {
         piece.id: label.height_mm
-        for piece, own in zip(job.to_cut, marks, strict=True)
+        for piece, own in zip(pieces, marks, strict=True)
         for label in own.labels
         if "id" in label.kinds and label.text.startswith(piece.id)
     }
 
 
-def _show_sheet(
+def show_sheet(
     folder: Path,
     drawing: SheetDrawing,
     machine: MachineSettings,

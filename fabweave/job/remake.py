@@ -8,7 +8,8 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.mesh.io.files import read_mesh
-from fabweave.options.settings import read_job_options, settings_from_job
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.options.settings import Settings, read_job_options, settings_from_job
 
 
 class Remake(NamedTuple):
@@ -47,13 +48,7 @@ def remake_job(
     CannotMakeError
         If the job cannot be made again.
     """
-    path = directory / "job.toml"
-    settings, mesh = settings_from_job(path), None
-    name = str(read_job_options(path).get("mesh"))
-    kept = directory / name
-    if Path(name).name == name and settings.mesh.source == str(kept):
-        # It came from memory, and was kept under this name.
-        mesh, settings = read_mesh(kept).mesh, settings.but(source=kept.name)
+    settings, mesh = asked_of(directory)
     with tempfile.TemporaryDirectory(prefix="fabweave-remake-") as folder:
         again = Path(folder) / "job"
         recorded = None if nest else directory / "crossing_map.json"
@@ -68,6 +63,19 @@ def remake_job(
         tuple(sorted(files.keys() - others.keys())),
         tuple(sorted(others.keys() - files.keys())),
     )
+
+
+def asked_of(directory: Path) -> tuple[Settings, PolyMesh | None]:
+    """Return what a finished job was asked for, and its mesh where that came from memory.
+
+    InputError is raised if it cannot be read.
+    """
+    path = directory / "job.toml"
+    settings, name = settings_from_job(path), str(read_job_options(path).get("mesh"))
+    kept = directory / name
+    if Path(name).name == name and settings.mesh.source == str(kept):
+        return settings.but(source=kept.name), read_mesh(kept).mesh
+    return settings, None
 
 
 def _equal(one: Path, other: Path) -> bool:

@@ -13,6 +13,7 @@ from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.job_folder import finished_folder, told_where
 from fabweave.core.parallel.executors import (
+    Executors,
     Start,
     at_once,
     processes,
@@ -68,7 +69,12 @@ def write_and_prove(
 
 
 def run_job(
-    job: Stations, directory: Path, *, workers: int = 0, replaced: Collection[Path] = ()
+    job: Stations,
+    directory: Path,
+    *,
+    workers: int = 0,
+    executors: Executors | None = None,
+    replaced: Collection[Path] = (),
 ) -> FinishedJob:
     """Make a job, write its folder, and prove the written files: every check holds, or it raises.
 
@@ -83,13 +89,16 @@ def run_job(
         New, empty, or with nothing but an older job, which is then replaced.
     workers : int
         Processes beside this one; the same bytes are written with any number.
+    executors : callable, optional
+        Opens the executor that nests, in place of those processes: they also write files, which
+        other machines could not.
     replaced : collection of Path
         Files of that older job that may have been changed, as the settings were read from them.
     """
     job_folder.clear_abandoned(directory)
     source = None if job.given is not None else job.asked.mesh.source
     job_folder.check_destination(directory, replaced, mesh=source)
-    job.executors = processes(workers)
+    job.executors = executors or processes(workers)
     with ExitStack() as stack:
         start = stack.enter_context(side_workers(min(workers, _MOST_WORKERS)))
         drawn = draw_stations(job, start)

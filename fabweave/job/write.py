@@ -53,11 +53,11 @@ def job_map(job: Job) -> CrossingMap:
         job.steps,
         job.allotment,
         offcuts=job.offcuts,
-        cut=_cut_record(job.settings.machine, job.settings.pieces.labels),
+        cut=cut_record(job.settings.machine, job.settings.pieces.labels),
     )
 
 
-def _cut_record(machine: MachineSettings, labels: str) -> CutRecord:
+def cut_record(machine: MachineSettings, labels: str) -> CutRecord:
     """Return what the map says about the files for the cutter."""
     return CutRecord(
         profile=machine.profile,
@@ -98,11 +98,11 @@ def write_plan(
     for folder, drawings in folders:
         if drawings:
             folder.mkdir(exist_ok=True)
-        written += [start(_write_cuts, folder, drawing, machine) for drawing in drawings]
+        written += [start(write_cuts, folder, drawing, machine) for drawing in drawings]
     for sheets in job.beside:
         named = directory / sheets.folder / sheets.folder
-        _write(named.with_suffix(".json"), json_text(sheets.record))
-        _write(named.with_suffix(".txt"), sheets.text)
+        write_text(named.with_suffix(".json"), json_text(sheets.record))
+        write_text(named.with_suffix(".txt"), sheets.text)
     if machine.profile == "service":
         kinds = job.kinds[job.origins].tolist()
         materials = [job.allotment.of_thread(piece.thread).material for piece in job.to_cut]
@@ -131,7 +131,7 @@ def write_plan(
     return check, report
 
 
-def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
+def write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
     """Write one sheet as DXF and SVG."""
     dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
     (folder / f"{drawing.name}.dxf").write_bytes(dxf)
@@ -141,7 +141,7 @@ def _write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -
         units=machine.svg_units,
         stroke_width_mm=machine.line_mm,
     )
-    _write(folder / f"{drawing.name}.svg", svg)
+    write_text(folder / f"{drawing.name}.svg", svg)
 
 
 def offcut_entries(job: Job) -> list[str]:
@@ -164,14 +164,16 @@ def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> 
             machine = job.settings.machine
             dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
             (directory / f"{offcut.name}.dxf").write_bytes(dxf)
-        _write(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
+        write_text(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
 
 
 def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     """Write the model, the plan and its tables; see ``write_plan``."""
     woven = job.woven
     crossing_map = job_map(job)
-    _write(directory / "verdict.json", json_text(verdict_json(job.verdict, job.grade, job.form)))
+    write_text(
+        directory / "verdict.json", json_text(verdict_json(job.verdict, job.grade, job.form))
+    )
     sizes = [rule.hole_mm for rule in job.piece_set.rules]
     like, openings = woven.source.likeness, woven.source.openings
     outcome = {
@@ -193,7 +195,7 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
         **({"openings": [opening.record() for opening in openings]} if openings else {}),
         "notes": list(job.notes),
     }
-    _write(directory / "job.toml", job_toml(job.settings, outcome))
+    write_text(directory / "job.toml", job_toml(job.settings, outcome))
     (directory / "woven_mesh.obj").write_bytes(obj_bytes(woven.mesh))
     if job.given_mesh is not None:
         kept = directory / job.settings.mesh.source
@@ -209,24 +211,24 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
             (directory / "model_relaxed.glb").write_bytes(model)
             off_mm = off_crossings_mm(bands, job.weave)
         form = form_record(job.let_go.settled, off_mm)
-        _write(directory / "form.json", json_text(to_json(form)))
-    _write(directory / "crossing_map.json", json_text(crossing_map.to_json()))
-    _write(directory / "crossing_map.csv", crossing_table(crossing_map))
-    _write(directory / "stations.csv", station_table(crossing_map))
+        write_text(directory / "form.json", json_text(to_json(form)))
+    write_text(directory / "crossing_map.json", json_text(crossing_map.to_json()))
+    write_text(directory / "crossing_map.csv", crossing_table(crossing_map))
+    write_text(directory / "stations.csv", station_table(crossing_map))
     if woven.straight:
-        _write(directory / "sticks.csv", stick_table(crossing_map))
+        write_text(directory / "sticks.csv", stick_table(crossing_map))
     cuts = cut_list(crossing_map) if woven.straight else None
     if cuts is not None:
-        _write(directory / "cut_list.csv", cuts)
-    _write(
+        write_text(directory / "cut_list.csv", cuts)
+    write_text(
         directory / "pieces.csv",
         piece_table(job.to_cut, job.origins, job.kinds, woven.labels, job.layout, job.allotment),
     )
     ribbons = ribbon_report(job.check, woven.ribbons, woven.labels, job.holes)
-    _write(directory / "ribbons.json", json_text(to_json(ribbons)))
+    write_text(directory / "ribbons.json", json_text(to_json(ribbons)))
     check = _preflight(job, crossing_map, ribbons)
-    _write(directory / "preflight.json", json_text(check.record))
-    _write(directory / "waste.json", json_text(to_json(report)))
+    write_text(directory / "preflight.json", json_text(check.record))
+    write_text(directory / "waste.json", json_text(to_json(report)))
     return check
 
 
@@ -256,7 +258,7 @@ def _preflight(job: Job, crossing_map: CrossingMap, ribbons: RibbonReport) -> Pr
 
 def write_proof(directory: Path, proof: VerifyReport) -> None:
     """Write what was proved about a job's files beside them."""
-    _write(directory / "verify.json", json_text(proof.to_json()))
+    write_text(directory / "verify.json", json_text(proof.to_json()))
 
 
 def json_text(value: Any) -> str:
@@ -273,6 +275,6 @@ def json_text(value: Any) -> str:
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
-def _write(path: Path, text: str) -> None:
+def write_text(path: Path, text: str) -> None:
     """Write text as UTF-8 with plain line ends on every system."""
     path.write_text(text, encoding="utf-8", newline="")

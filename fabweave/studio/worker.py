@@ -87,11 +87,11 @@ class Worker:
             return
         if sys.platform == "win32":
             process.terminate()
-            return
-        with suppress(ProcessLookupError):
-            os.kill(process.pid, signal.SIGINT)
-        late = partial(self._end_if, process, time.monotonic())
-        asyncio.get_running_loop().call_later(_HEED_S, late)
+        else:
+            with suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGINT)
+            late = partial(self._end_if, process, time.monotonic())
+            asyncio.get_running_loop().call_later(_HEED_S, late)
 
     def _end_if(self, process: BaseProcess, since: float) -> None:
         """End a process that is still at what it was to stop."""

@@ -22,6 +22,7 @@ from fabweave.verify.check import (
     ribbons,
     rim,
     service,
+    shared,
     sheets,
     source,
     space,
@@ -31,6 +32,7 @@ from fabweave.verify.check import (
 )
 from fabweave.verify.drawing import ReadError, read_text, too_large
 from fabweave.verify.read.job_files import Job, load_job
+from fabweave.verify.read.queue import QUEUE, load_queue
 from fabweave.verify.report import Tally, VerifyReport
 
 #: The list of a job's files; it does not list itself, nor what the proof itself writes last.
@@ -94,6 +96,17 @@ _TASKS = (
     _Task("steps", ("map",), steps.check_steps),
 )
 
+#: Those of sheets that several jobs share, beside whose they are.
+_OF_SHARED = frozenset((
+    "outlines-dxf", "outlines-svg", "lines", "cut", "order", "colours", "labels", "notes", "sheets",
+    "stock", "simple", "materials",
+))  # fmt: skip
+_SHARED_TASKS = (
+    _Task("files", (), lambda _job, _tally: None),
+    _Task("shared", ("map",), shared.check_shared),
+    *(task for task in _TASKS if task.name in _OF_SHARED),
+)
+
 
 def verify_job(directory: Path) -> VerifyReport:
     """Read a finished job's files back and prove them.
@@ -101,7 +114,7 @@ def verify_job(directory: Path) -> VerifyReport:
     Parameters
     ----------
     directory : Path
-        The folder that a run left.
+        The folder that a run left: of a job, or of sheets that jobs share.
 
     Returns
     -------
@@ -118,16 +131,24 @@ def verify_job(directory: Path) -> VerifyReport:
     return sealed(prove_plan(Path(directory)), Path(directory))
 
 
-def prove_plan(directory: Path) -> VerifyReport:
-    """Prove what is cut, the model and the plan, whatever other files there are yet."""
+def prove_plan(directory: Path, jobs: Path | None = None) -> VerifyReport:
+    """Prove what is cut, the model and the plan, whatever other files there are yet.
+
+    The jobs whose pieces lie on shared sheets are two folders above these, or in that of ``jobs``.
+    """
     results, tally = [], Tally("files")
+    several = (directory / QUEUE).is_file()
+    tasks = _SHARED_TASKS if several else _TASKS
     try:
-        job = load_job(directory, tally)
+        if several:
+            job = load_queue(directory, jobs or directory.resolve().parents[1], tally)
+        else:
+            job = load_job(directory, tally)
     except Exception as error:  # whatever the folder holds, this is a finding
         tally.unfinished("the folder cannot be read to its end", error)
         job = Job()
-    for task in _TASKS:
-        tally = tally if task is _TASKS[0] else Tally(task.name)
+    for task in tasks:
+        tally = tally if task is tasks[0] else Tally(task.name)
         _run(task, job, tally)
         results.append(tally.result())
     return VerifyReport(tuple(results))

@@ -63,6 +63,9 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
     }
 )
 
+#: What is proved of sheets that jobs share, beside what is proved of any.
+_OF_SHARED = {"shared": "each piece of each job is on the shared sheets, once, as it was planned"}
+
 
 @dataclass(frozen=True)
 class Measure:
@@ -256,7 +259,7 @@ class Tally:
         ]
         return Check(
             name=self._name,
-            meaning=MEANINGS[self._name],
+            meaning=_OF_SHARED.get(self._name) or MEANINGS[self._name],
             ok=self._found == 0,
             count=self._count,
             worst=max(ranked)[1] if ranked else None,

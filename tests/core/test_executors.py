@@ -1,21 +1,23 @@
 """Work in parts is done wherever it can be, and again where a worker was lost."""
 
+import multiprocessing
 import os
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from fabweave.core.errors import CannotMakeError
-from fabweave.core.parallel.executors import finished, here, processes, side_workers
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.parallel import executors
+from fabweave.core.parallel.executors import finished, guest, here, processes, side_workers
 
 
-@pytest.mark.parametrize("executors", [here, processes(0), processes(2)])
-def test_executors_do_work_and_hand_on_errors(executors):
-    with executors() as executor:
+@pytest.mark.parametrize("opens", [here, processes(0), processes(2)])
+def test_executors_do_work_and_hand_on_errors(opens):
+    with opens() as executor:
         assert isinstance(executor, Executor)
         assert sorted(finished(executor, divmod, [(7, 2), (9, 4)])) == [(0, (3, 1)), (1, (2, 1))]
         with pytest.raises(ZeroDivisionError):
@@ -100,3 +102,49 @@ def test_work_that_is_not_wanted_any_more_is_dropped_however_large_it_is(tmp_pat
             start(exec, sleep)
             start(np.sum, large)
     assert not slept.exists()
+
+
+@pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_a_guest_does_work_and_hands_on_errors_and_is_left_open(kind):
+    with kind(2, **START.get(kind, {})) as given:
+        for _ in range(2):
+            with guest(given)() as executor:
+                assert sorted(finished(executor, divmod, [(7, 2), (9, 4)])) == [
+                    (0, (3, 1)),
+                    (1, (2, 1)),
+                ]
+                with pytest.raises(ZeroDivisionError):
+                    list(finished(executor, divmod, [(7, 0)]))
+                # It is the work that raises it, and not the executor that breaks.
+                with pytest.raises(BrokenExecutor, match="its own"):
+                    executor.submit(exec, BROKEN).result()
+        assert given.submit(max, 2, 3).result() == 3
+    with guest(given)() as executor, pytest.raises(InputError, match="takes no work"):
+        executor.submit(max, 2, 3)
+
+
+BROKEN = "from concurrent.futures import BrokenExecutor\nraise BrokenExecutor('its own')"
+START = {ProcessPoolExecutor: {"mp_context": multiprocessing.get_context("spawn")}}
+
+
+def test_what_a_broken_guest_loses_is_done_again(tmp_path):
+    once = f"import os, pathlib\nif not (m := pathlib.Path({str(tmp_path / 'm')!r})).exists():\n"
+    with ProcessPoolExecutor(2, **START[ProcessPoolExecutor]) as given, guest(given)() as executor:
+        tasks = [("1",), (once + "    m.touch()\n    os._exit(1)\n",), *([("2",)] * 6)]
+        assert sorted(finished(executor, exec, tasks)) == [(at, None) for at in range(8)]
+        with pytest.raises(BrokenExecutor):  # it lost all its workers, and starts no more
+            given.submit(max, 2, 3)
+        assert dict(finished(executor, max, [(2, 3), (5, 4)])) == {0: 3, 1: 5}
+        with pytest.raises(CannotMakeError, match="was lost"):
+            list(finished(executor, os._exit, [(1,)]))
+
+
+def test_where_no_process_can_be_started_this_one_does_the_work(monkeypatch):
+    def refuse(*_arguments):
+        raise OSError
+
+    monkeypatch.setattr(executors, "start_process", refuse)
+    with processes(2)() as executor:
+        assert {executor.submit(os.getpid).result() for _ in range(4)} == {os.getpid()}
+        with pytest.raises(EOFError, match="its own"):
+            executor.submit(exec, "raise EOFError('its own')").result()

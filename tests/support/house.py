@@ -14,13 +14,13 @@ from pathlib import Path
 #: The rooms of the makers, in the order in which data flows: each imports only from those before.
 FLOW = (
     "core", "stock", "mesh", "weave", "ribbon", "nest", "piece", "form", "sheet", "options", "plan",
-    "former", "estimate", "picture", "show", "job", "design", "studio", "front_door",
-    "cli",
+    "former", "estimate", "picture", "show", "job", "design", "batch", "studio",
+    "front_door", "cli",
 )  # fmt: skip
 #: Those of them that are one module, and no folder.
 ALONE = ("front_door",)
-#: Proves what the makers wrote, so it shares nothing with them; these two may run it.
-PROOF, PROVERS = "verify", ("job", "front_door", "cli")
+#: Proves what the makers wrote, so it shares nothing with them; these may run it.
+PROOF, PROVERS = "verify", ("job", "batch", "front_door", "cli")
 #: What stands beside the rooms: the front door, which opens each room when it is asked for, and
 #: ``python -m``.
 DOOR, DOORSTEP = "__init__", "__main__"

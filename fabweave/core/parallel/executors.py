@@ -1,7 +1,8 @@
 """Open executors (`concurrent.futures`) for long work in parts: in processes, or here.
 
 A part of the work is a function of the package and its arguments, both picklable; its result does
-not depend on who does it. A worker that is lost costs the part it had, which is done again.
+not depend on who does it. A worker that is lost costs the part it had, which is done again. Where
+neither processes nor threads can be started, as in a web page, all is done here.
 """
 
 import multiprocessing
@@ -17,22 +18,22 @@ from concurrent.futures import (
     CancelledError,
     Executor,
     Future,
+    InvalidStateError,
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache, partial
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from fabweave.core.errors import CannotMakeError
+from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.interrupt import held_back
 
 if TYPE_CHECKING:
-    from multiprocessing.context import ForkServerContext, SpawnContext
+    # Importing it fails where no process can be started.
+    from multiprocessing.connection import Connection
 
 
 _Task = TypeVar("_Task")
@@ -140,24 +141,27 @@ class _Helper:
         self._link: Connection | None = None
 
     def do(self, work: Callable[[], Any]) -> Any:
-        """Return what the process computes; _LostError if it ends before that."""
-        try:
-            link = self._link or self._start()
-            link.send(work)
-            good, result = link.recv()
-        except (EOFError, OSError) as error:
-            raise _LostError from error
-        if not good:
-            raise result
-        return result
+        """Return what the process computes; _LostError if it ends before that.
 
-    def _start(self) -> Connection:
-        process, here = start_process(_serve)
-        self._process, self._link = process, here
+        Where none can be started, this one does it.
+        """
+        if self._link is None:
+            try:
+                self._process, self._link = start_process(_serve)
+            except (ImportError, OSError):
+                return work()
         if self._closing.is_set():
             self.stop()
             raise _LostError
-        return here
+        try:
+            self._link.send(work)
+            answer = self._link.recv()
+        except (EOFError, OSError) as error:
+            raise _LostError from error
+        good, result = answer
+        if not good:
+            raise result
+        return result
 
     def stop(self) -> None:
         """End the process, if there is one."""
@@ -172,13 +176,16 @@ def _leave_interrupts() -> None:
 
     Ctrl-C reaches every process of a terminal, also those that are still importing.
     """
-    if hasattr(signal, "pthread_sigmask"):
-        # It starts with the first process, and unblocks the signal after that.
-        resource_tracker.ensure_running()
+    if sys.platform != "win32":
+        with suppress(ImportError, OSError):
+            from multiprocessing import resource_tracker  # noqa: PLC0415 - not there everywhere
+
+            # It starts with the first process, and unblocks the signal after that.
+            resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 
 
-def _context() -> "SpawnContext | ForkServerContext":
+def _context() -> Any:
     """Return how processes are started: with threads about, a fork of this one is not safe."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
@@ -190,9 +197,12 @@ def _context() -> "SpawnContext | ForkServerContext":
 
 
 def start_process(
-    serve: Callable[[Connection], None],
-) -> tuple[multiprocessing.process.BaseProcess, Connection]:
-    """Start a process that serves a link, and return it with this end of the link."""
+    serve: "Callable[[Connection], None]",
+) -> "tuple[multiprocessing.process.BaseProcess, Connection]":
+    """Start a process that serves a link, and return it with this end of the link.
+
+    ImportError or OSError is raised where none can be started.
+    """
     context = _context()
     here, there = context.Pipe()
     process = context.Process(target=serve, args=(there,), daemon=True)
@@ -214,7 +224,7 @@ def _without_main() -> Iterator[None]:
             sys.modules["__main__"] = main
 
 
-def _serve(link: Connection) -> None:
+def _serve(link: "Connection") -> None:
     """Do what comes through a link until it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it cannot be blocked
     while True:
@@ -222,12 +232,66 @@ def _serve(link: Connection) -> None:
             work = link.recv()
         except EOFError:
             return
-        try:
-            answer = True, work()
-        except Exception as error:
-            error.add_note(traceback.format_exc())
-            answer = False, error
-        link.send(answer)
+        answer = _answer(work)
+        with suppress(BrokenPipeError):  # whoever asked is gone; so the link is closed
+            link.send(answer)
+
+
+#: What a part of the work came to: whether it went well, and its result or what it raised.
+_Answer: TypeAlias = tuple[bool, Any]
+
+
+def _answer(work: Callable[[], Any]) -> _Answer:
+    """Do some work for another process: what it raises is not taken for the loss of who does it."""
+    try:
+        return True, work()
+    except Exception as error:
+        error.add_note(traceback.format_exc())
+        return False, error
+
+
+class GuestExecutor(Executor):
+    """Pass work on to somebody else's executor, and what that one loses to one of ours.
+
+    Where an executor loses one worker, it may lose all, and what they were at.
+    """
+
+    def __init__(self, given: Executor, spare: Executor) -> None:
+        """Take both; neither is shut down."""
+        self._given, self._spare = given, spare
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule work; a BrokenExecutor says that it was lost."""
+        work, result = partial(_answer, partial(fn, *args, **kwargs)), Future[Any]()
+
+        def hand(executor: Executor, *others: Executor) -> None:
+            def take(done: Future[_Answer]) -> None:
+                lost = CancelledError() if done.cancelled() else done.exception()
+                if isinstance(lost, BrokenExecutor) and others:
+                    hand(*others)
+                    return
+                with suppress(InvalidStateError):  # nobody waits for it any more
+                    if lost is not None:
+                        result.set_exception(BrokenExecutor(f"{type(lost).__name__}: {lost}"))
+                    elif done.result()[0]:
+                        result.set_result(done.result()[1])
+                    else:
+                        result.set_exception(done.result()[1])
+
+            try:
+                with held_back():
+                    handed = executor.submit(work)
+                    result.add_done_callback(lambda _: handed.cancel())
+                    handed.add_done_callback(take)
+            except BrokenExecutor:
+                if not others:
+                    raise
+                hand(*others)
+            except RuntimeError as error:
+                raise InputError(f"the executor takes no work: {error}") from error
+
+        hand(self._given, self._spare)
+        return result
 
 
 #: Opens an executor that does the work at once, in this process.
@@ -245,11 +309,25 @@ def processes(count: int) -> Executors:
         finally:
             executor.shutdown(cancel_futures=True)
 
-    return opened if count > 0 else here
+    return opened if count > 0 and can_thread() else here
+
+
+def guest(executor: Executor) -> Executors:
+    """Return what hands work to somebody else's executor, and to processes if that breaks."""
+
+    @contextmanager
+    def opened() -> Iterator[Executor]:
+        with processes(os.cpu_count() or 1)() as spare:
+            yield GuestExecutor(executor, spare)
+
+    return opened
 
 
 def finished(
-    executor: Executor, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]
+    executor: Executor,
+    function: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    lost: Callable[[CannotMakeError], Any] | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """Yield the number and the result of each task as it is done, in any order.
 
@@ -261,11 +339,13 @@ def finished(
         What is done.
     tasks : sequence of tuple
         The arguments for each time.
+    lost : callable, optional
+        Makes the result of a task that was lost again and again, with the worker that did it.
 
     Raises
     ------
     CannotMakeError
-        If a task was lost again and again, with the worker that did it.
+        If a task was lost so, and nothing is made of that.
 
     Examples
     --------
@@ -274,15 +354,25 @@ def finished(
     [(0, 3), (1, 5)]
     """
     waiting: dict[Future[Any], int] = {}
+
+    def taken(most_s: float) -> Iterator[tuple[int, Any]]:
+        for future in _done(waiting, most_s):
+            number = waiting.pop(future)
+            try:
+                result = result_of(future)
+            except CannotMakeError as error:
+                if lost is None:
+                    raise
+                result = lost(error)
+            yield number, result
+
     try:
         for number, task in enumerate(tasks):
             waiting[executor.submit(function, *task)] = number
             # Where work is done here, it is done by now: it need not wait for the rest.
-            for future in _done(waiting, 0.0):
-                yield waiting.pop(future), result_of(future)
+            yield from taken(0.0)
         while waiting:
-            for future in _done(waiting, _PATIENCE_S):
-                yield waiting.pop(future), result_of(future)
+            yield from taken(_PATIENCE_S)
     finally:
         with held_back():
             for future in waiting:
@@ -311,9 +401,22 @@ def result_of(future: Future[Any]) -> Any:
 
 
 @cache
-def _threads(count: int) -> Executor:
-    """Return threads that wait for work as long as this process lives."""
-    return SignalSafeExecutor(ThreadPoolExecutor(count))
+def can_thread() -> bool:
+    """Tell whether this process can start threads."""
+    try:
+        threading.Thread(target=int).start()
+    except RuntimeError:
+        return False
+    return True
+
+
+def threads(count: int) -> Executor:
+    """Return threads of this process, or what works at once where none can be started."""
+    return SignalSafeExecutor(ThreadPoolExecutor(count)) if can_thread() else HereExecutor()
+
+
+#: Threads that wait for work as long as this process lives.
+_threads = cache(threads)
 
 
 def in_threads(

@@ -11,7 +11,10 @@ from pathlib import Path
 if sys.platform == "win32":
     import msvcrt
 else:
-    import fcntl
+    try:
+        import fcntl
+    except ImportError:  # as in a web page, where there is no other process to keep out
+        fcntl = None  # type: ignore[assignment]
 
 
 def lock_file(path: Path) -> int | None:
@@ -24,7 +27,7 @@ def lock_file(path: Path) -> int | None:
     try:
         if sys.platform == "win32":
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        else:
+        elif fcntl is not None:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         os.close(descriptor)

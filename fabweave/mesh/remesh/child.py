@@ -13,6 +13,9 @@ from typing import Any
 
 import numpy as np
 
+#: Says to a frozen program, which is no Python, that it is this script.
+FLAG = "--remesh-child"
+
 
 def remesh_with(engine: str, task: dict[str, Any]) -> tuple[Any, Any]:
     """Return vertices and faces that a remesher makes of some triangles.
@@ -103,9 +106,8 @@ def end_with_parent() -> None:
     os._exit(1)
 
 
-def main(engine: str, source: str, target: str) -> int:
+def remesh_file(engine: str, source: str, target: str) -> int:
     """Read a task, remesh, and write the result or what went wrong."""
-    threading.Thread(target=end_with_parent, daemon=True).start()
     with np.load(Path(source), allow_pickle=False) as stored:
         task = dict(stored)
     try:
@@ -115,6 +117,12 @@ def main(engine: str, source: str, target: str) -> int:
         return 1
     np.savez(target, vertices=np.asarray(vertices), faces=np.asarray(faces))
     return 0
+
+
+def main(engine: str, source: str, target: str) -> int:
+    """Remesh as long as somebody waits for it."""
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    return remesh_file(engine, source, target)
 
 
 if __name__ == "__main__":

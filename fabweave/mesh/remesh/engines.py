@@ -12,7 +12,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
@@ -23,19 +23,24 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, Progress, frozen_value, no_progress
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.core.parallel.executors import SignalSafeExecutor, result_of
+from fabweave.core.parallel.executors import result_of, threads
 from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.one_rings import find_irregular
 from fabweave.mesh.polymesh import PolyMesh, without_loose
+from fabweave.mesh.remesh import child
 from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
 from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults
 
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
-_CHILD = (sys.executable, "-P", str(Path(__file__).with_name("child.py")))
+_CHILD = (
+    (sys.executable, child.FLAG)
+    if getattr(sys, "frozen", False)
+    else (sys.executable, "-P", child.__file__)
+)
 #: Seconds between two looks at whether a result is still wanted.
 _GLANCE_S = 0.1
 
@@ -219,29 +224,34 @@ def run_engine(
 
 
 def _run_child(command: list[str], limit: float, stop: threading.Event) -> int:
-    """Run a command to its end, silently; kill it, and all that it started, at the limit."""
+    """Run a command to its end, silently; kill it, and all that it started, at the limit.
+
+    Where no process can be started, this one does what the child would.
+    """
     try:
-        child = subprocess.Popen(  # noqa: S603 -- our own script, or the caller's command
+        started = subprocess.Popen(  # noqa: S603 -- our own script, or the caller's command
             command,
             stdin=subprocess.PIPE,  # closing it tells the child that nobody is waiting any more
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            start_new_session=os.name == "posix",
+            start_new_session=sys.platform != "win32",
         )
     except OSError as error:
+        if tuple(command[:-3]) == _CHILD:
+            return child.remesh_file(*command[-3:])
         raise AttemptFailedError(f"it could not be started: {error.strerror}") from error
     try:
-        return _wait(child, limit, stop)
+        return _wait(started, limit, stop)
     finally:
-        _kill(child)
+        _kill(started)
 
 
-def _wait(child: "subprocess.Popen[bytes]", limit: float, stop: threading.Event) -> int:
+def _wait(started: "subprocess.Popen[bytes]", limit: float, stop: threading.Event) -> int:
     """Wait for a child process, and return its code."""
     end = time.monotonic() + limit
     while not stop.is_set():
         try:
-            return child.wait(max(0.0, min(_GLANCE_S, end - time.monotonic())))
+            return started.wait(max(0.0, min(_GLANCE_S, end - time.monotonic())))
         except subprocess.TimeoutExpired:
             if time.monotonic() >= end:
                 raise LimitReachedError(
@@ -251,17 +261,17 @@ def _wait(child: "subprocess.Popen[bytes]", limit: float, stop: threading.Event)
     raise AttemptFailedError("it was stopped, as its result was no longer needed")
 
 
-def _kill(child: "subprocess.Popen[bytes]") -> None:
+def _kill(started: "subprocess.Popen[bytes]") -> None:
     """End a child process and its group, if they still run, and collect it."""
-    if child.poll() is None:
+    if started.poll() is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            if os.name == "posix":
-                os.killpg(child.pid, signal.SIGKILL)
+            if sys.platform != "win32":
+                os.killpg(started.pid, signal.SIGKILL)
             else:
-                child.kill()
-        child.wait()
-    if child.stdin is not None:
-        child.stdin.close()
+                started.kill()
+        started.wait()
+    if started.stdin is not None:
+        started.stdin.close()
 
 
 def _read_result(path: Path, code: int, centre: FloatArray, size: float) -> PolyMesh:
@@ -513,7 +523,7 @@ def best_of(good: Sequence[Candidate], wanted: int) -> Candidate:
 def _started(tasks: Sequence[Task]) -> Iterator[list[Future[PolyMesh]]]:
     """Start runs of a remesher, two at a time; none is left running when the block ends."""
     stop = threading.Event()
-    pool = SignalSafeExecutor(ThreadPoolExecutor(max_workers=min(_AT_ONCE, os.cpu_count() or 1)))
+    pool = threads(min(_AT_ONCE, os.cpu_count() or 1))
     try:
         yield [pool.submit(run_engine, task.engine, task.surface, task.run, stop) for task in tasks]
     finally:

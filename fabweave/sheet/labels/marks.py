@@ -21,6 +21,7 @@ from fabweave.sheet.labels.texts import (
     LabelChoice,
     LabelWish,
     Missing,
+    kind_name,
     kind_wishes,
     spare_wishes,
     wishes,
@@ -423,6 +424,7 @@ def mark_pieces(
     side: str = "outside",
     kinds: Kinds | None = None,
     steps: Mapping[str, int] = MappingProxyType({}),
+    prefix: str = "",
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -447,6 +449,8 @@ def mark_pieces(
         Which pieces are the same; needed where only that is told.
     steps : mapping
         The step in which each piece is placed, by its id, as far as that is told.
+    prefix : str
+        Stands before the id of each, as on sheets that several jobs share.
 
     Returns
     -------
@@ -458,7 +462,7 @@ def mark_pieces(
     if labels == "kinds":
         if kinds is None:
             raise ValueError("labels that tell kinds want to know them")
-        return _mark_kinds(pieces, kinds, mirrored=side == "inside")
+        return _mark_kinds(pieces, kinds, prefix, mirrored=side == "inside")
     inside = side == "inside"
     owners = find_owners(pieces, n_crossings)
     begins = {piece.start_joint: piece.id for piece in pieces}
@@ -466,7 +470,7 @@ def mark_pieces(
     wanted = [
         list(
             wishes(
-                piece,
+                replace(piece, id=prefix + piece.id),
                 [pieces[other].id for other in owners.partners(piece)],
                 (ends.get(piece.start_joint), begins.get(piece.end_joint)),
                 labels,
@@ -489,7 +493,11 @@ def mark_pieces(
 
 
 def mark_spares(
-    spares: Sequence[Piece], originals: Sequence[Marks], labels: str, side: str = "outside"
+    spares: Sequence[Piece],
+    originals: Sequence[Marks],
+    labels: str,
+    side: str = "outside",
+    prefix: str = "",
 ) -> tuple[Marks, ...]:
     """Engrave spares: their ids alone, or where kinds are told, what their originals bear.
 
@@ -498,14 +506,15 @@ def mark_spares(
     spares : sequence of Piece
     originals : sequence of Marks
         For each spare, those of the piece that it is a copy of.
-    labels, side : str
+    labels, side, prefix : str
         As for :func:`mark_pieces`.
     """
     if not spares or labels in ("kinds", "none"):
         return tuple(originals)
     mirrored = side == "inside"
     wanted = [
-        list(spare_wishes(spare.id, hidden=labels == "hidden" and not mirrored)) for spare in spares
+        list(spare_wishes(prefix + spare.id, hidden=labels == "hidden" and not mirrored))
+        for spare in spares
     ]
     ticks = [marks.ticks for marks in originals]
     return tuple(
@@ -514,13 +523,16 @@ def mark_spares(
     )
 
 
-def _mark_kinds(pieces: Sequence[Piece], kinds: Kinds, *, mirrored: bool) -> tuple[Marks, ...]:
+def _mark_kinds(
+    pieces: Sequence[Piece], kinds: Kinds, prefix: str, *, mirrored: bool
+) -> tuple[Marks, ...]:
     """Engrave the first piece of each kind, and all others at the same places."""
     first = kinds.first
     leaders = [pieces[at] for at in first.tolist()]
     ticked = _inside(pieces, _rooms(pieces, hidden=not mirrored))
     leading = [ticked[at] for at in first.tolist()]
-    wanted = [list(kind_wishes(kind + 1, hidden=not mirrored)) for kind in range(len(first))]
+    names = [prefix + kind_name(kind + 1) for kind in range(len(first))]
+    wanted = [list(kind_wishes(name, hidden=not mirrored)) for name in names]
     spots = find_spots(leaders, leading, wanted)
     marked = [
         _marks(wishes_of_kind, spots_of_kind, (), mirrored=mirrored)

@@ -215,12 +215,11 @@ def kind_name(kind: int) -> str:
     return f"K{kind}"
 
 
-def kind_wishes(kind: int, *, hidden: bool) -> Iterator[LabelWish]:
+def kind_wishes(name: str, *, hidden: bool) -> Iterator[LabelWish]:
     """Yield what a piece is to tell of which only the kind counts: ``K3``, and an arrow.
 
     The arrow is that of the first piece of the kind; in others the thread may run against it.
     """
-    name = kind_name(kind)
     yield _id_wish(name, arrow=True, hidden=hidden)
     if hidden:
         yield _seen_id_wish(name)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from fabweave.verify.crossing_map import (
     CrossingMap,
@@ -36,6 +36,9 @@ from fabweave.verify.read.glb import Strip, read_model
 from fabweave.verify.read.mesh import LoadedMesh, SourceMesh, read_obj, read_source
 from fabweave.verify.read.svg import read_svg
 from fabweave.verify.report import Place, Tally
+
+if TYPE_CHECKING:
+    from fabweave.verify.read.queue import Shared
 
 #: Reads a file of the job by its name and a reader, or tells why not, and returns None.
 Read: TypeAlias = Callable[[str, Callable[[Path], Any]], Any]
@@ -163,11 +166,11 @@ def read_ready(
     drawn = [*(sheets if asked or common else ()), *(beside if asked else ())]
     for name in drawn:
         ready.add(name, read)
-    _find_strange(directory / READY, set(map(ready.stem_of, drawn)), tally)
+    find_strange(directory / READY, set(map(ready.stem_of, drawn)), tally)
     return ready if drawn else None
 
 
-def _find_strange(folder: Path, known: Collection[str], tally: Tally) -> None:
+def find_strange(folder: Path, known: Collection[str], tally: Tally) -> None:
     """Tell of what is in a folder beside: a sheet left over from an earlier run would be cut."""
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
         named = path.stem in known or path.name in known
@@ -187,7 +190,7 @@ def read_beside(
     sheets = sorted(path.stem for path in folder.glob("*.dxf"))
     for sheet in sheets:
         beside.add(sheet, read)
-    _find_strange(folder, {*sheets, record, told}, tally)
+    find_strange(folder, {*sheets, record, told}, tally)
     return beside
 
 
@@ -303,6 +306,8 @@ class Job:
     offcut_stock: dict[str, Any] | None = None
     #: The rows of the list of cuts, if there is one.
     cuts: list[dict[str, str]] | None = None
+    #: Whose pieces these are, if they are of several jobs that share sheets.
+    shared: "Shared | None" = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -429,21 +434,8 @@ def sheet_drawings(
             tally.fail(f"{sheet.name}.{kind} is not checked, because it could not be read")
 
 
-def load_job(directory: Path, tally: Tally) -> Job:
-    """Read every file of a job, and count them.
-
-    Parameters
-    ----------
-    directory : Path
-        The job's folder.
-    tally : Tally
-        Where missing and malformed files are told.
-
-    Returns
-    -------
-    Job
-        What could be read.
-    """
+def reader(directory: Path, tally: Tally) -> Read:
+    """Return what reads the files of a folder, counts them, and tells what cannot be read."""
 
     def read(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
         """Read one file, or say why not."""
@@ -461,6 +453,26 @@ def load_job(directory: Path, tally: Tally) -> Job:
             tally.unfinished(f"{name} cannot be read", error)
         return None
 
+    return read
+
+
+def load_job(directory: Path, tally: Tally) -> Job:
+    """Read every file of a job, and count them.
+
+    Parameters
+    ----------
+    directory : Path
+        The job's folder.
+    tally : Tally
+        Where missing and malformed files are told.
+
+    Returns
+    -------
+    Job
+        What could be read.
+    """
+    read = reader(directory, tally)
+
     def if_there(name: str, reader: Callable[[Path], _Value]) -> _Value | None:
         """Read what not every job has."""
         return read(name, reader) if (directory / name).exists() else None
@@ -471,8 +483,8 @@ def load_job(directory: Path, tally: Tally) -> Job:
     for name in names:
         sheets.add(name, read)
     if plan is not None:
-        _find_strange(directory / sheets.folder, names, tally)
-    settings = read("job.toml", _read_toml)
+        find_strange(directory / sheets.folder, names, tally)
+    settings = read("job.toml", read_toml)
     options = _options(settings)
     tables = {name: read(name, read_table) for name in (PIECES, STATIONS, CROSSINGS)}
     for name in _BESIDE:
@@ -497,7 +509,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
         cuts=if_there(CUTS, read_table),
         tables={name: rows for name, rows in tables.items() if rows is not None},
-        offcut_stock=if_there(OFFCUT_STOCK, _read_toml),
+        offcut_stock=if_there(OFFCUT_STOCK, read_toml),
     )
 
 
@@ -511,7 +523,7 @@ def _find_strays(directory: Path, tally: Tally) -> None:
             place.expect(not drawn, f"{drawn[:3]} are no drawings of this job")
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
     """Read settings."""
     try:
         return tomllib.loads(read_text(path))
