@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
@@ -103,6 +104,24 @@ class Foresight:
             left[own] = (flat - rigid @ (rigid.T @ flat)).reshape(-1, 3)
         return left
 
+    def _cases(self, pins: FloatArray) -> list[tuple[SuperLU, FloatArray, FloatArray]]:
+        """Return factors, step and motion when it is let go, and under what weighs on it."""
+        freedoms = np.zeros(len(self._force))
+        freedoms[6 * self._bodies :] = pins
+        cases: list[tuple[SuperLU, FloatArray, FloatArray]] = []
+        for held, load in ((0.0, -self._force), (self._held, self._pull)):
+            more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
+            factors = factor((self._matrix + more).tocsc())
+            step = self._solver.solve(factors, load)
+            moves = self._moves(step)
+            cases.append((factors, step, moves if cases else self._without_rigid(moves)))
+        return cases
+
+    def moves(self, pins: FloatArray) -> FloatArray:
+        """Return how crossings go in all, (X, 3), when it stands or hangs and bears its load."""
+        (_, _, settling), (_, _, sagging) = self._cases(pins)
+        return settling + sagging
+
     def __call__(self, pins: FloatArray, bound_mm: float) -> Foretold:
         """Return what becomes of it.
 
@@ -113,16 +132,8 @@ class Foresight:
         bound_mm : float
             Gains are of the largest distances as a share of that.
         """
-        freedoms = np.zeros(len(self._force))
-        freedoms[6 * self._bodies :] = pins
-        cases = []
-        for held, load in ((0.0, -self._force), (self._held, self._pull)):
-            more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
-            factors = factor((self._matrix + more).tocsc())
-            step = self._solver.solve(factors, load)
-            cases.append((factors, step, self._moves(step)))
+        cases = self._cases(pins)
         (_, _, settling), (_, _, sagging) = cases
-        settling = self._without_rigid(settling)
         away = [np.linalg.norm(moves, axis=1) for moves in (settling, sagging)]
         share = np.stack(away) / bound_mm
         whole = float((share**_POWER).sum()) ** (1 / _POWER)

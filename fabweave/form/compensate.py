@@ -1,0 +1,293 @@
+"""Move the mesh of an object so that what is cut settles onto the mesh that was wished for.
+
+Strips that are cut as they lie on a mesh settle beside it, as they rest where their forces are in
+balance, under their weight and their load. So each vertex is moved by minus what its crossings go,
+time and again. How far they go is foretold to first order, which takes a moment, and what that
+leaves out is taken from where the object really comes to rest at first. Ribbons keep the rules that
+they kept: where one would be broken, the motion is evened out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+import scipy.sparse as sp
+from threadpoolctl import threadpool_limits
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    flags,
+    frozen,
+    no_progress,
+)
+from fabweave.form.body import ElasticBody, body_of, off_places
+from fabweave.form.hold import Foresight, pins_of
+from fabweave.form.settle import STANDS, in_the_end, let_go
+from fabweave.mesh.automorphisms import Symmetry
+from fabweave.mesh.symmetrise import vertex_images
+from fabweave.piece.brief import Brief
+from fabweave.piece.joined_object import JoinedObject, recut, relaid
+from fabweave.piece.pieces import PieceSet
+from fabweave.ribbon.aim import Aim
+from fabweave.ribbon.lay import WovenObject
+from fabweave.ribbon.project import following_rung
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.weave.symmetry import nearest_symmetry
+
+#: So often vertices are moved, at most; a step that takes less than this share of what is left off
+#: is the last.
+_STEPS, _LITTLE = 3, 0.05
+#: What is left is to be less than this share of what there was; else nothing is moved.
+_WORTH = 0.8
+#: To know where it rests, such a share of the energy is little enough.
+_GAIN = 1e-3
+#: Objects of more crossings are left as they are drawn: to let them go once more takes a minute.
+MOST_CROSSINGS = 3000
+#: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
+#: vertex from its neighbours; about these places half as much.
+_TRIES, _EVEN, _ROUNDS, _ABOUT = 4, 0.7, 3, 0.5
+#: A place is worse than it was from such a share of what is needed on.
+_WORSE = 0.02
+
+#: Checks ribbons against the rules of their material.
+Check = Callable[[WovenObject], RibbonCheck]
+
+
+def compensated(
+    joined: JoinedObject,
+    pieces: PieceSet,
+    brief: Brief,
+    check: Check,
+    progress: Progress = no_progress,
+) -> JoinedObject:
+    """Return an object that settles onto the mesh of another; that one where little is gained.
+
+    Parameters
+    ----------
+    joined : JoinedObject
+        As it is drawn.
+    pieces : PieceSet
+        Its pieces, for how its crossings are fastened.
+    brief : Brief
+    check : callable
+    progress : callable
+    """
+    if brief.pieces.as_drawn != "on" or brief.pieces.former is not None or joined.woven.straight:
+        return joined
+    body = body_of(joined.woven, brief)
+    if body is None or len(body.places) > MOST_CROSSINGS:
+        return joined
+    with threadpool_limits(limits=1, user_api="blas"):
+        pins = pins_of(body, pieces)
+        far = Foresight(body).moves(pins)
+        most = float(np.linalg.norm(far, axis=1).max())
+        if not body.thickness_mm.min() < most < STANDS * body.size_mm:
+            return joined
+        woven = joined.woven
+        none = np.zeros(len(body.places))
+        aim = Aim(woven.mesh, body.places, none, none, 0.0)
+        aimed = replace(joined, woven=replace(woven, aim=aim))
+        best = _Compensation(aimed, aim, pins, brief, check, progress).best
+    return joined if best is None else best
+
+
+@dataclass
+class _Compensation:
+    """An object whose mesh is moved, vertex by vertex."""
+
+    joined: JoinedObject
+    aim: Aim
+    pins: FloatArray
+    brief: Brief
+    check: Check
+    progress: Progress
+
+    @property
+    def best(self) -> JoinedObject | None:
+        """The object that is nearest to its aim in the end, of all that were tried."""
+        drawn, first = self.off(self.joined), self.foretold(self.joined)
+        moved = np.zeros_like(self.joined.woven.mesh.vertices)
+        best, off = None, drawn
+        for number in range(_STEPS):
+            self.progress("form", number, _STEPS)
+            step = self.kept(moved, -self.at_vertices(off))
+            if step is None:
+                break
+            moved = moved + step[1]
+            before, off = off, self.foretold(step[0]) + drawn - first
+            if _mean(off) > (1.0 - _LITTLE) * _mean(before):
+                break
+            best = step[0], moved
+        return None if best is None else self.confirmed(*best, drawn)
+
+    def confirmed(
+        self, laid: JoinedObject, moved: FloatArray, drawn: FloatArray
+    ) -> JoinedObject | None:
+        """Return an object with its strips, if it comes to rest much nearer to its aim."""
+        cut, left = recut(laid, self.brief), self.off(laid)
+        if cut is None or _mean(left) > _WORTH * _mean(drawn):
+            return None
+        aim = replace(
+            self.aim,
+            drawn_mm=frozen(np.linalg.norm(drawn, axis=1)),
+            left_mm=frozen(np.linalg.norm(left, axis=1)),
+            moved_mm=float(np.linalg.norm(moved, axis=1).max()),
+        )
+        return replace(cut, woven=replace(cut.woven, aim=aim))
+
+    def body(self, joined: JoinedObject) -> ElasticBody:
+        """Return an object as an elastic body."""
+        # It has as many crossings as before.
+        return cast(ElasticBody, body_of(joined.woven, self.brief))
+
+    def off(self, joined: JoinedObject) -> FloatArray:
+        """Return how far crossings come to rest from where they are wished, (X, 3)."""
+        body = self.body(joined)
+        off = np.zeros_like(body.places)
+        for part, own in zip(body.parts, body.bodies, strict=True):
+            end = in_the_end(part, let_go(part, self.pins[own], _GAIN))
+            off[own] = off_places(end.state.bodies.origin, part.target)
+        return off
+
+    def foretold(self, joined: JoinedObject) -> FloatArray:
+        """Return the same to first order."""
+        body = self.body(joined)
+        places = body.places + Foresight(body).moves(self.pins)
+        off = np.zeros_like(places)
+        for own in body.bodies:
+            off[own] = off_places(places[own], body.target[own])
+        return off
+
+    @cached_property
+    def drawn(self) -> "_Broken":
+        """Where rules are broken as it is drawn."""
+        return _Broken(self.check(self.joined.woven), self.joined.woven)
+
+    def kept(self, moved: FloatArray, step: FloatArray) -> tuple[JoinedObject, FloatArray] | None:
+        """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
+
+        The step is evened out about places that would be worse than they were; None if that does
+        not help.
+        """
+        woven = self.joined.woven
+        about = np.zeros(len(moved))
+        for _ in range(_TRIES):
+            there = woven.mesh.with_vertices(woven.mesh.vertices + moved + step)
+            laid = relaid(self.joined, there, self.brief)
+            broken = _Broken(self.check(laid.woven), laid.woven)
+            if broken.no_more_than(self.drawn):
+                return laid, step
+            about = np.maximum(about, self.beside(broken.worse_than(self.drawn)))
+            for _ in range(_ROUNDS):
+                uneven = moved + step - self.neighbours @ (moved + step)
+                step = self.symmetric(step - _EVEN * about[:, None] * uneven)
+        return None
+
+    @cached_property
+    def edges(self) -> tuple[IntArray, IntArray]:
+        """The ends of each crossing's edge."""
+        halfedges, own = self.joined.woven.halfedges, self.joined.woven.weave.threads
+        return halfedges.tail[own.crossing_halfedge], halfedges.head[own.crossing_halfedge]
+
+    def at_vertices(self, off: FloatArray) -> FloatArray:
+        """Return the mean of what crossings about each vertex are off, (V, 3)."""
+        count = self.joined.woven.mesh.n_vertices
+        one = sp.coo_array(
+            (np.ones(2 * len(off)), (np.concatenate(self.edges), np.tile(np.arange(len(off)), 2))),
+            shape=(count, len(off)),
+        ).tocsr()
+        number: FloatArray = one.sum(axis=1)
+        mean = one @ off / np.maximum(number, 1)[:, None]
+        # A corner of one face only goes with its neighbours.
+        mean[number == 0] = (self.neighbours @ mean)[number == 0]
+        if self.joined.woven.source.rim != "none":
+            mean[self.rim] = 0.0
+        return self.symmetric(mean)
+
+    @cached_property
+    def rim(self) -> BoolArray:
+        """Which vertices lie on a boundary, (V,): a ring holds them there."""
+        halfedges, count = self.joined.woven.halfedges, self.joined.woven.mesh.n_vertices
+        return flags(count, halfedges.tail[halfedges.twin < 0])
+
+    @cached_property
+    def neighbours(self) -> sp.csr_array:
+        """What means are taken with of each vertex's neighbours, (V, V)."""
+        halfedges, count = self.joined.woven.halfedges, self.joined.woven.mesh.n_vertices
+        pairs = halfedges.tail, halfedges.head
+        ends = np.concatenate(pairs), np.concatenate(pairs[::-1])
+        joined = sp.coo_array((np.ones(len(ends[0])), ends), shape=(count, count)).tocsr()
+        return sp.csr_array(sp.diags_array(1 / np.maximum(joined.sum(axis=1), 1)) @ joined)
+
+    def beside(self, passes: BoolArray) -> FloatArray:
+        """Return how near vertices are to some passes and those that follow, (V,), 1 to 0."""
+        threads = self.joined.woven.weave.threads
+        after = following_rung(threads.offsets, threads.closed)[passes]
+        both = np.concatenate([np.flatnonzero(passes), after[after >= 0]])
+        tail, head = self.edges
+        at = threads.crossing[both]
+        near = flags(len(self.rim), np.concatenate([tail[at], head[at]])).astype(np.float64)
+        about = (self.neighbours @ near) > 0.0
+        return np.maximum(near, _ABOUT * about)
+
+    @cached_property
+    def symmetry(self) -> tuple[Symmetry, IntArray]:
+        """The motions that map the mesh onto itself, and where they take vertices."""
+        woven = self.joined.woven
+        group = nearest_symmetry(woven.mesh, woven.halfedges)
+        return group, vertex_images(group, woven.halfedges, woven.mesh.n_vertices)
+
+    def symmetric(self, step: FloatArray) -> FloatArray:
+        """Return the mean of how vertices move as seen by all motions of the mesh onto itself.
+
+        So pieces that are alike stay so.
+        """
+        group, images = self.symmetry
+        return np.asarray(np.mean(step[images] @ group.matrix, axis=0))
+
+
+class _Broken:
+    """Where ribbons break rules.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    woven : WovenObject
+        Whose ribbons they are.
+    """
+
+    def __init__(self, check: RibbonCheck, woven: WovenObject) -> None:
+        count = len(woven.weave.threads.crossing)
+        self._counts = {one.rule: (one.count, one.far) for one in check.findings}
+        #: By rule, what there is over what is needed at each pass, at the least.
+        self._margins = {rule: np.full(count, np.inf) for rule in check.measured}
+        for rule, measured in check.measured.items():
+            for at in (measured.passes, measured.others):
+                known = at >= 0
+                np.minimum.at(self._margins[rule], at[known], measured.margins[known])
+
+    def no_more_than(self, other: "_Broken") -> bool:
+        """Return whether no rule is broken in more places than elsewhere, or oftener by far."""
+        return all(
+            count <= other._counts.get(rule, (0, 0))[0] and far <= other._counts[rule][1]
+            for rule, (count, far) in self._counts.items()
+        )
+
+    def worse_than(self, other: "_Broken") -> BoolArray:
+        """Return at which passes a rule is broken, and was not, or less so, (P,)."""
+        worse = [
+            margins < np.minimum(1.0, other._margins[rule] - _WORSE)
+            for rule, margins in self._margins.items()
+            if rule in other._margins
+        ]
+        return np.asarray(np.any(worse, axis=0))
+
+
+def _mean(off: FloatArray) -> float:
+    """Return the root mean square of vectors."""
+    return float(np.sqrt((off**2).sum(axis=1).mean()))
