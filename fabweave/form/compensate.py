@@ -38,6 +38,7 @@ from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.weave.symmetry import nearest_symmetry
+from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often vertices are moved, at most; a step that takes less than this share of what is left off
 #: is the last.
@@ -96,6 +97,44 @@ def compensated(
     return joined if best is None else best
 
 
+def off_in_parts(body: ElasticBody, places: FloatArray) -> FloatArray:
+    """Return how crossings are off where they are wished, (X, 3), each body where it fits best."""
+    off = np.zeros_like(places)
+    for own in body.bodies:
+        off[own] = off_places(places[own], body.target[own])
+    return off
+
+
+def vertex_means(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes means of the crossings about each vertex, (V, X)."""
+    ends, count = _ends(woven), woven.weave.threads.n_crossings
+    at = np.concatenate(ends), np.tile(np.arange(count), 2)
+    shape = woven.mesh.n_vertices, count
+    mean = _rows_of_one(sp.coo_array((np.ones(2 * count), at), shape=shape).tocsr())
+    # A corner of one face only goes with its neighbours.
+    alone = sp.diags_array((mean.sum(axis=1) == 0).astype(np.float64))
+    return sp.csr_array(mean + alone @ _neighbours(woven) @ mean)
+
+
+def _ends(woven: WovenMesh) -> tuple[IntArray, IntArray]:
+    """Return the ends of each crossing's edge."""
+    halfedges, own = woven.halfedges, woven.weave.threads.crossing_halfedge
+    return halfedges.tail[own], halfedges.head[own]
+
+
+def _neighbours(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes means of the neighbours of each vertex, (V, V)."""
+    halfedges, count = woven.halfedges, woven.mesh.n_vertices
+    pairs = halfedges.tail, halfedges.head
+    ends = np.concatenate(pairs), np.concatenate(pairs[::-1])
+    return _rows_of_one(sp.coo_array((np.ones(len(ends[0])), ends), shape=(count, count)).tocsr())
+
+
+def _rows_of_one(matrix: sp.csr_array) -> sp.csr_array:
+    """Return a matrix whose rows add up to 1, or are empty."""
+    return sp.csr_array(sp.diags_array(1.0 / np.maximum(matrix.sum(axis=1), 1.0)) @ matrix)
+
+
 @dataclass
 class _Compensation:
     """An object whose mesh is moved, vertex by vertex."""
@@ -148,20 +187,17 @@ class _Compensation:
     def off(self, joined: JoinedObject) -> FloatArray:
         """Return how far crossings come to rest from where they are wished, (X, 3)."""
         body = self.body(joined)
-        off = np.zeros_like(body.places)
+        places = np.zeros_like(body.places)
         for part, own in zip(body.parts, body.bodies, strict=True):
             end = in_the_end(part, let_go(part, self.pins[own], _GAIN))
-            off[own] = off_places(end.state.bodies.origin, part.target)
-        return off
+            places[own] = end.state.bodies.origin
+        return off_in_parts(body, places)
 
     def foretold(self, joined: JoinedObject) -> FloatArray:
         """Return the same to first order."""
         body = self.body(joined)
         places = body.places + Foresight(body).moves(self.pins)
-        off = np.zeros_like(places)
-        for own in body.bodies:
-            off[own] = off_places(places[own], body.target[own])
-        return off
+        return off_in_parts(body, places)
 
     @cached_property
     def drawn(self) -> "_Broken":
@@ -188,23 +224,9 @@ class _Compensation:
                 step = self.symmetric(step - _EVEN * about[:, None] * uneven)
         return None
 
-    @cached_property
-    def edges(self) -> tuple[IntArray, IntArray]:
-        """The ends of each crossing's edge."""
-        halfedges, own = self.joined.woven.halfedges, self.joined.woven.weave.threads
-        return halfedges.tail[own.crossing_halfedge], halfedges.head[own.crossing_halfedge]
-
     def at_vertices(self, off: FloatArray) -> FloatArray:
         """Return the mean of what crossings about each vertex are off, (V, 3)."""
-        count = self.joined.woven.mesh.n_vertices
-        one = sp.coo_array(
-            (np.ones(2 * len(off)), (np.concatenate(self.edges), np.tile(np.arange(len(off)), 2))),
-            shape=(count, len(off)),
-        ).tocsr()
-        number: FloatArray = one.sum(axis=1)
-        mean = one @ off / np.maximum(number, 1)[:, None]
-        # A corner of one face only goes with its neighbours.
-        mean[number == 0] = (self.neighbours @ mean)[number == 0]
+        mean = self.means @ off
         if self.joined.woven.source.rim != "none":
             mean[self.rim] = 0.0
         return self.symmetric(mean)
@@ -216,20 +238,21 @@ class _Compensation:
         return flags(count, halfedges.tail[halfedges.twin < 0])
 
     @cached_property
+    def means(self) -> sp.csr_array:
+        """See :func:`vertex_means`."""
+        return vertex_means(self.joined.woven)
+
+    @cached_property
     def neighbours(self) -> sp.csr_array:
         """What means are taken with of each vertex's neighbours, (V, V)."""
-        halfedges, count = self.joined.woven.halfedges, self.joined.woven.mesh.n_vertices
-        pairs = halfedges.tail, halfedges.head
-        ends = np.concatenate(pairs), np.concatenate(pairs[::-1])
-        joined = sp.coo_array((np.ones(len(ends[0])), ends), shape=(count, count)).tocsr()
-        return sp.csr_array(sp.diags_array(1 / np.maximum(joined.sum(axis=1), 1)) @ joined)
+        return _neighbours(self.joined.woven)
 
     def beside(self, passes: BoolArray) -> FloatArray:
         """Return how near vertices are to some passes and those that follow, (V,), 1 to 0."""
         threads = self.joined.woven.weave.threads
         after = following_rung(threads.offsets, threads.closed)[passes]
         both = np.concatenate([np.flatnonzero(passes), after[after >= 0]])
-        tail, head = self.edges
+        tail, head = _ends(self.joined.woven)
         at = threads.crossing[both]
         near = flags(len(self.rim), np.concatenate([tail[at], head[at]])).astype(np.float64)
         about = (self.neighbours @ near) > 0.0

@@ -276,6 +276,11 @@ class Settled:
         return self.body.target
 
     @property
+    def end(self) -> Relaxed:
+        """Where it comes to rest with all that weighs on it."""
+        return list(self.states.values())[-1]
+
+    @property
     def rested(self) -> FloatArray:
         """Where they come to rest when they are let go, (X, 3)."""
         return self.states["let go"].state.bodies.origin
