@@ -23,10 +23,6 @@ _TURNS_DEG = 2.0
 #: What settles by no more than this share of its size keeps its form; what goes by more than that
 #: collapses: figures of small bends tell no more than that, and a maker has no use for them.
 BOUND, STANDS = 0.01, 0.1
-#: When steps gain no more than this share of the energy, what is left is less than a maker sees.
-_GAIN = 2e-5
-#: Weight does little to what strips have in store, and is to be borne.
-_SAG_GAIN = 1e-9
 #: A mode is loose if its own weight is enough to push an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
 #: At so many crossings, evenly chosen, it is tried how far a thumb moves them.
@@ -286,6 +282,20 @@ class Settled:
         return self.states["let go"].state.bodies.origin
 
 
+class Closely(NamedTuple):
+    """How closely it is found where an object rests: what steps gain at least, and how many.
+
+    Weight does little to what strips have in store, and is to be borne.
+    """
+
+    gain: float = 2e-5
+    sag_gain: float = 1e-9
+    steps: int = 200
+
+
+_CLOSELY = Closely()
+
+
 class Rests(NamedTuple):
     """Where an object comes to rest when it is let go, and when it stands under its own weight.
 
@@ -305,7 +315,7 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(body: ElasticBody, pins: FloatArray, gain: float = _GAIN) -> Rests:
+def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
@@ -313,26 +323,27 @@ def let_go(body: ElasticBody, pins: FloatArray, gain: float = _GAIN) -> Rests:
     body : ElasticBody
     pins : (X,) float array
         How crossings resist turning, N mm per radian.
-    gain : float
-        Steps that gain no more of the energy are the last.
+    how : Closely
+        Near enough to rest.
     """
     net = replace(body.net, pins=pins)
-    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=gain)
+    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
     free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
     held = body.held(places)
     stands = standing(net, held, places)
-    stood = relax(stands, free.state, gain=min(gain, _SAG_GAIN))
+    stood = relax(stands, free.state, gain=how.sag_gain, most=how.steps)
     away = np.linalg.norm(places - body.target, axis=1)
     return Rests(free, held, stands, stood, away, _sag(body, stood, free))
 
 
-def in_the_end(body: ElasticBody, rests: Rests) -> Relaxed:
+def in_the_end(body: ElasticBody, rests: Rests, how: Closely = _CLOSELY) -> Relaxed:
     """Return where an object comes to rest with its load."""
     if not body.load.any():
         return rests.stood
     net = rests.standing
-    return relax(replace(net, weight=net.weight + body.load), rests.stood.state, gain=_SAG_GAIN)
+    more = replace(net, weight=net.weight + body.load)
+    return relax(more, rests.stood.state, gain=how.sag_gain, most=how.steps)
 
 
 def settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None = None) -> Settled:

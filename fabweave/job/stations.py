@@ -246,12 +246,13 @@ class Stations:
         self.progress("checks", 0, 1)
         if not searched:
             return drawn, joined_pieces(drawn, brief, form_hold(drawn, brief, closely=False))
-        found = self._compensated(joined_pieces(drawn, brief))
+        bare = joined_pieces(drawn, brief)
+        found = self._compensated(bare)
         aim, hold = found[0].woven.aim, form_hold(drawn, brief)
         if hold is None or (aim is not None and aim.left_mm.max() <= hold.bound_mm):
             return found
         held = joined_pieces(drawn, brief, hold)
-        if np.array_equal(held.fastened, found[1].fastened):
+        if np.array_equal(held.fastened, bare.fastened):
             return found
         return self._compensated(held)
 
