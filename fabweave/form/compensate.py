@@ -26,7 +26,7 @@ from fabweave.core.arrays import (
     no_progress,
 )
 from fabweave.form.body import ElasticBody, body_of, off_places
-from fabweave.form.hold import Foresight, pins_of
+from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
 from fabweave.form.settle import STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
@@ -81,23 +81,68 @@ def compensated(
     check : callable
     progress : callable
     """
-    if brief.pieces.as_drawn != "on" or brief.pieces.former is not None or joined.woven.straight:
-        return joined
-    body = body_of(joined.woven, brief)
-    if body is None or len(body.places) > MOST_CROSSINGS:
+    body = body_of(joined.woven, brief) if _may_move(joined.woven, brief) else None
+    if body is None:
         return joined
     with threadpool_limits(limits=1, user_api="blas"):
         pins = pins_of(body, pieces)
-        far = Foresight(body).moves(pins)
-        most = float(np.linalg.norm(far, axis=1).max())
-        if not body.thickness_mm.min() < most < STANDS * body.size_mm:
+        woven, moves = joined.woven, Foresight(body).moves(pins)
+        if not _is_worth_it(woven, brief, moves):
             return joined
-        woven = joined.woven
         none = np.zeros(len(body.places))
         aim = Aim(woven.mesh, body.places, none, none, 0.0)
         aimed = replace(joined, woven=replace(woven, aim=aim))
         best = _Compensation(aimed, aim, pins, brief, check, progress).best
     return joined if best is None else best
+
+
+def foretell_end(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
+    """Return how far an object goes, to first order, and is off in the end as it will be cut."""
+    found = foretell(woven, brief, pieces)
+    if found is None or found.moves is None:
+        return found
+    return found._replace(left_mm=_foretold_left(woven, brief, found.moves))
+
+
+def _foretold_left(woven: WovenObject, brief: Brief, moves: FloatArray) -> float | None:
+    """Return what is left of how crossings go; None of what is cut as it is drawn.
+
+    Vertices cannot take back all of it.
+    """
+    if woven.aim is not None:
+        return float(woven.aim.left_mm.max())
+    if not _may_move(woven, brief) or not _is_worth_it(woven, brief, moves):
+        return None
+    means, left = vertex_means(woven), moves
+    for _ in range(_STEPS):
+        left = left - _crossings_between(woven) @ (means @ left)
+    return float(np.linalg.norm(left, axis=1).max())
+
+
+def _may_move(woven: WovenObject, brief: Brief) -> bool:
+    """Return whether an object may be cut otherwise than it is drawn."""
+    asked, count = brief.pieces, woven.weave.threads.n_crossings
+    drawn = asked.as_drawn != "on" or asked.former is not None
+    return not (drawn or woven.straight or count > MOST_CROSSINGS)
+
+
+def _is_worth_it(woven: WovenObject, brief: Brief, moves: FloatArray) -> bool:
+    """Return whether crossings go by more than strips are thick, and the object stands."""
+    most = float(np.linalg.norm(moves, axis=1).max())
+    thickness = min(one.thickness_mm for one in brief.supplies.materials)
+    return thickness < most < STANDS * woven.size_mm
+
+
+def _crossings_between(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes crossings from vertices, (X, V): each lies in the middle of its quad."""
+    mesh, (tail, head) = woven.mesh, _ends(woven)
+    halfedges, own = woven.halfedges, woven.weave.threads.crossing_halfedge
+    shape = mesh.n_faces, mesh.n_vertices
+    corners = np.ones(len(mesh.indices)), mesh.indices, mesh.offsets
+    faces = _rows_of_one(sp.csr_array(corners, shape=shape))
+    each = sp.csr_array(sp.eye_array(mesh.n_vertices))
+    left, right = (faces[halfedges.face[side]] for side in (own, halfedges.twin[own]))
+    return sp.csr_array((each[tail] + each[head] + left + right) / 4.0)
 
 
 def off_in_parts(body: ElasticBody, places: FloatArray) -> FloatArray:

@@ -50,17 +50,28 @@ class Foretold(NamedTuple):
         A mean of high powers of all distances, as shares of the bound: about the largest.
     gains : (X,) float array
         How that falls with each crossing's resistance to turning, by N mm per radian.
+    moves : (X, 3) float array, optional
+        How crossings go in all.
+    left_mm : float or None
+        How far they are off in the end, where the mesh is moved so that it settles onto itself.
     """
 
     settles_mm: float
     sags_mm: float
     whole: float
     gains: FloatArray
+    moves: FloatArray | None = None
+    left_mm: float | None = None
 
     @property
     def most_mm(self) -> float:
         """The larger of both."""
         return max(self.settles_mm, self.sags_mm)
+
+    @property
+    def off_mm(self) -> float:
+        """How far it is off in the end."""
+        return self.most_mm if self.left_mm is None else self.left_mm
 
 
 class Foresight:
@@ -147,7 +158,8 @@ class Foresight:
             asked[: 6 * self._bodies] = self._own(push)
             answer = self._solver.solve(factors, asked)
             gains += (answer * step)[6 * self._bodies :]
-        return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
+        most = float(away[0].max()), float(away[1].max())
+        return Foretold(*most, whole, gains, settling + sagging)
 
 
 def pins_of(body: ElasticBody, pieces: PieceSet) -> FloatArray:

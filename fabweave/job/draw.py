@@ -146,8 +146,8 @@ class Job(PlannedJob):
         if self.let_go is None:
             return None
         settled = self.let_go.settled
-        state = settled.states["let go"].state
-        return shown_relaxed(self.woven.ribbons, self.weave, settled.body, state)
+        rest = settled.states["let go"] if self.woven.aim is None else settled.end
+        return shown_relaxed(self.woven.ribbons, self.weave, settled.body, rest.state)
 
     @property
     def settled_mesh(self) -> PolyMesh | None:

@@ -16,8 +16,8 @@ from fabweave.core.colour_space import Colours
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
-from fabweave.form.compensate import compensated
-from fabweave.form.hold import Foretold, foretell, form_hold
+from fabweave.form.compensate import compensated, foretell_end
+from fabweave.form.hold import Foretold, form_hold
 from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
 from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
@@ -244,17 +244,24 @@ class Stations:
         """
         drawn, brief, searched = self.drawn, self.brief, self.depth == Depth.SEARCHED
         self.progress("checks", 0, 1)
-        if not searched:
-            return drawn, joined_pieces(drawn, brief, form_hold(drawn, brief, closely=False))
-        bare = joined_pieces(drawn, brief)
-        found = self._compensated(bare)
-        aim, hold = found[0].woven.aim, form_hold(drawn, brief)
-        if hold is None or (aim is not None and aim.left_mm.max() <= hold.bound_mm):
+        bare, hold = joined_pieces(drawn, brief), form_hold(drawn, brief, closely=searched)
+        found = self._compensated(bare) if searched else (drawn, bare)
+        if hold is None:
+            return found
+        foretold = self._foretell(*found)
+        left_mm = None if foretold is None else foretold.left_mm
+        if left_mm is not None and left_mm <= hold.bound_mm:
             return found
         held = joined_pieces(drawn, brief, hold)
         if np.array_equal(held.fastened, bare.fastened):
             return found
-        return self._compensated(held)
+        return self._compensated(held) if searched else (drawn, held)
+
+    def _foretell(self, joined: JoinedObject, pieces: PieceSet) -> Foretold | None:
+        """Return how far an object goes to first order, and is off in the end as it is made."""
+        found = foretell_end(joined.woven, self.brief, pieces)
+        drawn = self.depth == Depth.SEARCHED and joined.woven.aim is None
+        return found._replace(left_mm=None) if drawn and found is not None else found
 
     def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet]:
         """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
@@ -320,7 +327,7 @@ class Stations:
     @cached_property
     def foretold(self) -> Foretold | None:
         """How far it goes when it is let go, to first order; None where that takes minutes."""
-        return foretell(self.joined.woven, self.brief, self.piece_set)
+        return self._foretell(self.joined, self.piece_set)
 
     @cached_property
     def layout(self) -> Layout:
