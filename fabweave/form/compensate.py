@@ -27,7 +27,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.form.body import ElasticBody, body_of, off_places
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
-from fabweave.form.settle import STANDS, Closely, in_the_end, let_go
+from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetrise import vertex_images
@@ -42,10 +42,11 @@ from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.weave.symmetry import nearest_symmetry
 from fabweave.weave.weave_mesh import WovenMesh
 
-#: So often vertices are moved, at most; a step that takes less than this share of what is left off
-#: is the last.
-_STEPS, _LITTLE = 3, 0.05
-#: What is left is to be less than this share of what there was; else nothing is moved.
+#: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
+#: A step that takes less than this share of what is left off is the last.
+_ROUNDS, _STEPS, _LITTLE = 2, 3, 0.05
+#: What is left is to be less than this share of what there was in the mean, and no more at most;
+#: else nothing is moved.
 _WORTH = 0.8
 #: To know about where it rests, this is near enough.
 _ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
@@ -53,7 +54,7 @@ _ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
 MOST_CROSSINGS = 3000
 #: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
 #: vertex from its neighbours; about these places half as much.
-_TRIES, _EVEN, _ROUNDS, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+_TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
 #: A place is worse than it was from such a share of what is needed on; and a rule that is broken as
 #: it is drawn may be broken so much oftener, where no place gets worse than the worst.
 _WORSE, _MORE = 0.02, 0.25
@@ -197,28 +198,45 @@ class _Compensation:
     @property
     def best(self) -> JoinedObject | None:
         """The object that is nearest to its aim in the end, of all that were tried."""
-        drawn, first = self.off(self.joined), self.foretold(self.joined)
+        drawn = left = self.off(self.joined)
+        off, best = self.foretold(self.joined), None
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
-        best, off = None, drawn
+        for _ in range(_ROUNDS):
+            # What is left out to first order is as it was when it came to rest last.
+            found = self.stepped(moved, left, left - off)
+            cut = None if found is None else recut(found[0], self.brief)
+            if found is None or cut is None:
+                break
+            (laid, moved), before = found, left
+            left, off = self.off(cut), self.foretold(laid)
+            if _mean(left) > _WORTH * _mean(before) or _most(left) > _most(before):
+                break
+            best = self.aimed(cut, moved, drawn, left)
+            if _most(left) <= BOUND * self.joined.woven.size_mm:
+                break
+        return best
+
+    def stepped(
+        self, moved: FloatArray, off: FloatArray, missed: FloatArray
+    ) -> tuple[JoinedObject, FloatArray] | None:
+        """Return an object that is off less and less, as foretold, and how its vertices moved."""
+        best = None
         for number in range(_STEPS):
             self.progress("form", number, _STEPS)
             step = self.kept(moved, -self.at_vertices(off))
             if step is None:
                 break
             moved = moved + step[1]
-            before, off = off, self.foretold(step[0]) + drawn - first
+            before, off = off, self.foretold(step[0]) + missed
             if _mean(off) > (1.0 - _LITTLE) * _mean(before):
                 break
             best = step[0], moved
-        return None if best is None else self.confirmed(*best, drawn)
+        return best
 
-    def confirmed(
-        self, laid: JoinedObject, moved: FloatArray, drawn: FloatArray
-    ) -> JoinedObject | None:
-        """Return an object with its strips, if it comes to rest much nearer to its aim."""
-        cut, left = recut(laid, self.brief), self.off(laid)
-        if cut is None or _mean(left) > _WORTH * _mean(drawn):
-            return None
+    def aimed(
+        self, cut: JoinedObject, moved: FloatArray, drawn: FloatArray, left: FloatArray
+    ) -> JoinedObject:
+        """Return an object with what it settles onto, and how near it comes."""
         aim = replace(
             self.aim,
             drawn_mm=frozen(np.linalg.norm(drawn, axis=1)),
@@ -260,7 +278,7 @@ class _Compensation:
         made shorter at last, most there; None if that does not help.
         """
         for number in range(_TRIES):
-            for _ in range(_ROUNDS * (number + 1) if self.about.any() else 0):
+            for _ in range(_TIMES * (number + 1) if self.about.any() else 0):
                 uneven = moved + step - self.neighbours @ (moved + step)
                 step = self.symmetric(step - _EVEN * self.about[:, None] * uneven)
             there = self.moved(moved + step)
@@ -392,6 +410,11 @@ class _Broken:
             if rule in other._margins
         ]
         return np.asarray(np.any(worse, axis=0))
+
+
+def _most(off: FloatArray) -> float:
+    """Return the length of the longest of vectors."""
+    return float(np.linalg.norm(off, axis=1).max())
 
 
 def _mean(off: FloatArray) -> float:

@@ -268,9 +268,11 @@ class Stations:
         joined = compensated(self.drawn, drawn, self.brief, self._checked, self.progress)
         if joined is self.drawn:
             return joined, drawn
-        fastened = drawn.fastened
-        pieces = joined_pieces(joined, self.brief, lambda *_: fastened)
-        alike = pieces.kinds.count <= drawn.kinds.count
+        beside = drawn.fastened.copy()
+        beside[self.drawn.joints.crossing] = False
+        pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
+        # No more of them differ.
+        alike = pieces.kinds.count * len(drawn.pieces) <= drawn.kinds.count * len(pieces.pieces)
         return (joined, pieces) if alike else (self.drawn, drawn)
 
     @cached_property

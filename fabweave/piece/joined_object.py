@@ -140,11 +140,13 @@ def split_object(
             raise CannotMakeError(_too_large(woven, whole, cut.outlines, placed)) from error
 
 
-def relaid(joined: JoinedObject, mesh: PolyMesh, brief: Brief) -> JoinedObject:
+def relaid(
+    joined: JoinedObject, mesh: PolyMesh, brief: Brief, more: IntArray | None = None
+) -> JoinedObject:
     """Return an object on a mesh whose vertices were moved, its ribbons laid anew.
 
     Threads are cut where they were, and ribbons are no wider for what they had room for; strips are
-    those of before, until :func:`recut` cuts them.
+    those of before, until :func:`recut` cuts them. Pieces lap where they did, and at ``more``.
     """
     was = joined.woven
     woven = replace(was, source=replace(was.source, mesh=mesh))
@@ -152,20 +154,44 @@ def relaid(joined: JoinedObject, mesh: PolyMesh, brief: Brief) -> JoinedObject:
     even = joined.repeats is not None or joined.plan.likes
     joints = joined.joints
     lapped = joints.crossing[joints.where(lambda kind: kind.laps)]
+    lapped = lapped if more is None else np.union1d(lapped, more)
     laid, joints = _with_joints(woven, joined.plan.runs, brief, even, most, lapped)
     return replace(joined, woven=replace(laid, apart=was.apart), joints=joints)
 
 
 def recut(joined: JoinedObject, brief: Brief) -> JoinedObject | None:
-    """Return an object that was laid anew with its strips; None if they cannot be cut so."""
-    woven, runs, joints = joined.woven, joined.plan.runs, joined.joints
-    cut = cut_strips(woven.ribbons, woven.weave, runs, joints)
-    if find_self_crossing(woven.ribbons, woven.weave, runs, cut.outlines):
+    """Return an object that was laid anew with its strips; None if they cannot be cut.
+
+    Threads are cut elsewhere where strips as they were cut would cross themselves now.
+    """
+    found = _cut_as_before(joined, brief)
+    if found is not None:
+        return found
+    woven = joined.woven
+    thickness = brief.supplies.thickness_mm(woven.bunches)
+    ribbons = lay_ribbons(woven.source, woven.weave, brief.ribbons, thickness)
+    asked = replace(woven, ribbons=ribbons, laps=None, narrowed=None, apart=None)
+    try:
+        return split_object(asked, brief)
+    except CannotMakeError:
         return None
-    placed = _placed(cut, runs, woven, brief)
-    if len(overlapping_ends(cut, joints)) or not placed.all():
-        return None
-    return replace(joined, cut=cut)
+
+
+def _cut_as_before(joined: JoinedObject, brief: Brief) -> JoinedObject | None:
+    """Return an object with its threads cut where they were; None if they cannot be cut so."""
+    while True:
+        woven, runs, joints = joined.woven, joined.plan.runs, joined.joints
+        cut = cut_strips(woven.ribbons, woven.weave, runs, joints)
+        if find_self_crossing(woven.ribbons, woven.weave, runs, cut.outlines):
+            return None
+        crowded = overlapping_ends(cut, joints)
+        lapped = joints.crossing[joints.where(lambda kind: kind.laps)]
+        if not len(crowded):
+            placed = _placed(cut, runs, woven, brief).all()
+            return replace(joined, cut=cut) if placed else None
+        if not len(np.setdiff1d(crowded, lapped)):
+            return None
+        joined = relaid(joined, woven.mesh, brief, crowded)
 
 
 def _placed(cut: CutStrips, runs: Runs, woven: WovenObject, brief: Brief) -> BoolArray:
