@@ -15,6 +15,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import label_links
 from fabweave.piece.brief import Brief
 from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
+from fabweave.ribbon.aim import Aim
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
 from fabweave.stock.material import Material, min_bend_radius_mm
@@ -47,7 +48,7 @@ class ElasticBody:
     net : Net
         Of bare crossings, and with its own weight.
     wished : NetState
-        In which it is what was wished for.
+        In which it is as it is drawn.
     strain : (S,) float array
         How far the material of each span is stretched where it bends as tightly as it may.
     turning_nmm : (float, float)
@@ -63,6 +64,8 @@ class ElasticBody:
     air_mm : float or None
         How high above all that stands its lowest place is, if it is one of several bodies and
         stands on nothing.
+    aim : Aim or None
+        What it is to settle onto, where that is not what is woven.
     """
 
     mesh: PolyMesh
@@ -77,16 +80,23 @@ class ElasticBody:
     faces: IntArray
     straight: bool = False
     air_mm: float | None = None
+    aim: Aim | None = None
 
     @property
     def size_mm(self) -> float:
-        """Its largest extent."""
-        return float(np.ptp(self.mesh.vertices, axis=0).max())
+        """The largest extent of what it is wished to be."""
+        mesh = self.mesh if self.aim is None else self.aim.mesh
+        return float(np.ptp(mesh.vertices, axis=0).max())
 
     @property
     def places(self) -> FloatArray:
-        """Where its crossings are wished to be, (X, 3)."""
+        """Where its crossings are drawn, (X, 3)."""
         return self.wished.bodies.origin
+
+    @property
+    def target(self) -> FloatArray:
+        """Where its crossings are wished to be when it has settled, (X, 3)."""
+        return self.places if self.aim is None else self.aim.places
 
     def pins(self, fastened: BoolArray, riveted: IntArray) -> FloatArray:
         """Return how crossings resist turning, (X,): ``riveted`` have two fasteners or more."""
@@ -104,7 +114,7 @@ class ElasticBody:
         for own in self.bodies:
             if not at[own].any():
                 height = places[own, 2] - places[own, 2].min()
-                size_mm = float(np.ptp(self._own_mesh(own).vertices, axis=0).max())
+                size_mm = float(np.ptp(self._own_mesh(own, self.mesh).vertices, axis=0).max())
                 low = int(np.count_nonzero(height <= _FOOT * size_mm))
                 at[own[np.argsort(height, kind="stable")[: max(3, low)]]] = True
         return at
@@ -119,15 +129,14 @@ class ElasticBody:
             return (np.arange(count),)
         return tuple(np.flatnonzero(label == number) for number in numbers)
 
-    def _own_mesh(self, own: IntArray) -> PolyMesh:
-        """Return the part of the mesh beside the crossings of a body."""
+    def _own_mesh(self, own: IntArray, mesh: PolyMesh) -> PolyMesh:
+        """Return the part of a mesh beside the crossings of a body."""
         if len(self.bodies) == 1:
-            return self.mesh
-        faces = flags(self.mesh.n_faces, self.faces[own].ravel())
-        corners = self.mesh.indices[np.repeat(faces, self.mesh.face_sizes)]
+            return mesh
+        faces = flags(mesh.n_faces, self.faces[own].ravel())
+        corners = mesh.indices[np.repeat(faces, mesh.face_sizes)]
         used, indices = np.unique(corners, return_inverse=True)
-        sizes = self.mesh.face_sizes[faces]
-        return PolyMesh(self.mesh.vertices[used], offsets_of(sizes), indices)
+        return PolyMesh(mesh.vertices[used], offsets_of(mesh.face_sizes[faces]), indices)
 
     @property
     def parts(self) -> "tuple[ElasticBody, ...]":
@@ -136,13 +145,13 @@ class ElasticBody:
 
     def _part(self, own: IntArray) -> "ElasticBody":
         """Return the body of some crossings by itself."""
-        net, wished = self.net, self.wished
+        net, wished, aim = self.net, self.wished, self.aim
         place = np.full(len(self.places), -1)
         place[own] = np.arange(len(own))
         spans = self.spans_of(own)
         inner = self.inner_of(own)
         turns = net.turns[spans]
-        mesh = self._own_mesh(own)
+        mesh = self._own_mesh(own, self.mesh)
         air_mm = float(mesh.vertices[:, 2].min() - self.mesh.vertices[:, 2].min())
         hangs = bool(self.hung[own].any()) or air_mm <= _FOOT * self.size_mm
         return replace(
@@ -165,6 +174,7 @@ class ElasticBody:
             hung=self.hung[own],
             faces=np.zeros((len(own), 2), dtype=np.int64),
             air_mm=None if hangs else air_mm,
+            aim=None if aim is None else aim.part(own, self._own_mesh(own, aim.mesh)),
         )
 
     def spans_of(self, own: IntArray) -> IntArray:
@@ -213,7 +223,7 @@ def body_of(woven: WovenObject, brief: Brief) -> ElasticBody | None:
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
     return ElasticBody(
         woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
-        woven.straight,
+        woven.straight, aim=woven.aim,
     )  # fmt: skip
 
 
@@ -257,13 +267,24 @@ def rigid_motions(places: FloatArray) -> FloatArray:
 
 def fitted(state: NetState, to: FloatArray) -> NetState:
     """Return a state after the rigid motion that brings its bodies nearest to places, (B, 3)."""
-    middle, there = state.bodies.origin.mean(axis=0), to.mean(axis=0)
-    turn = best_motions(state.bodies.origin - middle, to - there, mirrors=False)
+    middle, there, turn = _nearest_motion(state.bodies.origin, to)
 
     def moved(frames: Frames) -> Frames:
         return Frames((frames.origin - middle) @ turn.T + there, turn @ frames.axes)
 
     return NetState(moved(state.bodies), state.angles, moved(state.inner))
+
+
+def off_places(places: FloatArray, to: FloatArray) -> FloatArray:
+    """Return how places are off others, (N, 3), after the motion that brings them nearest."""
+    middle, there, turn = _nearest_motion(places, to)
+    return np.asarray((places - middle) @ turn.T + there - to)
+
+
+def _nearest_motion(places: FloatArray, to: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the middles of places and of others, and the turn that brings those to these."""
+    middle, there = places.mean(axis=0), to.mean(axis=0)
+    return middle, there, best_motions(places - middle, to - there, mirrors=False)
 
 
 def standing(net: Net, held: BoolArray, places: FloatArray) -> Net:

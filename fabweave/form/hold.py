@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
@@ -49,17 +50,28 @@ class Foretold(NamedTuple):
         A mean of high powers of all distances, as shares of the bound: about the largest.
     gains : (X,) float array
         How that falls with each crossing's resistance to turning, by N mm per radian.
+    moves : (X, 3) float array, optional
+        How crossings go in all.
+    left_mm : float or None
+        How far they are off in the end, where the mesh is moved so that it settles onto itself.
     """
 
     settles_mm: float
     sags_mm: float
     whole: float
     gains: FloatArray
+    moves: FloatArray | None = None
+    left_mm: float | None = None
 
     @property
     def most_mm(self) -> float:
         """The larger of both."""
         return max(self.settles_mm, self.sags_mm)
+
+    @property
+    def off_mm(self) -> float:
+        """How far it is off in the end."""
+        return self.most_mm if self.left_mm is None else self.left_mm
 
 
 class Foresight:
@@ -103,6 +115,24 @@ class Foresight:
             left[own] = (flat - rigid @ (rigid.T @ flat)).reshape(-1, 3)
         return left
 
+    def _cases(self, pins: FloatArray) -> list[tuple[SuperLU, FloatArray, FloatArray]]:
+        """Return factors, step and motion when it is let go, and under what weighs on it."""
+        freedoms = np.zeros(len(self._force))
+        freedoms[6 * self._bodies :] = pins
+        cases: list[tuple[SuperLU, FloatArray, FloatArray]] = []
+        for held, load in ((0.0, -self._force), (self._held, self._pull)):
+            more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
+            factors = factor((self._matrix + more).tocsc())
+            step = self._solver.solve(factors, load)
+            moves = self._moves(step)
+            cases.append((factors, step, moves if cases else self._without_rigid(moves)))
+        return cases
+
+    def moves(self, pins: FloatArray) -> FloatArray:
+        """Return how crossings go in all, (X, 3), when it stands or hangs and bears its load."""
+        (_, _, settling), (_, _, sagging) = self._cases(pins)
+        return settling + sagging
+
     def __call__(self, pins: FloatArray, bound_mm: float) -> Foretold:
         """Return what becomes of it.
 
@@ -113,16 +143,8 @@ class Foresight:
         bound_mm : float
             Gains are of the largest distances as a share of that.
         """
-        freedoms = np.zeros(len(self._force))
-        freedoms[6 * self._bodies :] = pins
-        cases = []
-        for held, load in ((0.0, -self._force), (self._held, self._pull)):
-            more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
-            factors = factor((self._matrix + more).tocsc())
-            step = self._solver.solve(factors, load)
-            cases.append((factors, step, self._moves(step)))
+        cases = self._cases(pins)
         (_, _, settling), (_, _, sagging) = cases
-        settling = self._without_rigid(settling)
         away = [np.linalg.norm(moves, axis=1) for moves in (settling, sagging)]
         share = np.stack(away) / bound_mm
         whole = float((share**_POWER).sum()) ** (1 / _POWER)
@@ -136,7 +158,8 @@ class Foresight:
             asked[: 6 * self._bodies] = self._own(push)
             answer = self._solver.solve(factors, asked)
             gains += (answer * step)[6 * self._bodies :]
-        return Foretold(float(away[0].max()), float(away[1].max()), whole, gains)
+        most = float(away[0].max()), float(away[1].max())
+        return Foretold(*most, whole, gains, settling + sagging)
 
 
 def pins_of(body: ElasticBody, pieces: PieceSet) -> FloatArray:

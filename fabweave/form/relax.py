@@ -195,7 +195,12 @@ def dissection(pairs: IntArray, places: FloatArray) -> IntArray:
 
 
 def relax(
-    net: Net, state: NetState, *, gain: float = 0.0, progress: Progress = no_progress
+    net: Net,
+    state: NetState,
+    *,
+    gain: float = 0.0,
+    most: int = _STEPS,
+    progress: Progress = no_progress,
 ) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
 
@@ -209,6 +214,8 @@ def relax(
         Where it is let go.
     gain : float
         It is at rest, too, when the last few steps gain no more than this share of the energy.
+    most : int
+        Steps at most.
     progress : callable
     """
     solver = Solver(net, state)
@@ -218,9 +225,9 @@ def relax(
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)
-        if rough or residual <= enough or steps == _STEPS or damping > _MOST:
+        if rough or residual <= enough or steps == most or damping > _MOST:
             break
-        progress("form", steps, _STEPS)
+        progress("form", steps, most)
         steps += 1
         step = -solver.solve(factor(matrix), force)
         whole, least = solver.share(step), history[-1]

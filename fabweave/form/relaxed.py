@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from fabweave.core.arrays import ComplexArray, FloatArray, frozen, offsets_of
-from fabweave.core.records import record
+from fabweave.core.records import optional, record
 from fabweave.form.body import HELD_N_MM, ElasticBody
 from fabweave.form.net import Net, NetState, end_frames, strains, turned
 from fabweave.form.products import Products
@@ -363,6 +363,8 @@ class FormRecord:
     strips_mm : float
         How far the strips of ``model_relaxed.glb``, which keep their lengths, are from crossings of
         the first state, at most; None where there is no such model.
+    aim : tuple of (float, float, float), or None
+        Where each crossing is to be in the end, on ``aimed_mesh.obj``, where another mesh is woven.
     states : tuple of StateRecord
     """
 
@@ -373,6 +375,7 @@ class FormRecord:
     held_n_mm: float
     load_n: tuple[tuple[int, float], ...]
     strips_mm: float | None
+    aim: tuple[tuple[float, ...], ...] | None = optional()
     states: tuple[StateRecord, ...]
 
 
@@ -397,6 +400,7 @@ def form_record(settled: Settled, strips_mm: float | None) -> FormRecord:
         held_n_mm=HELD_N_MM,
         load_n=tuple((at, float(-body.load[at, 2])) for at in bears.tolist()),
         strips_mm=None if strips_mm is None else round(strips_mm, 3),
+        aim=None if body.aim is None else tuple(map(tuple, body.target.round(_MM).tolist())),
         states=tuple(
             StateRecord(
                 name=name,

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record, to_json
-from fabweave.form.body import ElasticBody, fitted, standing
+from fabweave.form.body import ElasticBody, fitted, off_places, standing
 from fabweave.form.net import Net, NetState, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.form.screw import Frames
@@ -23,10 +23,6 @@ _TURNS_DEG = 2.0
 #: What settles by no more than this share of its size keeps its form; what goes by more than that
 #: collapses: figures of small bends tell no more than that, and a maker has no use for them.
 BOUND, STANDS = 0.01, 0.1
-#: When steps gain no more than this share of the energy, what is left is less than a maker sees.
-_GAIN = 2e-5
-#: Weight does little to what strips have in store, and is to be borne.
-_SAG_GAIN = 1e-9
 #: A mode is loose if its own weight is enough to push an object by such a share of its size.
 _LOOSE, _MODES = 0.01, 12
 #: At so many crossings, evenly chosen, it is tried how far a thumb moves them.
@@ -40,6 +36,10 @@ _APART_N = 0.01
 _SWAYS = 0.5
 
 
+#: What is not told of what collapses.
+_FAR = ("settles_mm", "mean_mm", "sags_mm", "loaded_mm", "pushed_mm", "off_mm", "off_mean_mm")
+
+
 @record
 class Form:
     """What becomes of an object's form when the maker lets go.
@@ -47,7 +47,8 @@ class Form:
     Parameters
     ----------
     settles_mm, mean_mm : float
-        How far its crossings go from where they were wished, at most, and in the root mean square.
+        How far its crossings go from where they were wished, at most, and in the root mean square,
+        by what its strips want alone.
     where : str
         Where they go farthest.
     bound_mm : float
@@ -81,6 +82,13 @@ class Form:
     air_mm : float or None
         How high in the air a body hangs that no thread joins to what stands; it is told how it
         would stand.
+    off_mm, off_mean_mm, off_where : float and str
+        How far they are from there in the end, as it stands or hangs with its load.
+    drawn_mm, drawn_mean_mm, drawn_where : float and str, or None
+        And how far they would be, if it were cut as it is drawn on its mesh, where that was moved
+        so that the object settles onto it.
+    moved_mm : float or None
+        How far it was moved then, at most.
     bodies : tuple of Form or None
         Of several bodies, each by itself; what is told of the whole is then that of the worst.
     """
@@ -105,6 +113,13 @@ class Form:
     turn_deg: float | None = optional()
     turn_mean_deg: float | None = optional()
     air_mm: float | None = optional()
+    off_mm: float
+    off_mean_mm: float
+    off_where: str
+    drawn_mm: float | None = optional()
+    drawn_mean_mm: float | None = optional()
+    drawn_where: str | None = optional()
+    moved_mm: float | None = optional()
     bodies: "tuple[Form, ...] | None" = optional()
 
     @property
@@ -113,11 +128,16 @@ class Form:
         return STANDS * self.size_mm
 
     @property
+    def goes_mm(self) -> float:
+        """How far it is off in the end where it was moved for that; else how far it settles."""
+        return self.settles_mm if self.moved_mm is None else self.off_mm
+
+    @property
     def keeps(self) -> bool:
         """Whether it keeps its form."""
         if self.bodies is not None:
             return all(one.keeps for one in self.bodies)
-        return self.settles_mm <= self.bound_mm and self.settled
+        return self.goes_mm <= self.bound_mm and self.settled
 
     @property
     def collapse(self) -> str:
@@ -148,7 +168,7 @@ class Form:
         """How far it settles, as a share of what keeps its form; of the worst."""
         if self.bodies is not None:
             return max(one.gives for one in self.bodies)
-        return self.settles_mm / self.bound_mm
+        return self.goes_mm / self.bound_mm
 
     @property
     def sinks(self) -> float:
@@ -176,7 +196,13 @@ class Form:
         """What a maker wants to read of it."""
         if self.collapse:
             return "; ".join([f"does not stand: {self.collapse}", *self.hanging])
-        if self.keeps:
+        if self.drawn_mm is not None:
+            said = (
+                f"comes out within {_length(self.off_mm)} of the model, most at the "
+                f"{self.off_where}, {_length(self.off_mean_mm)} in the root mean square (as drawn "
+                f"{_length(self.drawn_mm)} and {_length(self.drawn_mean_mm or 0.0)})"
+            )
+        elif self.keeps:
             said = f"keeps its form within {_length(self.settles_mm)}"
         else:
             said = f"settles by {_length(self.settles_mm)}, most at the {self.where}"
@@ -199,7 +225,7 @@ class Form:
     def record(self) -> dict[str, Any]:
         """Return it as ``verdict.json`` holds it: of what collapses, no distance is told."""
         record = to_json(self)
-        for key in ("settles_mm", "mean_mm", "sags_mm", "loaded_mm", "pushed_mm"):
+        for key in _FAR:
             limit_mm = _SWAYS * self.size_mm if key == "pushed_mm" else self.limit_mm
             if (record.get(key) or 0.0) > limit_mm:
                 record[key] = None
@@ -227,8 +253,8 @@ class Settled:
         What it stood on or hung from.
     states : dict
         Where it comes to rest: ``let go`` by itself, after the rigid motion that brings it nearest
-        to what was wished; ``standing`` under its own weight; ``loaded`` as well, if that was asked
-        for.
+        to where it is wished; ``standing`` under its own weight; ``loaded`` as well, if that was
+        asked for.
     mode : (X, 3) float array
         How crossings go in the way in which they move most easily, by a millimetre at most.
     """
@@ -243,12 +269,31 @@ class Settled:
     @property
     def wished(self) -> FloatArray:
         """Where crossings are wished to be, (X, 3), millimetres."""
-        return self.body.places
+        return self.body.target
+
+    @property
+    def end(self) -> Relaxed:
+        """Where it comes to rest with all that weighs on it."""
+        return list(self.states.values())[-1]
 
     @property
     def rested(self) -> FloatArray:
         """Where they come to rest when they are let go, (X, 3)."""
         return self.states["let go"].state.bodies.origin
+
+
+class Closely(NamedTuple):
+    """How closely it is found where an object rests: what steps gain at least, and how many.
+
+    Weight does little to what strips have in store, and is to be borne.
+    """
+
+    gain: float = 2e-5
+    sag_gain: float = 1e-9
+    steps: int = 200
+
+
+_CLOSELY = Closely()
 
 
 class Rests(NamedTuple):
@@ -270,7 +315,7 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(body: ElasticBody, pins: FloatArray) -> Rests:
+def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
@@ -278,16 +323,27 @@ def let_go(body: ElasticBody, pins: FloatArray) -> Rests:
     body : ElasticBody
     pins : (X,) float array
         How crossings resist turning, N mm per radian.
+    how : Closely
+        Near enough to rest.
     """
     net = replace(body.net, pins=pins)
-    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=_GAIN)
-    free = replace(free, state=fitted(free.state, body.places))
+    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
+    free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
     held = body.held(places)
     stands = standing(net, held, places)
-    stood = relax(stands, free.state, gain=_SAG_GAIN)
-    away = np.linalg.norm(places - body.places, axis=1)
+    stood = relax(stands, free.state, gain=how.sag_gain, most=how.steps)
+    away = np.linalg.norm(places - body.target, axis=1)
     return Rests(free, held, stands, stood, away, _sag(body, stood, free))
+
+
+def in_the_end(body: ElasticBody, rests: Rests, how: Closely = _CLOSELY) -> Relaxed:
+    """Return where an object comes to rest with its load."""
+    if not body.load.any():
+        return rests.stood
+    net = rests.standing
+    more = replace(net, weight=net.weight + body.load)
+    return relax(more, rests.stood.state, gain=how.sag_gain, most=how.steps)
 
 
 def settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None = None) -> Settled:
@@ -317,9 +373,10 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None) -> Sett
     rests = let_go(body, pins)
     free, stood, net = rests.free, rests.stood, rests.standing
     states = {"let go": free, "standing": stood}
-    if body.load.any():
-        more = replace(net, weight=net.weight + body.load)
-        states["loaded"] = relax(more, stood.state, gain=_SAG_GAIN)
+    end = in_the_end(body, rests)
+    if end is not stood:
+        states["loaded"] = end
+    off = np.linalg.norm(off_places(end.state.bodies.origin, body.target), axis=1)
     unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
     count = min(_MODES, 6 * net.n_bodies - 1)
     stiffness, motion = soft_modes(unmoved, free.state, count)
@@ -336,7 +393,7 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None) -> Sett
     form = Form(
         settles_mm=round(float(away[farthest]), 2),
         mean_mm=round(float(np.sqrt((away**2).mean())), 2),
-        where=name_place(body.places[farthest], body.mesh),
+        where=name_place(body.target[farthest], body.mesh),
         bound_mm=round(BOUND * body.size_mm if bound_mm is None else bound_mm, 2),
         size_mm=round(body.size_mm, 2),
         sags_mm=round(rests.sags_mm, 2),
@@ -355,9 +412,21 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None) -> Sett
         turn_deg=straight.get("turn_deg"),
         turn_mean_deg=straight.get("turn_mean_deg"),
         bodies=None,
+        **_ends(body, off),
     )
     mode = mode / np.linalg.norm(mode, axis=1).max()
     return Settled(form, body, pins, rests.held, states, frozen(mode))
+
+
+def _ends(body: ElasticBody, off: FloatArray) -> dict[str, Any]:
+    """Return how far crossings are off in the end, and how far they would be as drawn."""
+    cases = {"off": off} if body.aim is None else {"off": off, "drawn": body.aim.drawn_mm}
+    told: dict[str, Any] = {}
+    for name, away in cases.items():
+        told[f"{name}_mm"] = round(float(away.max()), 2)
+        told[f"{name}_mean_mm"] = round(float(np.sqrt((away**2).mean())), 2)
+        told[f"{name}_where"] = name_place(body.target[int(away.argmax())], body.mesh)
+    return told if body.aim is None else {**told, "moved_mm": round(body.aim.moved_mm, 3)}
 
 
 def _together(
@@ -368,14 +437,23 @@ def _together(
     worst = max(range(len(forms)), key=lambda at: forms[at].settles_mm)
     softest = max(range(len(forms)), key=lambda at: forms[at].gives_mm_n)
     crossings = np.array([len(own) for own in owns])
-    mean = np.array([form.mean_mm for form in forms])
+
+    def mean(name: str) -> float:
+        each = np.array([getattr(form, name) for form in forms])
+        return round(float(np.sqrt(np.average(each**2, weights=crossings))), 2)
+
+    def ends(name: str) -> dict[str, Any]:
+        at = max(range(len(forms)), key=lambda at: getattr(forms[at], f"{name}_mm"))
+        where = f"{getattr(forms[at], f'{name}_where')} of body {at + 1}"
+        whole = most(f"{name}_mm"), mean(f"{name}_mean_mm"), where
+        return dict(zip((f"{name}_mm", f"{name}_mean_mm", f"{name}_where"), whole, strict=True))
 
     def most(name: str) -> Any:
         return max((getattr(form, name) or 0.0 for form in forms), default=0.0)
 
     form = Form(
         settles_mm=most("settles_mm"),
-        mean_mm=round(float(np.sqrt(np.average(mean**2, weights=crossings))), 2),
+        mean_mm=mean("mean_mm"),
         where=f"{forms[worst].where} of body {worst + 1}",
         bound_mm=round(BOUND * body.size_mm if bound_mm is None else bound_mm, 2),
         size_mm=round(body.size_mm, 2),
@@ -395,6 +473,9 @@ def _together(
         turn_mean_deg=most("turn_mean_deg") if body.straight else None,
         air_mm=None,
         bodies=tuple(forms),
+        **ends("off"),
+        **(ends("drawn") if body.aim is not None else {}),
+        moved_mm=forms[0].moved_mm,
     )
     held, mode = np.zeros(len(body.places), dtype=np.bool_), np.zeros_like(body.places)
     for own, one in zip(owns, each, strict=True):

@@ -8,6 +8,7 @@ from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
+from fabweave.form.compensate import off_in_parts, vertex_means
 from fabweave.form.relaxed import shown_relaxed
 from fabweave.form.settle import Form
 from fabweave.former.plates import Former, Laid
@@ -145,14 +146,25 @@ class Job(PlannedJob):
         if self.let_go is None:
             return None
         settled = self.let_go.settled
-        state = settled.states["let go"].state
-        return shown_relaxed(self.woven.ribbons, self.weave, settled.body, state)
+        rest = settled.states["let go"] if self.woven.aim is None else settled.end
+        return shown_relaxed(self.woven.ribbons, self.weave, settled.body, rest.state)
+
+    @property
+    def settled_mesh(self) -> PolyMesh | None:
+        """The mesh as the object comes to rest on it; None where that is not known or not whole."""
+        woven, form = self.woven, self.form
+        whole = not (woven.source.openings or woven.source.n_old_vertices)
+        if self.let_go is None or form is None or form.collapse or not whole:
+            return None
+        mesh = woven.mesh if woven.aim is None else woven.aim.mesh
+        off = off_in_parts(self.let_go.settled.body, self.let_go.settled.end.state.bodies.origin)
+        return mesh.with_vertices(mesh.vertices + vertex_means(woven) @ off)
 
     @property
     def shown(self) -> tuple[Ribbons, str]:
         """Its ribbons as its picture shows them, let go where that can be seen, and which it is."""
         form, thinnest_mm = self.form, min(one.thickness_mm for one in self.supplies.materials)
-        seen = form is not None and form.settles_mm > thinnest_mm
+        seen = form is not None and max(form.settles_mm, form.moved_mm or 0.0) > thinnest_mm
         let_go = self.relaxed if seen else None
         return (self.woven.ribbons, "as drawn") if let_go is None else (let_go, "let go")
 

@@ -31,7 +31,7 @@ class Figures:
     without their holes.
     ``likeness_mm`` and ``likeness_mean_mm`` say how far the mesh is from the model at the most
     and in the mean, where it was remeshed, and ``lost`` names features that went. ``form_mm``
-    foretells how far it goes from its form when it is let go; what ``collapses`` goes farther than
+    foretells how far it is out of its form in the end; what ``collapses`` goes farther than
     that; and ``grade`` is foretold from all of that: ``points_lost`` were taken, maybe more than
     there are of what is worst. ``hours`` are those of the assembly,
     ``cutting_h`` those of the machine, ``price`` that of sheets and hardware: each a range, None
@@ -76,7 +76,8 @@ def figures_of(stations: Stations) -> Figures:
     collapses = form is not None and form.most_mm > most_mm
     far = None
     if form is not None:
-        far = form.settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
+        settles_mm = form.settles_mm if form.left_mm is None else form.left_mm
+        far = settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
     irregular = irregular_share(planned.woven.mesh)
     found = grade(pieces, planned.verdict, like, foretold=far, irregular=irregular)
     return Figures(
@@ -96,7 +97,7 @@ def figures_of(stations: Stations) -> Figures:
         likeness_mm=None if like is None else round(like.greatest_mm, 2),
         likeness_mean_mm=None if like is None else round(max(like.in_mean_mm, like.out_mean_mm), 3),
         lost=() if like is None else tuple(feature.text for feature in like.lost[:3]),
-        form_mm=None if form is None else round(min(form.most_mm, most_mm), 2),
+        form_mm=None if form is None else round(min(form.off_mm, most_mm), 2),
         grade=found.score,
         points_lost=round(sum(one.points for one in found.lost), 2),
         collapses=collapses or None,

@@ -17,6 +17,8 @@ from fabweave.estimate.waste import WasteReport
 from fabweave.former.plates import Laid
 from fabweave.job.draw import Job
 from fabweave.job.write import offcut_entries
+from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.picture.camera import View, choose_view
 from fabweave.picture.object_picture import likeness_png, portrait_png
 from fabweave.picture.surfaces import ribbon_triangles, rung_colours
@@ -54,7 +56,7 @@ class Pictures(NamedTuple):
     """Pictures in the making, PNG files: each waits for its result when it is called."""
 
     portrait: Callable[[], bytes]
-    #: What the model lost where it was remeshed; None where it was not.
+    #: What the model lost where it was remeshed, and settles; None where it was not.
     likeness: Callable[[], bytes | None]
 
 
@@ -63,8 +65,15 @@ def start_pictures(job: Job, start: Start = at_once) -> Pictures:
     source, (ribbons, state) = job.woven.source, job.shown
     return Pictures(
         start(portrait_png, ribbons, job.colours, state),
-        start(likeness_png, source.loss, source.likeness),
+        start(_likeness_png, source, job.settled_mesh),
     )
+
+
+def _likeness_png(source: LoadedMesh, settled: PolyMesh | None) -> bytes | None:
+    """Return the picture of how like its model an object is when it has settled; None of none."""
+    if settled is None or source.original is None:
+        return likeness_png(source.loss, source.likeness)
+    return likeness_png(source.original.loss(settled), source.original.likeness(settled))
 
 
 def show_job(

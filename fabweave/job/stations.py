@@ -9,12 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fabweave.core.arrays import Progress, no_progress
 from fabweave.core.colour_space import Colours
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
-from fabweave.form.hold import Foretold, foretell, form_hold
+from fabweave.form.compensate import compensated, foretell_end
+from fabweave.form.hold import Foretold, form_hold
 from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
 from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
@@ -79,7 +82,7 @@ def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
             ("weave",),
         ),
         ((settings.ribbons, *material), ("ribbons", "along", "clear_ribbons")),
-        ((settings.pieces, stock), ("joined", "piece_set", "check", "foretold")),
+        ((settings.pieces, stock), ("drawn", "_made", "check", "foretold")),
         ((search,), ("layout",)),
     ]
 
@@ -229,16 +232,58 @@ class Stations:
         return sorted(found, key=lambda one: one.rule != "width")
 
     @cached_property
+    def drawn(self) -> JoinedObject:
+        """Where threads are cut and how these pieces are joined, as ribbons lie on the mesh."""
+        return split_object(self.ribbons, self.brief, self.progress)
+
+    @cached_property
+    def _made(self) -> tuple[JoinedObject, PieceSet]:
+        """What is cut, so that it settles onto the mesh, and its pieces.
+
+        Fasteners that keep the form are looked for where it does not come near enough without.
+        """
+        drawn, brief, searched = self.drawn, self.brief, self.depth == Depth.SEARCHED
+        self.progress("checks", 0, 1)
+        bare, hold = joined_pieces(drawn, brief), form_hold(drawn, brief, closely=searched)
+        found = self._compensated(bare) if searched else (drawn, bare)
+        if hold is None:
+            return found
+        foretold = self._foretell(*found)
+        left_mm = None if foretold is None else foretold.left_mm
+        if left_mm is not None and left_mm <= hold.bound_mm:
+            return found
+        held = joined_pieces(drawn, brief, hold)
+        if np.array_equal(held.fastened, bare.fastened):
+            return found
+        return self._compensated(held) if searched else (drawn, held)
+
+    def _foretell(self, joined: JoinedObject, pieces: PieceSet) -> Foretold | None:
+        """Return how far an object goes to first order, and is off in the end as it is made."""
+        found = foretell_end(joined.woven, self.brief, pieces)
+        drawn = self.depth == Depth.SEARCHED and joined.woven.aim is None
+        return found._replace(left_mm=None) if drawn and found is not None else found
+
+    def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet]:
+        """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
+        joined = compensated(self.drawn, drawn, self.brief, self._checked, self.progress)
+        if joined is self.drawn:
+            return joined, drawn
+        beside = drawn.fastened.copy()
+        beside[self.drawn.joints.crossing] = False
+        pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
+        # No more of them differ.
+        alike = pieces.kinds.count * len(drawn.pieces) <= drawn.kinds.count * len(pieces.pieces)
+        return (joined, pieces) if alike else (self.drawn, drawn)
+
+    @cached_property
     def joined(self) -> JoinedObject:
         """Where threads are cut and how these pieces are joined; the ribbons, laid for that."""
-        return split_object(self.ribbons, self.brief, self.progress)
+        return self._made[0]
 
     @cached_property
     def piece_set(self) -> PieceSet:
         """The pieces."""
-        self.progress("checks", 0, 1)
-        hold = form_hold(self.joined, self.brief, closely=self.depth == Depth.SEARCHED)
-        return joined_pieces(self.joined, self.brief, hold)
+        return self._made[1]
 
     @property
     def _many(self) -> bool:
@@ -284,7 +329,7 @@ class Stations:
     @cached_property
     def foretold(self) -> Foretold | None:
         """How far it goes when it is let go, to first order; None where that takes minutes."""
-        return foretell(self.joined.woven, self.brief, self.piece_set)
+        return self._foretell(self.joined, self.piece_set)
 
     @cached_property
     def layout(self) -> Layout:
@@ -370,7 +415,7 @@ class Stations:
     def _broken(self) -> set[str] | None:
         """Return the rules that are broken by what is made; None if nothing is."""
         try:
-            check = self._checked(self.joined.woven)
+            check = self._checked(self.drawn.woven)
         except (CannotMakeError, InputError):
             return None
         return None if check.refused else {finding.rule for finding in check.findings}

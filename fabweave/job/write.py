@@ -197,6 +197,8 @@ def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     }
     write_text(directory / "job.toml", job_toml(job.settings, outcome))
     (directory / "woven_mesh.obj").write_bytes(obj_bytes(woven.mesh))
+    if woven.aim is not None:
+        (directory / "aimed_mesh.obj").write_bytes(obj_bytes(woven.aim.mesh))
     if job.given_mesh is not None:
         kept = directory / job.settings.mesh.source
         kept.write_bytes(obj_bytes(job.given_mesh))

@@ -1,5 +1,7 @@
 """Measure how like its model a surface is: distances both ways, and what was lost where."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -336,3 +338,46 @@ def _quartered(
         parts = np.concatenate([np.column_stack(quarter) for quarter in quarters])
         triangles = np.concatenate([np.delete(triangles, long, axis=0), parts])
     return points, triangles
+
+
+@frozen_value
+class Original:
+    """What a mesh stands in for, as it was remeshed from it.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        The model.
+    worn : PolyMesh or None
+        What the model was wrapped around, if it was.
+    growth : float
+        By how much the mesh grew afterwards.
+    """
+
+    mesh: PolyMesh
+    worn: PolyMesh | None
+    growth: float
+
+    def likeness(self, mesh: PolyMesh) -> Likeness:
+        """Return how like it a mesh is.
+
+        A wrap is measured against what was wrapped, too: where a mask became a bag, its back is
+        far.
+        """
+        there = self._there(mesh)
+        like = likeness(self.mesh, there)
+        if self.worn is None:
+            return like
+        off = likeness(self.worn, there)
+        return replace(
+            like, out_mean_mm=off.out_mean_mm, out_rms_mm=off.out_rms_mm,
+            out_greatest_mm=off.out_greatest_mm,
+        )  # fmt: skip
+
+    def loss(self, mesh: PolyMesh) -> LossMap:
+        """Return what of it a mesh lacks where."""
+        return loss_map(self.mesh, self._there(mesh))
+
+    def _there(self, mesh: PolyMesh) -> PolyMesh:
+        """Return a mesh where it was, not where it went when it was brought to size again."""
+        return mesh.with_vertices(mesh.vertices / self.growth)

@@ -1,7 +1,5 @@
 """Make the mesh that is woven of the one that is given: remesh, refine, fair, open it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
@@ -14,7 +12,7 @@ from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.given import GivenMesh, Taken, require_few
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
-from fabweave.mesh.likeness import Likeness, LossMap, likeness, loss_map
+from fabweave.mesh.likeness import Likeness, LossMap, Original
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.coarse import remesh_coarse
@@ -63,6 +61,8 @@ class LoadedMesh:
         was not remeshed.
     loss : LossMap or None
         What of the given mesh was lost where, if it was remeshed.
+    original : Original or None
+        What it stands in for, if it was remeshed.
     openings : tuple of Opening
         What was left out of it.
     portals : (H,) float array or None
@@ -92,6 +92,7 @@ class LoadedMesh:
     left_out: float = 0.0
     likeness: Likeness | None = None
     loss: LossMap | None = None
+    original: Original | None = None
     openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
     origin_mm: FloatArray | None = None
@@ -152,7 +153,7 @@ def load_mesh(
         If it cannot be remeshed or refined as asked.
     """
     notes = list(given.notes)
-    mesh, remeshed, like, loss, turn_deg = _changed(
+    mesh, remeshed, original, like, loss, turn_deg = _changed(
         given, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings, notes, triaxial=triaxial)
@@ -173,6 +174,7 @@ def load_mesh(
         left_out=given.left_out,
         likeness=like,
         loss=loss,
+        original=original,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
         origin_mm=given.origin_mm,
@@ -194,11 +196,8 @@ def _changed(
     course: str,
     seed: int,
     wish: Wish | None,
-) -> tuple[PolyMesh, Remeshed | None, Likeness | None, LossMap | None, float]:
-    """Remesh, refine, fair and symmetrise as the settings ask, and note what was done.
-
-    A wrap is measured against what was wrapped, too: where a mask became a bag, its back is far.
-    """
+) -> tuple[PolyMesh, Remeshed | None, Original | None, Likeness | None, LossMap | None, float]:
+    """Remesh, refine, fair and symmetrise as the settings ask, and note what was done."""
     done = []
     mesh, model, growth, turn_deg = given.mesh, None, 1.0, 0.0
     wanted = parse_remesh(settings.remesh or NONE)
@@ -234,21 +233,14 @@ def _changed(
         done.append("made symmetric")
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
-    like = loss = None
+    original = like = loss = None
     if model is not None:
         progress("likeness", 0, 1)
-        # Where it is, not where it went when it was brought to size again.
-        there = mesh.with_vertices(mesh.vertices / growth)
-        like, loss = likeness(model, there), loss_map(model, there)
-        if given.worn is not None:
-            off = likeness(given.worn, there)
-            like = replace(
-                like, out_mean_mm=off.out_mean_mm, out_rms_mm=off.out_rms_mm,
-                out_greatest_mm=off.out_greatest_mm,
-            )  # fmt: skip
+        original = Original(model, given.worn, growth)
+        like, loss = original.likeness(mesh), original.loss(mesh)
         notes.append(Note("likeness", like.note))
     mesh = _prepared(mesh, done, notes, detail=wanted.kind != NONE)
-    return mesh, remeshed, like, loss, turn_deg
+    return mesh, remeshed, original, like, loss, turn_deg
 
 
 def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) -> Remeshed:

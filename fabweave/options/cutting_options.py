@@ -134,6 +134,14 @@ CUTTING_OPTIONS = (
         "What it carries, a bulb or fruit: a mass in g, kg, oz or lb, and which crossings bear it, "
         "as --hang names them. The verdict says how far it sags, and --fasten form bears it.",
     ),
+    _making(
+        "as_drawn",
+        choice(("on", "off")),
+        "on cuts strips so that the object comes out as the model is: what it would settle by, and "
+        "sag under its weight and --load, is taken back before. off cuts them as they lie on the "
+        "model, as fabweave always does with straight strips, and on a former.",
+        default="on",
+    ),
     _pieces(
         "joint",
         text(

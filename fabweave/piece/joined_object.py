@@ -15,6 +15,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree, few_of
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.item_shape import shape_of
 from fabweave.piece.brief import Brief
 from fabweave.piece.development import Runs, unfold_runs
@@ -106,14 +107,7 @@ def split_object(
             if len(crowded):
                 lapped = np.union1d(lapped, crowded)
                 continue
-            # Where angles are few, it matters how a piece lies.
-            resting = [
-                resting_frame(outline, *ends).apply(outline)
-                for outline, ends in zip(cut.outlines, cut.ends, strict=True)
-            ]
-            placed = outlines_with_place(
-                resting, plan.runs.thread, supplies, woven.bunches, brief.effort
-            )
+            placed = _placed(cut, plan.runs, woven, brief)
             if placed.all():
                 # With laps elsewhere they bend otherwise, maybe just too much now.
                 require_stiffness(laid, brief.ribbons, supplies)
@@ -144,6 +138,70 @@ def split_object(
             if crossing:
                 raise
             raise CannotMakeError(_too_large(woven, whole, cut.outlines, placed)) from error
+
+
+def relaid(
+    joined: JoinedObject, mesh: PolyMesh, brief: Brief, more: IntArray | None = None
+) -> JoinedObject:
+    """Return an object on a mesh whose vertices were moved, its ribbons laid anew.
+
+    Threads are cut where they were, and ribbons are no wider for what they had room for; strips are
+    those of before, until :func:`recut` cuts them. Pieces lap where they did, and at ``more``.
+    """
+    was = joined.woven
+    woven = replace(was, source=replace(was.source, mesh=mesh))
+    most = None if was.narrowed is None else was.narrowed.factor
+    even = joined.repeats is not None or joined.plan.likes
+    joints = joined.joints
+    lapped = joints.crossing[joints.where(lambda kind: kind.laps)]
+    lapped = lapped if more is None else np.union1d(lapped, more)
+    laid, joints = _with_joints(woven, joined.plan.runs, brief, even, most, lapped)
+    return replace(joined, woven=replace(laid, apart=was.apart), joints=joints)
+
+
+def recut(joined: JoinedObject, brief: Brief) -> JoinedObject | None:
+    """Return an object that was laid anew with its strips; None if they cannot be cut.
+
+    Threads are cut elsewhere where strips as they were cut would cross themselves now.
+    """
+    found = _cut_as_before(joined, brief)
+    if found is not None:
+        return found
+    woven = joined.woven
+    thickness = brief.supplies.thickness_mm(woven.bunches)
+    ribbons = lay_ribbons(woven.source, woven.weave, brief.ribbons, thickness)
+    asked = replace(woven, ribbons=ribbons, laps=None, narrowed=None, apart=None)
+    try:
+        return split_object(asked, brief)
+    except CannotMakeError:
+        return None
+
+
+def _cut_as_before(joined: JoinedObject, brief: Brief) -> JoinedObject | None:
+    """Return an object with its threads cut where they were; None if they cannot be cut so."""
+    while True:
+        woven, runs, joints = joined.woven, joined.plan.runs, joined.joints
+        cut = cut_strips(woven.ribbons, woven.weave, runs, joints)
+        if find_self_crossing(woven.ribbons, woven.weave, runs, cut.outlines):
+            return None
+        crowded = overlapping_ends(cut, joints)
+        lapped = joints.crossing[joints.where(lambda kind: kind.laps)]
+        if not len(crowded):
+            placed = _placed(cut, runs, woven, brief).all()
+            return replace(joined, cut=cut) if placed else None
+        if not len(np.setdiff1d(crowded, lapped)):
+            return None
+        joined = relaid(joined, woven.mesh, brief, crowded)
+
+
+def _placed(cut: CutStrips, runs: Runs, woven: WovenObject, brief: Brief) -> BoolArray:
+    """Return which pieces have a place on an empty sheet."""
+    # Where angles are few, it matters how a piece lies.
+    resting = [
+        resting_frame(outline, *ends).apply(outline)
+        for outline, ends in zip(cut.outlines, cut.ends, strict=True)
+    ]
+    return outlines_with_place(resting, runs.thread, brief.supplies, woven.bunches, brief.effort)
 
 
 def laid_at_size(

@@ -21,6 +21,7 @@ from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.ribbon.aim import Aim
 from fabweave.ribbon.even import even_rails, even_widths, short_panels
 from fabweave.ribbon.measures import open_share, require_width, ribbon_widths, tip_notes
 from fabweave.ribbon.project import (
@@ -287,6 +288,8 @@ class WovenObject(WovenMesh):
     straight : bool
         Whether its strips are straight: then its ribbons were not laid on the mesh, but drawn to it
         (:mod:`fabweave.form.straight`), and are not laid anew.
+    aim : Aim or None
+        What it is to settle onto, where its mesh was moved for that; else its mesh.
     """
 
     ribbons: Ribbons
@@ -294,6 +297,7 @@ class WovenObject(WovenMesh):
     narrowed: Narrowing | None = None
     apart: FloatArray | None = None
     straight: bool = False
+    aim: Aim | None = None
 
 
 def lay_object(

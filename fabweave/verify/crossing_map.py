@@ -440,6 +440,7 @@ class FormRecord(TypedDict):
     held_n_mm: float
     load_n: list[tuple[int, float]]
     strips_mm: float | None
+    aim: NotRequired[list[tuple[float, float, float]]]
     states: list[StateRecord]
 
 

@@ -110,7 +110,7 @@ def test_where_a_wish_cannot_be_met_the_nearest_of_the_good_is_chosen():
 @pytest.mark.parametrize(("far_mm", "holds"), [(19.0, True), (21.0, False)])
 def test_what_collapses_when_it_is_let_go_is_not_proposed(far_mm, holds, monkeypatch):
     far = Foretold(far_mm, 0.0, 1.0, np.zeros(0))
-    monkeypatch.setattr("fabweave.job.stations.foretell", lambda *_: far)
+    monkeypatch.setattr("fabweave.job.stations.foretell_end", lambda *_: far)
     tried = try_design(Settings.of("shape:cube", size_mm=200.0, effort="quick"), "cube")
     assert tried.makeable == holds
     assert {stop.rule for stop in tried.verdict.stops} == (set() if holds else {"form"})

@@ -32,7 +32,8 @@ from fabweave.stock.material import material_library, material_named
 
 GOOD = Form(settles_mm=1.0, mean_mm=0.5, where="top", bound_mm=3.0, size_mm=300.0, sags_mm=0.1,
             loose=0, pushed_mm=2.0, gives_mm_n=1.0, soft="top", apart=0, apart_n=0.0, strain=0.2,
-            settled=True, air_mm=None, bodies=None)  # fmt: skip
+            settled=True, air_mm=None, off_mm=1.0, off_mean_mm=0.5, off_where="top",
+            bodies=None)  # fmt: skip
 
 
 def body(shape, size_mm, **options):

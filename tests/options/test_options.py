@@ -117,6 +117,7 @@ SPOILT = {
     "thickness_mm": (*NO_NUMBERS, 0, (), ("warp", 1.0), (("warp", 0.0),), (("warp", "1mm"),),
                      (("warp", 1.0), ("warp", 2.0)), (("woof", 1.0),), (("", 1.0),)),
     "width": ("12mm", 0.65, math.nan),
+    "as_drawn": ("yes", True),
     "strips": ("bent", 3),
     "smooth": (-1, 51, 0.5, "3", None),
     "crossing": (*NO_NUMBERS, 0, 1, 1.5),

@@ -83,7 +83,8 @@ def test_each_rule_takes_points_and_names_the_place():
 
 @given(st.lists(st.floats(0.0, 30.0), min_size=2, max_size=6))
 def test_what_sags_farther_has_no_better_grade(sags):
-    form = Form(settles_mm=1.0, mean_mm=0.5, where="top", bound_mm=3.0, size_mm=300.0, sags_mm=0.1,
+    form = Form(off_mm=1.0, off_mean_mm=0.5, off_where="top",
+                settles_mm=1.0, mean_mm=0.5, where="top", bound_mm=3.0, size_mm=300.0, sags_mm=0.1,
                 loose=0, pushed_mm=2.0, gives_mm_n=1.0, soft="top", apart=0, apart_n=0.0,
                 strain=0.2, settled=True, air_mm=None, bodies=None)  # fmt: skip
     scores = [

@@ -115,3 +115,71 @@ def test_another_model_is_found_and_a_form_that_is_missing(loaded):
     assert "missing" in str(told(loaded)["form"])
     (loaded / "form.json").unlink()
     assert "whether it was let go" in str(told(loaded)["form"])
+
+
+MOVED = ("shape:torus?m=8&n=6", "--size", "300mm", "--effort", "quick")
+
+
+@pytest.fixture
+def moved(finished, tmp_path):
+    return finished.copy(tmp_path / "job", *MOVED)
+
+
+def test_what_is_moved_to_settle_onto_its_model_is_true(moved):
+    assert (moved / "aimed_mesh.obj").exists()
+    assert told(moved) == {}
+
+
+def shift_mesh(name, millimetres):
+    """Move a vertex of a mesh of a job."""
+
+    def change(folder):
+        path = folder / name
+        lines = path.read_text().splitlines()
+        at = next(number for number, line in enumerate(lines) if line.startswith("v "))
+        _, x, y, z = lines[at].split()
+        lines[at] = f"v {float(x) + millimetres} {y} {z}"
+        path.write_text("\n".join(lines) + "\n")
+
+    return change
+
+
+def form_json(change):
+    return lambda folder: edit_json(folder / "form.json", change)
+
+
+def verdict_json(**values):
+    return lambda folder: edit_json(folder / "verdict.json", lambda d: d["form"].update(values))
+
+
+UNTRUE = [
+    (shift_mesh("aimed_mesh.obj", 0.1), "not wished at its edges"),
+    (shift_mesh("aimed_mesh.obj", 9.0), "moved_mm"),
+    (lambda folder: (folder / "aimed_mesh.obj").unlink(), "whether it is there"),
+    (verdict_json(moved_mm=0.0), "moved_mm"),
+    (verdict_json(off_mm=0.0), "off_mm"),
+    (verdict_json(off_mean_mm=0.0), "off_mean_mm"),
+    (verdict_json(drawn_mean_mm=0.01), "no nearer than"),
+    (form_json(lambda d: d.pop("aim")), "whether it is there"),
+    (form_json(lambda d: d["aim"].pop()), "how many crossings"),
+    (form_json(lambda d: d["aim"][3].__setitem__(2, d["aim"][3][2] + 0.5)), "not wished"),
+    (form_json(shift("standing", 3.0, 0)), "off_mm"),
+    (
+        lambda folder: (folder / "job.toml").write_text(
+            (folder / "job.toml").read_text().replace('as_drawn = "on"', 'as_drawn = "off"')
+        ),
+        "as it is drawn",
+    ),
+]
+
+
+@pytest.mark.parametrize(("spoil", "words"), UNTRUE)
+def test_another_aim_is_found(moved, spoil, words):
+    spoil(moved)
+    assert words in str(told(moved)["form"])
+
+
+def test_the_mesh_that_it_settles_onto_has_the_size(moved):
+    """What is woven is of another size; what comes out is that of the settings."""
+    shift_mesh("aimed_mesh.obj", 50.0)(moved)
+    assert "greatest extent" in str(told(moved)["source"])

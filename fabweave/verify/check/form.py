@@ -15,11 +15,11 @@ from fabweave.verify.check.fastening import hanging
 from fabweave.verify.crossing_map import CrossingMap, FormRecord, StateRecord
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.geometry import lay_steps, panel_bounds, unfold
-from fabweave.verify.measure.walks import joined
+from fabweave.verify.measure.walks import edge_quads, joined
 from fabweave.verify.read.glb import Strip
-from fabweave.verify.read.job_files import Job, required
+from fabweave.verify.read.job_files import AIMED, Job, required
 from fabweave.verify.read.mesh import LoadedMesh
-from fabweave.verify.report import Place, Tally
+from fabweave.verify.report import Place, Tally, stated_number
 
 Complex: TypeAlias = npt.NDArray[np.complexfloating]
 
@@ -29,6 +29,9 @@ BARE, ONE, MORE = 1.0, 25.0, 10_000.0
 TOLD_MM = 0.011
 #: Strips of the relaxed model unfold to those that are cut, from panel to panel, to this.
 CUT_MM = 0.05
+#: Crossings are wished where they are on their edges, to this share of how far they are beside the
+#: middles of these, and so many millimetres.
+BESIDE, WISHED_MM = 0.5, 0.001
 #: What goes farther than this share of a body's size collapses, and is told without a number; and
 #: a body whose lowest place is higher than that share above all stands on nothing.
 FALLS, FOOT = 0.1, 0.02
@@ -47,10 +50,45 @@ def check_form(job: Job, tally: Tally) -> None:
     place.equal("whether it was let go", job.form is not None, told is not None)
     if job.form is None or told is None:
         return
-    bodies = _bodies_of(required(job.mesh), plan)
-    if _check_given(job, job.form, bodies, place):
-        _check_told(job, job.form["states"], bodies, tally)
+    bodies = _bodies_of(required(job.wished), plan)
+    if _check_aim(job, job.form, told, tally) and _check_given(job, job.form, bodies, place):
+        _check_told(job, job.form, bodies, tally)
     _check_relaxed(job, job.form, tally)
+
+
+def _check_aim(job: Job, form: FormRecord, told: dict[str, Any], tally: Tally) -> bool:
+    """Check that the woven mesh is no farther than told from the one that it settles onto.
+
+    Crossings are wished at the edges of that one; without it, where they are woven.
+    """
+    place, aim, mesh = tally.at(AIMED), form.get("aim"), required(job.mesh)
+    place.equal("whether it is there", job.aimed is not None, aim is not None)
+    if job.aimed is None or aim is None:
+        place.expect(
+            told.get("moved_mm") is None, "the mesh is said to be moved, and it is missing"
+        )
+        return aim is None
+    place.expect(job.options.get("as_drawn") != "off", "it is to be woven as it is drawn")
+    same = len(job.aimed.vertices) == len(mesh.vertices) and np.array_equal(
+        job.aimed.corner, mesh.corner
+    )
+    if not (
+        place.expect(same, "its faces are not those of woven_mesh.obj")
+        and place.equal("how many crossings it is told of", len(aim), len(job.edges))
+    ):
+        return False
+    moved = np.linalg.norm(job.aimed.vertices - mesh.vertices, axis=1)
+    place.number("moved_mm", told.get("moved_mm"), float(moved.max()), within=TOLD_MM)
+    sides = np.array([job.edges[at] for at in range(len(aim))])
+    wished, woven = (edge_quads(one, sides) for one in (job.aimed, mesh))
+    # Where strands do not cross in the middle of a quad, they do so by the same shares in both.
+    beside = np.array([one.position for one in required(job.map).crossings]) - woven.middle
+    off = np.linalg.norm(np.array(aim) - wished.middle - beside, axis=1)
+    most = BESIDE * np.linalg.norm(beside, axis=1) + WISHED_MM
+    return place.expect(
+        bool((off <= most).all()),
+        f"{np.count_nonzero(off > most)} crossings are not wished at its edges",
+    )
 
 
 def _check_given(job: Job, form: FormRecord, bodies: list["_Body"], place: Place) -> bool:
@@ -84,16 +122,18 @@ def _check_given(job: Job, form: FormRecord, bodies: list["_Body"], place: Place
     )
 
 
-def _check_told(job: Job, states: list[StateRecord], bodies: list["_Body"], tally: Tally) -> None:
+def _check_told(job: Job, form: FormRecord, bodies: list["_Body"], tally: Tally) -> None:
     """Check how far crossings are said to go, and that what collapses is said first."""
     verdict = job.verdict or {}
     told: dict[str, Any] = dict(verdict["form"])
-    wished = np.array([one.position for one in required(job.map).crossings])
+    drawn = [one.position for one in required(job.map).crossings]
+    wished, states = np.array(form.get("aim", drawn)), form["states"]
     before, falls = wished, False
     for state in states:
         place, there = tally.at("form.json", state["name"]), _places(state)
         falls |= _check_distances(job, state["name"], there, before, bodies, told, place)
         before = before if state["name"] != "let go" else there
+    _check_end(told, there, wished, bodies, tally.at("verdict.json"))
     place, reasons = tally.at("verdict.json"), verdict.get("reasons") or [{}]
     rests = all(state["settled"] for state in states)
     place.equal("whether it came to rest", told.get("settled"), rests)
@@ -104,6 +144,24 @@ def _check_told(job: Job, states: list[StateRecord], bodies: list["_Body"], tall
         place.equal("the verdict", verdict.get("level"), "not makeable")
 
 
+def _check_end(
+    told: dict[str, Any], there: Floats, wished: Floats, bodies: list["_Body"], place: Place
+) -> None:
+    """Check how far the object is said to be off in the end, and that moving its mesh gained."""
+    off = np.zeros(len(there))
+    each = told.get("bodies") or [told]
+    for body, said in zip(bodies, each, strict=True):
+        away = nearest(there[body.own], wished[body.own]) - wished[body.own]
+        off[body.own] = np.linalg.norm(away, axis=1)
+        _check_far(place, "off_mm", said, float(off[body.own].max()), body.size_mm)
+    own = np.concatenate([body.own for body in bodies])
+    mean, size_mm = float(np.sqrt((off[own] ** 2).mean())), max(body.size_mm for body in bodies)
+    _check_far(place, "off_mean_mm", told, mean, size_mm)
+    if told.get("moved_mm") is not None:
+        drawn = stated_number(told, "drawn_mean_mm")
+        place.expect(mean <= drawn, "it comes no nearer than as it is drawn on its model")
+
+
 def _check_distances(
     job: Job, name: str, places: Floats, before: Floats, bodies: list["_Body"],
     told: dict[str, Any], place: Place,
@@ -111,7 +169,7 @@ def _check_distances(
     """Check how far crossings are said to go in a state; say whether a body falls."""
     far, goes, falls, hung = np.zeros(len(places)), name == "let go", False, _hung(job)
     key, each = _NAMES[name], told.get("bodies") or [told]
-    size_mm = float(np.ptp(required(job.mesh).vertices, axis=0).max())
+    size_mm = float(np.ptp(required(job.wished).vertices, axis=0).max())
     if not place.equal("how many bodies it is told of", len(each), len(bodies)):
         return False
     for number, (body, said) in enumerate(zip(bodies, each, strict=True), start=1):

@@ -10,7 +10,7 @@ import scipy
 from fabweave.verify.crossing_map import CrossingMap
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.walks import joined
-from fabweave.verify.read.job_files import Job, length_of, required
+from fabweave.verify.read.job_files import AIMED, Job, length_of, required
 from fabweave.verify.read.mesh import LoadedMesh, SourceMesh
 from fabweave.verify.report import Place, Tally, stated_number
 
@@ -99,12 +99,13 @@ _ROUNDED_MM = 1e-3
 def check_source(job: Job, tally: Tally) -> None:
     """Check the size of the woven mesh, and its faces where those that it comes from are known.
 
-    A size is the greatest extent of what is woven, whatever was done to the mesh; where faces were
-    left out afterwards, of what was there before. Remeshing and refining make other faces; fairing
-    and symmetry move their corners.
+    All of it holds of the mesh that the object settles onto, where that is another one. A size is
+    its greatest extent, whatever was done to the mesh; where faces were left out afterwards, of
+    what was there before. Remeshing and refining make other faces; fairing and symmetry move their
+    corners.
     """
-    mesh, options = required(job.mesh), job.options
-    place = tally.at("woven_mesh.obj").against("job.toml")
+    mesh, options = required(job.wished), job.options
+    place = tally.at("woven_mesh.obj" if job.aimed is None else AIMED).against("job.toml")
     extent = _extent(mesh.vertices[mesh.corner])
     asked = str(options.get("leave_out") or "")
     if (size := length_of(options.get("size"))) is not None:
@@ -141,7 +142,7 @@ def _check_openings(job: Job, asked: str, place: Place, *, halved: bool) -> None
         "what was left out, by side,", [one.get("side") for one in job.openings], wanted
     ):
         return
-    mesh = required(job.mesh)
+    mesh = required(job.wished)
     loops = _boundaries(mesh)
     for one in job.openings:
         side = str(one["side"])
@@ -159,7 +160,7 @@ def _check_openings(job: Job, asked: str, place: Place, *, halved: bool) -> None
             found |= bool(near >= rim > 1 and on >= rim - beside and (halved or len(loop) >= rim))
         here.expect(
             found,
-            f"no boundary of woven_mesh.obj has {rim:g} vertices within {off:g} mm of its circle, "
+            f"no boundary of the mesh has {rim:g} vertices within {off:g} mm of its circle, "
             f"and {rim - beside:g} on it",
         )
 
@@ -189,7 +190,7 @@ def _check_faces(job: Job, source: SourceMesh, place: Place) -> None:
     Those that were left out are not there; faces at rims were drawn to their circles; what lay on
     another face, or hung on nothing, may have gone.
     """
-    mesh, options, openings = required(job.mesh), job.options, job.openings
+    mesh, options, openings = required(job.wished), job.options, job.openings
     faces = [face for face in source.faces if len(face) > 2]
     turn = _upright(str(options.get("up", "z")))
     if turn is None:

@@ -51,6 +51,8 @@ RIM, RIM_RECORD = "rim", "rim/rim.json"
 FORMER, FORMER_RECORD = "former", "former/former.json"
 #: Where it is told how the object is when it was let go, and its model then.
 FORM, RELAXED, VERDICT = "form.json", "model_relaxed.glb", "verdict.json"
+#: The mesh that it settles onto, where the one that is woven was moved for that.
+AIMED = "aimed_mesh.obj"
 #: The list of cuts of straight strips.
 CUTS = "cut_list.csv"
 #: Where offcuts lie.
@@ -277,6 +279,8 @@ class Job:
 
     map: CrossingMap | None = None
     mesh: LoadedMesh | None = None
+    #: What it settles onto, where that is another one.
+    aimed: LoadedMesh | None = None
     model: dict[str, Strip] | None = None
     #: The nominal sheets.
     sheets: Drawings = Drawings("sheets")
@@ -308,6 +312,11 @@ class Job:
     cuts: list[dict[str, str]] | None = None
     #: Whose pieces these are, if they are of several jobs that share sheets.
     shared: "Shared | None" = None
+
+    @property
+    def wished(self) -> LoadedMesh | None:
+        """The mesh that the object is to be in the end."""
+        return self.mesh if self.aimed is None else self.aimed
 
     @property
     def options(self) -> dict[str, Any]:
@@ -493,6 +502,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
     return Job(
         map=plan,
         mesh=read("woven_mesh.obj", read_obj),
+        aimed=if_there(AIMED, read_obj),
         model=read("model.glb", read_model),
         sheets=sheets,
         settings=settings,

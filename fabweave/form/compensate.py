@@ -1,0 +1,422 @@
+"""Move the mesh of an object so that what is cut settles onto the mesh that was wished for.
+
+Strips that are cut as they lie on a mesh settle beside it, as they rest where their forces are in
+balance, under their weight and their load. So each vertex is moved by minus what its crossings go,
+time and again. How far they go is foretold to first order, which takes a moment, and what that
+leaves out is taken from where the object really comes to rest at first. Ribbons keep the rules that
+they kept: where one would be broken, the motion is evened out.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+import scipy.sparse as sp
+from threadpoolctl import threadpool_limits
+
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Progress,
+    flags,
+    frozen,
+    no_progress,
+)
+from fabweave.form.body import ElasticBody, body_of, off_places
+from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
+from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
+from fabweave.mesh.automorphisms import Symmetry
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.symmetrise import vertex_images
+from fabweave.piece.brief import Brief
+from fabweave.piece.joined_object import JoinedObject, recut, relaid
+from fabweave.piece.pieces import PieceSet
+from fabweave.ribbon.aim import Aim
+from fabweave.ribbon.lay import WovenObject, lay_ribbons
+from fabweave.ribbon.project import following_rung
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.ribbon.rules.ribbon_check import RibbonCheck
+from fabweave.weave.symmetry import nearest_symmetry
+from fabweave.weave.weave_mesh import WovenMesh
+
+#: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
+#: A step that takes less than this share of what is left off is the last.
+_ROUNDS, _STEPS, _LITTLE = 2, 3, 0.05
+#: What is left is to be less than this share of what there was in the mean, and no more at most;
+#: else nothing is moved.
+_WORTH = 0.8
+#: To know about where it rests, this is near enough.
+_ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
+#: Objects of more crossings are left as they are drawn: to let them go once more takes a minute.
+MOST_CROSSINGS = 3000
+#: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
+#: vertex from its neighbours; about these places half as much.
+_TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+#: A place is worse than it was from such a share of what is needed on; and a rule that is broken as
+#: it is drawn may be broken so much oftener, where no place gets worse than the worst.
+_WORSE, _MORE = 0.02, 0.25
+
+#: Checks ribbons against the rules of their material.
+Check = Callable[[WovenObject, Depth], RibbonCheck]
+
+
+def compensated(
+    joined: JoinedObject,
+    pieces: PieceSet,
+    brief: Brief,
+    check: Check,
+    progress: Progress = no_progress,
+) -> JoinedObject:
+    """Return an object that settles onto the mesh of another; that one where little is gained.
+
+    Parameters
+    ----------
+    joined : JoinedObject
+        As it is drawn.
+    pieces : PieceSet
+        Its pieces, for how its crossings are fastened.
+    brief : Brief
+    check : callable
+    progress : callable
+    """
+    body = body_of(joined.woven, brief) if _may_move(joined.woven, brief) else None
+    if body is None:
+        return joined
+    with threadpool_limits(limits=1, user_api="blas"):
+        pins = pins_of(body, pieces)
+        woven, moves = joined.woven, Foresight(body).moves(pins)
+        if not _is_worth_it(woven, brief, moves):
+            return joined
+        none = np.zeros(len(body.places))
+        aim = Aim(woven.mesh, body.places, none, none, 0.0)
+        aimed = replace(joined, woven=replace(woven, aim=aim))
+        best = _Compensation(aimed, aim, pins, brief, check, progress).best
+    return joined if best is None else best
+
+
+def foretell_end(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
+    """Return how far an object goes, to first order, and is off in the end as it will be cut."""
+    found = foretell(woven, brief, pieces)
+    if found is None or found.moves is None:
+        return found
+    return found._replace(left_mm=_foretold_left(woven, brief, found.moves))
+
+
+def _foretold_left(woven: WovenObject, brief: Brief, moves: FloatArray) -> float | None:
+    """Return what is left of how crossings go; None of what is cut as it is drawn.
+
+    Vertices cannot take back all of it.
+    """
+    if woven.aim is not None:
+        return float(woven.aim.left_mm.max())
+    if not _may_move(woven, brief) or not _is_worth_it(woven, brief, moves):
+        return None
+    means, left = vertex_means(woven), moves
+    for _ in range(_STEPS):
+        left = left - _crossings_between(woven) @ (means @ left)
+    return float(np.linalg.norm(left, axis=1).max())
+
+
+def _may_move(woven: WovenObject, brief: Brief) -> bool:
+    """Return whether an object may be cut otherwise than it is drawn."""
+    asked, count = brief.pieces, woven.weave.threads.n_crossings
+    drawn = asked.as_drawn != "on" or asked.former is not None
+    return not (drawn or woven.straight or count > MOST_CROSSINGS)
+
+
+def _is_worth_it(woven: WovenObject, brief: Brief, moves: FloatArray) -> bool:
+    """Return whether crossings go by more than strips are thick, and the object stands."""
+    most = float(np.linalg.norm(moves, axis=1).max())
+    thickness = min(one.thickness_mm for one in brief.supplies.materials)
+    return thickness < most < STANDS * woven.size_mm
+
+
+def _crossings_between(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes crossings from vertices, (X, V): each lies in the middle of its quad."""
+    mesh, (tail, head) = woven.mesh, _ends(woven)
+    halfedges, own = woven.halfedges, woven.weave.threads.crossing_halfedge
+    shape = mesh.n_faces, mesh.n_vertices
+    corners = np.ones(len(mesh.indices)), mesh.indices, mesh.offsets
+    faces = _rows_of_one(sp.csr_array(corners, shape=shape))
+    each = sp.csr_array(sp.eye_array(mesh.n_vertices))
+    left, right = (faces[halfedges.face[side]] for side in (own, halfedges.twin[own]))
+    return sp.csr_array((each[tail] + each[head] + left + right) / 4.0)
+
+
+def off_in_parts(body: ElasticBody, places: FloatArray) -> FloatArray:
+    """Return how crossings are off where they are wished, (X, 3), each body where it fits best."""
+    off = np.zeros_like(places)
+    for own in body.bodies:
+        off[own] = off_places(places[own], body.target[own])
+    return off
+
+
+def vertex_means(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes means of the crossings about each vertex, (V, X)."""
+    ends, count = _ends(woven), woven.weave.threads.n_crossings
+    at = np.concatenate(ends), np.tile(np.arange(count), 2)
+    shape = woven.mesh.n_vertices, count
+    mean = _rows_of_one(sp.coo_array((np.ones(2 * count), at), shape=shape).tocsr())
+    # A corner of one face only goes with its neighbours.
+    alone = sp.diags_array((mean.sum(axis=1) == 0).astype(np.float64))
+    return sp.csr_array(mean + alone @ _neighbours(woven) @ mean)
+
+
+def _ends(woven: WovenMesh) -> tuple[IntArray, IntArray]:
+    """Return the ends of each crossing's edge."""
+    halfedges, own = woven.halfedges, woven.weave.threads.crossing_halfedge
+    return halfedges.tail[own], halfedges.head[own]
+
+
+def _neighbours(woven: WovenMesh) -> sp.csr_array:
+    """Return what takes means of the neighbours of each vertex, (V, V)."""
+    halfedges, count = woven.halfedges, woven.mesh.n_vertices
+    pairs = halfedges.tail, halfedges.head
+    ends = np.concatenate(pairs), np.concatenate(pairs[::-1])
+    return _rows_of_one(sp.coo_array((np.ones(len(ends[0])), ends), shape=(count, count)).tocsr())
+
+
+def _rows_of_one(matrix: sp.csr_array) -> sp.csr_array:
+    """Return a matrix whose rows add up to 1, or are empty."""
+    return sp.csr_array(sp.diags_array(1.0 / np.maximum(matrix.sum(axis=1), 1.0)) @ matrix)
+
+
+@dataclass
+class _Compensation:
+    """An object whose mesh is moved, vertex by vertex."""
+
+    joined: JoinedObject
+    aim: Aim
+    pins: FloatArray
+    brief: Brief
+    check: Check
+    progress: Progress
+
+    @property
+    def best(self) -> JoinedObject | None:
+        """The object that is nearest to its aim in the end, of all that were tried."""
+        drawn = left = self.off(self.joined)
+        off, best = self.foretold(self.joined), None
+        moved = np.zeros_like(self.joined.woven.mesh.vertices)
+        for _ in range(_ROUNDS):
+            # What is left out to first order is as it was when it came to rest last.
+            found = self.stepped(moved, left, left - off)
+            cut = None if found is None else recut(found[0], self.brief)
+            if found is None or cut is None:
+                break
+            (laid, moved), before = found, left
+            left, off = self.off(cut), self.foretold(laid)
+            if _mean(left) > _WORTH * _mean(before) or _most(left) > _most(before):
+                break
+            best = self.aimed(cut, moved, drawn, left)
+            if _most(left) <= BOUND * self.joined.woven.size_mm:
+                break
+        return best
+
+    def stepped(
+        self, moved: FloatArray, off: FloatArray, missed: FloatArray
+    ) -> tuple[JoinedObject, FloatArray] | None:
+        """Return an object that is off less and less, as foretold, and how its vertices moved."""
+        best = None
+        for number in range(_STEPS):
+            self.progress("form", number, _STEPS)
+            step = self.kept(moved, -self.at_vertices(off))
+            if step is None:
+                break
+            moved = moved + step[1]
+            before, off = off, self.foretold(step[0]) + missed
+            if _mean(off) > (1.0 - _LITTLE) * _mean(before):
+                break
+            best = step[0], moved
+        return best
+
+    def aimed(
+        self, cut: JoinedObject, moved: FloatArray, drawn: FloatArray, left: FloatArray
+    ) -> JoinedObject:
+        """Return an object with what it settles onto, and how near it comes."""
+        aim = replace(
+            self.aim,
+            drawn_mm=frozen(np.linalg.norm(drawn, axis=1)),
+            left_mm=frozen(np.linalg.norm(left, axis=1)),
+            moved_mm=float(np.linalg.norm(moved, axis=1).max()),
+        )
+        return replace(cut, woven=replace(cut.woven, aim=aim))
+
+    def body(self, joined: JoinedObject) -> ElasticBody:
+        """Return an object as an elastic body."""
+        # It has as many crossings as before.
+        return cast(ElasticBody, body_of(joined.woven, self.brief))
+
+    def off(self, joined: JoinedObject) -> FloatArray:
+        """Return how far crossings come to rest from where they are wished, (X, 3)."""
+        body = self.body(joined)
+        places = np.zeros_like(body.places)
+        for part, own in zip(body.parts, body.bodies, strict=True):
+            rests = let_go(part, self.pins[own], _ABOUT_REST)
+            end = in_the_end(part, rests, _ABOUT_REST)
+            places[own] = end.state.bodies.origin
+        return off_in_parts(body, places)
+
+    def foretold(self, joined: JoinedObject) -> FloatArray:
+        """Return the same to first order."""
+        body = self.body(joined)
+        places = body.places + Foresight(body).moves(self.pins)
+        return off_in_parts(body, places)
+
+    @cached_property
+    def drawn(self) -> "_Broken":
+        """Where rules are broken as it is drawn."""
+        return _Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
+
+    def kept(self, moved: FloatArray, step: FloatArray) -> tuple[JoinedObject, FloatArray] | None:
+        """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
+
+        The step is evened out about places that would be worse than they were, more and more, and
+        made shorter at last, most there; None if that does not help.
+        """
+        for number in range(_TRIES):
+            for _ in range(_TIMES * (number + 1) if self.about.any() else 0):
+                uneven = moved + step - self.neighbours @ (moved + step)
+                step = self.symmetric(step - _EVEN * self.about[:, None] * uneven)
+            there = self.moved(moved + step)
+            broken = self.along(there)
+            if broken.no_more_than(self.drawn):
+                laid = relaid(self.joined, there, self.brief)
+                broken = _Broken(self.check(laid.woven, Depth.NEAR), laid.woven)
+                if broken.no_more_than(self.drawn):
+                    return laid, step
+            self.spread(broken.worse_than(self.drawn))
+            if number >= _TRIES // 2:
+                step = _SHORTER * step * (1.0 - (1.0 - _SHORTER) * self.about)[:, None]
+        return None
+
+    def moved(self, moved: FloatArray) -> PolyMesh:
+        """Return the mesh with its vertices moved."""
+        mesh = self.joined.woven.mesh
+        return mesh.with_vertices(mesh.vertices + moved)
+
+    def along(self, mesh: PolyMesh) -> "_Broken":
+        """Return where rules of each ribbon by itself are broken, if it is laid on a mesh."""
+        woven, supplies = self.joined.woven, self.brief.supplies
+        source = replace(woven.source, mesh=mesh)
+        factor = None if woven.narrowed is None else woven.narrowed.factor
+        thickness = supplies.thickness_mm(woven.bunches)
+        ribbons = lay_ribbons(
+            source, woven.weave, self.brief.ribbons, thickness, woven.laps, factor
+        )
+        laid = replace(woven, source=source, ribbons=ribbons, narrowed=None)
+        return _Broken(self.check(laid, Depth.ALONG), laid)
+
+    def at_vertices(self, off: FloatArray) -> FloatArray:
+        """Return the mean of what crossings about each vertex are off, (V, 3)."""
+        mean = self.means @ off
+        if self.joined.woven.source.rim != "none":
+            mean[self.rim] = 0.0
+        return self.symmetric(mean)
+
+    @cached_property
+    def rim(self) -> BoolArray:
+        """Which vertices lie on a boundary, (V,): a ring holds them there."""
+        halfedges, count = self.joined.woven.halfedges, self.joined.woven.mesh.n_vertices
+        return flags(count, halfedges.tail[halfedges.twin < 0])
+
+    @cached_property
+    def means(self) -> sp.csr_array:
+        """See :func:`vertex_means`."""
+        return vertex_means(self.joined.woven)
+
+    @cached_property
+    def neighbours(self) -> sp.csr_array:
+        """What means are taken with of each vertex's neighbours, (V, V)."""
+        return _neighbours(self.joined.woven)
+
+    @cached_property
+    def about(self) -> FloatArray:
+        """How much the motion of vertices is evened out, (V,): more and more, and farther about."""
+        return np.zeros(self.joined.woven.mesh.n_vertices)
+
+    def spread(self, passes: BoolArray) -> None:
+        """Even out the motion of vertices beside some passes and those that follow, and about."""
+        threads = self.joined.woven.weave.threads
+        after = following_rung(threads.offsets, threads.closed)[passes]
+        at = threads.crossing[np.concatenate([np.flatnonzero(passes), after[after >= 0]])]
+        tail, head = _ends(self.joined.woven)
+        for ends in (tail, head):
+            self.about[ends[at]] = 1.0
+        near = _ABOUT * self.about
+        np.maximum.at(self.about, tail, near[head])
+        np.maximum.at(self.about, head, near[tail])
+
+    @cached_property
+    def symmetry(self) -> tuple[Symmetry, IntArray]:
+        """The motions that map the mesh onto itself, and where they take vertices."""
+        woven = self.joined.woven
+        group = nearest_symmetry(woven.mesh, woven.halfedges)
+        return group, vertex_images(group, woven.halfedges, woven.mesh.n_vertices)
+
+    def symmetric(self, step: FloatArray) -> FloatArray:
+        """Return the mean of how vertices move as seen by all motions of the mesh onto itself.
+
+        So pieces that are alike stay so.
+        """
+        group, images = self.symmetry
+        return np.asarray(np.mean(step[images] @ group.matrix, axis=0))
+
+
+class _Broken:
+    """Where ribbons break rules.
+
+    Parameters
+    ----------
+    check : RibbonCheck
+    woven : WovenObject
+        Whose ribbons they are.
+    """
+
+    def __init__(self, check: RibbonCheck, woven: WovenObject) -> None:
+        count = len(woven.weave.threads.crossing)
+        self._counts = {one.rule: (one.count, one.far) for one in check.findings}
+        #: By rule, what there is over what is needed at each pass, at the least.
+        self._margins = {rule: np.full(count, np.inf) for rule in check.measured}
+        for rule, measured in check.measured.items():
+            for at in (measured.passes, measured.others):
+                known = at >= 0
+                np.minimum.at(self._margins[rule], at[known], measured.margins[known])
+
+    def no_more_than(self, other: "_Broken") -> bool:
+        """Return whether rules are broken where they were elsewhere, and about as often.
+
+        One that is kept there is kept; the worst place of another is no worse, and no more are far
+        from what is needed.
+        """
+        for rule, (count, far) in self._counts.items():
+            often, far_there = other._counts.get(rule, (0, 0))
+            worst = other._margins[rule].min() - _WORSE if often else 1.0
+            if count > (1.0 + _MORE) * often or far > far_there:
+                return False
+            if self._margins[rule].min() < worst:
+                return False
+        return True
+
+    def worse_than(self, other: "_Broken") -> BoolArray:
+        """Return at which passes a rule is broken, and was not, or less so, (P,)."""
+        worse = [
+            (margins < 1.0)
+            & ((margins < other._margins[rule] - _WORSE) | (other._margins[rule] >= 1.0))
+            for rule, margins in self._margins.items()
+            if rule in other._margins
+        ]
+        return np.asarray(np.any(worse, axis=0))
+
+
+def _most(off: FloatArray) -> float:
+    """Return the length of the longest of vectors."""
+    return float(np.linalg.norm(off, axis=1).max())
+
+
+def _mean(off: FloatArray) -> float:
+    """Return the root mean square of vectors."""
+    return float(np.sqrt((off**2).sum(axis=1).mean()))
