@@ -55,9 +55,8 @@ MOST_CROSSINGS = 3000
 #: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
 #: vertex from its neighbours; about these places half as much.
 _TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
-#: A place is worse than it was from such a share of what is needed on; and a rule that is broken as
-#: it is drawn may be broken so much oftener, where no place gets worse than the worst.
-_WORSE, _MORE = 0.02, 0.25
+#: A place is worse than it was from such a share of what is needed on.
+_WORSE = 0.02
 
 #: Checks ribbons against the rules of their material.
 Check = Callable[[WovenObject, Depth], RibbonCheck]
@@ -387,15 +386,14 @@ class _Broken:
                 np.minimum.at(self._margins[rule], at[known], measured.margins[known])
 
     def no_more_than(self, other: "_Broken") -> bool:
-        """Return whether rules are broken where they were elsewhere, and about as often.
+        """Return whether no rule is broken oftener than elsewhere, and its worst place is no worse.
 
-        One that is kept there is kept; the worst place of another is no worse, and no more are far
-        from what is needed.
+        One that is kept there is kept; and no more places are far from what is needed.
         """
         for rule, (count, far) in self._counts.items():
             often, far_there = other._counts.get(rule, (0, 0))
             worst = other._margins[rule].min() - _WORSE if often else 1.0
-            if count > (1.0 + _MORE) * often or far > far_there:
+            if count > often or far > far_there:
                 return False
             if self._margins[rule].min() < worst:
                 return False
