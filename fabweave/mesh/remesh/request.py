@@ -6,9 +6,9 @@ from fabweave.core.errors import InputError
 
 #: Bounds of what may be asked for, in faces: no closed surface of quads has fewer than six, and a
 #: tetrahedron, with three edges at each vertex, gives ribbons no room.
-LEAST = {"quads": 6, "triangles": 8, "coarse": 1, "tubes": 24, "grid": 4}
+LEAST = {"quads": 6, "triangles": 8, "coarse": 1, "tubes": 24, "grid": 4, "rings": 24}
 #: Kinds that must say how many.
-_COUNTED = ("triangles", "tubes", "grid")
+_COUNTED = ("triangles", "tubes", "grid", "rings")
 MOST = 100_000
 #: Keeps the mesh as it is.
 NONE = "none"

@@ -1,0 +1,444 @@
+"""Lay rings around a surface: rows of quads that part at saddles, fans at maxima, n-gons at minima.
+
+Such a mesh has an exact 2/2 twill.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import optimize, sparse
+
+from fabweave.core.arrays import (
+    FloatArray,
+    IntArray,
+    Progress,
+    frozen_value,
+    no_progress,
+)
+from fabweave.core.errors import CannotMakeError
+from fabweave.core.finding import Note
+from fabweave.core.messages import agree
+from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.polymesh import PolyMesh, face_normals, without_loose
+from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
+from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
+from fabweave.mesh.remesh.fit import fit, model_of
+from fabweave.mesh.remesh.level_cuts import CutSurface, Part, cut_at, find_saddles, parts_of, saddle_cuts
+from fabweave.mesh.remesh.remeshed import (
+    Remeshed,
+    check_remeshed,
+    cut_surface,
+    finished_quads,
+    ready_source,
+    sound_faults,
+)
+from fabweave.mesh.remesh.request import checked_count
+from fabweave.mesh.remesh.strand_flow import (
+    FAN,
+    LEAST,
+    MOUTH,
+    NEAREST,
+    Field,
+    away_from,
+    choose_fluxes,
+    field_of,
+    find_poles,
+    links_of,
+)
+from fabweave.mesh.remesh.triangles import split_longer
+from fabweave.mesh.topology import label_links
+from fabweave.mesh.triangulate import surface_area
+
+#: Edges of the triangles are at most this share of a quad's; there are at most so many.
+_FINE, _MOST_TRIANGLES = 0.4, 16_000
+#: So many choices of poles are laid out, until one is sound.
+_CHOICES = 8
+#: How much rows are spaced by the strands' width, and how much all alike.
+_ALIKE = 0.5
+#: Levels at which the length of rings is measured, and points around each.
+_LEVELS, _AROUND = 24, 48
+#: Rounds of fitting at the end, and how even vertices stand.
+_FIT, _EVEN = 3, 1.0
+
+
+class _UnsoundError(Exception):
+    """These poles make no rings."""
+
+
+@frozen_value
+class Tube:
+    """A tube of rings.
+
+    Parameters
+    ----------
+    chart : Chart
+        From its lower end to its upper one.
+    ends : (int, int)
+        The saddles below and above; -1 - p at pole p.
+    at : tuple of two (K, 2) float arrays
+        At each end, where the saddle is around the tube, and which vertex of the chart it is.
+    rims : tuple of two (L,) int arrays
+        At each end, the vertices of the cut surface around it.
+    way : tuple of two (L,) float arrays
+        Where these are around the tube.
+    low, high : float
+        The heights of its ends.
+    """
+
+    chart: Chart
+    ends: tuple[int, int]
+    at: tuple[FloatArray, FloatArray]
+    rims: tuple[IntArray, IntArray]
+    way: tuple[FloatArray, FloatArray]
+    low: float
+    high: float
+
+    def lengths(self) -> FloatArray:
+        """Return how long rings are at some levels, evenly from end to end."""
+        u = (np.arange(_LEVELS) + 0.5) / _LEVELS
+        places = self.chart.places(u, np.linspace(0.0, 1.0, _AROUND, endpoint=False))
+        return np.linalg.norm(np.roll(places, -1, axis=1) - places, axis=2).sum(axis=1)
+
+
+def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progress) -> Remeshed:
+    """Lay rings around a mesh."""
+    checked_count("rings", n_quads)
+    source, notes = ready_source(mesh)
+    side = float(np.sqrt(surface_area(source) / n_quads))
+    bodies = _bodies(source)
+    laid, told = [], []
+    for number, body in enumerate(bodies):
+        progress("laying rings", number, len(bodies))
+        made, text = _laid(body, side)
+        laid.append(made)
+        told.append(text)
+    made = _together(laid)
+    if faults := sound_faults(source, made, None):
+        raise _failed("; ".join(faults))
+    texts = [Note("rings", text) for text in told]
+    return finished_quads(made, "rings", [*notes, *texts])
+
+
+def _failed(why: str) -> CannotMakeError:
+    return CannotMakeError(
+        f"no rings could be laid around the mesh: {why}. What may help: another number of quads; "
+        "--bodies wrap, if the mesh runs through itself; or --remesh quads"
+    )
+
+
+def _bodies(source: PolyMesh) -> list[PolyMesh]:
+    half = build_halfedges(source)
+    count, label = label_links(half.tail, half.head, source.n_vertices)
+    label = label[source.indices[source.offsets[:-1]]]
+    faces = source.faces()
+    return [
+        without_loose(
+            PolyMesh.from_faces(
+                source.vertices, [f for f, name in zip(faces, label.tolist(), strict=True) if name == one]
+            )
+        )
+        for one in np.unique(label).tolist()
+    ]
+
+
+def _together(meshes: list[PolyMesh]) -> PolyMesh:
+    starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
+    faces = [
+        [v + int(start) for v in face]
+        for mesh, start in zip(meshes, starts[:-1], strict=True)
+        for face in mesh.faces()
+    ]
+    return PolyMesh.from_faces(np.concatenate([mesh.vertices for mesh in meshes]), faces)
+
+
+def _fine(source: PolyMesh, side: float) -> PolyMesh:
+    """Return a surface in triangles that are small against quads, but not too many."""
+    surface = cut_surface(source)
+    if surface.n_faces > 2 * _MOST_TRIANGLES:
+        try:
+            fewer = run_engine(QSLIM, surface, Run(_MOST_TRIANGLES, 0, rim=False))
+        except AttemptFailedError:
+            fewer = surface
+        surface = surface if check_remeshed(surface, fewer, 3) else fewer
+    longest = max(_FINE * side, float(np.sqrt(surface_area(surface) / (0.43 * _MOST_TRIANGLES))))
+    return split_longer(surface, longest)
+
+
+def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
+    """Return rings around one body, and words on them."""
+    sheet = sheet_of(_fine(body, side), positive=True)
+    links = links_of(sheet)
+    loops = loops_of(sheet.mesh, sheet.halfedges)
+    rims = [sheet.halfedges.tail[loop.sides] for loop in loops]
+    poles = find_poles(sheet, links, rims, [2] * len(rims), side)
+    field = field_of(sheet, links, poles, side)
+    fluxes = choose_fluxes(field, _CHOICES)
+    model = model_of(body, int(surface_area(body) / side**2))
+    why = "it has no two ends"
+    for flux in fluxes:
+        try:
+            made = _rings(sheet, links, field, flux, side)
+        except _UnsoundError as error:
+            why = str(error)
+            continue
+        fitted = fit(model, made, _FIT, _EVEN)
+        faults = sound_faults(body, fitted, None)
+        if not faults:
+            ups, downs = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
+            return fitted, f"rings with {ups} maxima and {downs} minima: {flux[flux != 0].tolist()}"
+        why = "; ".join(faults)
+    raise _failed(why)
+
+
+def _rings(
+    sheet: Sheet, links: sparse.csr_array, field: Field, flux: IntArray, side: float
+) -> PolyMesh:
+    """Return rings whose strands come together as given."""
+    height = field.height(flux)
+    # No two vertices inside are as high.
+    rim = np.zeros(len(height), dtype=bool)
+    rim[sheet.halfedges.tail[sheet.halfedges.twin < 0]] = True
+    height = height + np.where(rim, 0.0, 1e-9 * np.arange(len(height)) / len(height))
+    try:
+        saddles = find_saddles(sheet.halfedges, height, len(height))
+    except ValueError as error:
+        raise _UnsoundError(str(error)) from error
+    surface = saddle_cuts(sheet.mesh.vertices, sheet.corners, height, saddles)
+    tubes = [_tube(surface, part, saddles, field, flux, links, side) for part in parts_of(surface)]
+    strands = _strands(tubes, saddles, flux)
+    rows = _rows(tubes, strands, saddles, side)
+    return _assembled(sheet, tubes, strands, rows, saddles, field)
+
+
+def _tube(
+    surface: CutSurface,
+    part: Part,
+    saddles: list[int],
+    field: Field,
+    flux: IntArray,
+    links: sparse.csr_array,
+    side: float,
+) -> Tube:
+    """Make a chart of a part, from its lower end to its upper one."""
+    sites = {int(v): p for p, site in enumerate(field.poles.sites) if flux[p] for v in site}
+    rim_of = {v: p for v, p in sites.items() if len(field.poles.sites[p]) > 1}
+    points = [k for k, v in enumerate(part.vertex.tolist()) if v in sites and v not in rim_of]
+    vertex, heights = part.vertex, surface.height[part.vertex]
+    mesh = part.mesh
+    ended = -1
+    if len(points) > 1:
+        raise _UnsoundError("two tips are in one tube")
+    if points:
+        ended = sites[int(vertex[points[0]])]
+        mesh, vertex, heights = _without_tip(part, heights, points[0], int(flux[ended]), side)
+    sheet = sheet_of(mesh, positive=True)
+    loops = loops_of(mesh, sheet.halfedges)
+    if len(loops) != 2:
+        raise _UnsoundError(f"a part between saddles has {len(loops)} ends")
+    tails = [sheet.halfedges.tail[loop.sides] for loop in loops]
+    level = [float(np.median(heights[tail])) for tail in tails]
+    order = [0, 1] if level[0] < level[1] else [1, 0]
+    chart = tube_chart(sheet, [loops[k].sides for k in order])
+    around = np.full(mesh.n_vertices, 0.0)
+    around[sheet.corners.reshape(-1)] = chart.flat[: 3 * mesh.n_faces, 1] % 1.0
+    ends, at, rims, ways = [], [], [], []
+    for k in order:
+        tail = tails[k]
+        own = vertex[tail]
+        here = [saddle for saddle in saddles if saddle in own]
+        poles = {rim_of[int(v)] for v in own if int(v) in rim_of}
+        if len(here) == 1 and not poles:
+            copies = tail[own == here[0]]
+            at.append(around[copies])
+            ends.append(here[0])
+        elif len(poles) == 1 and not here:
+            at.append(np.zeros(0))
+            ends.append(-1 - poles.pop())
+        elif ended >= 0 and not here:
+            at.append(np.zeros(0))
+            ends.append(-1 - ended)
+        else:
+            raise _UnsoundError("a tube ends at several saddles")
+        rims.append(own)
+        ways.append(around[tail])
+    return Tube(
+        chart,
+        (ends[0], ends[1]),
+        (at[0], at[1]),
+        (rims[0], rims[1]),
+        (ways[0], ways[1]),
+        level[order[0]],
+        level[order[1]],
+    )
+
+
+def _without_tip(
+    part: Part, heights: FloatArray, tip: int, flux: int, side: float
+) -> tuple[PolyMesh, IntArray, FloatArray]:
+    """Cut the end off a part with a tip: a ring goes around it there."""
+    mesh = part.mesh
+    away = away_from(links_of(sheet_of(mesh)), np.array([tip])) / side
+    reach = max(NEAREST, (FAN if flux > 0 else MOUTH) * abs(flux))
+    sign = 1.0 if flux > 0 else -1.0
+    up = sign * heights
+    half = build_halfedges(mesh)
+    other = up.min()
+    crossing = (away[half.tail] < reach) != (away[half.head] < reach)
+    if not crossing.any():
+        raise _UnsoundError("a limb is shorter than a quad")
+    level = float(np.mean((up[half.tail] + up[half.head])[crossing]) / 2.0)
+    # Where the limb is short, half of it is left.
+    level = max(level, other + 0.6)
+    if level >= np.sort(up)[-8]:
+        raise _UnsoundError("a limb is shorter than a quad")
+    level *= sign
+    near = np.abs(heights - level) < 1e-9
+    level += 1e-7 * bool(near.any())
+    triangles = mesh.indices.reshape(-1, 3)
+    surface = CutSurface(mesh.vertices, heights, triangles, np.zeros((0, 2), dtype=np.int64))
+    low, high = heights[triangles].min(axis=1), heights[triangles].max(axis=1)
+    cut = cut_at(surface, level, (low < level) & (high > level))
+    kept = sign * cut.height[cut.triangles].mean(axis=1) < sign * level
+    whole = PolyMesh.from_triangles(cut.points, cut.triangles[kept])
+    used = np.zeros(len(cut.points), dtype=bool)
+    used[whole.indices] = True
+    vertex = np.concatenate([part.vertex, np.full(len(cut.points) - len(part.vertex), -1)])
+    return without_loose(whole), vertex[used], cut.height[used]
+
+
+def _strands(tubes: list[Tube], saddles: list[int], flux: IntArray) -> IntArray:
+    """Return how many strands each tube has: what comes to a saddle leaves it."""
+    count = len(tubes)
+    ends = [(*tube.ends,) for tube in tubes]
+    rows, wanted = [], []
+    for node in [*saddles, *(-1 - p for p in np.flatnonzero(flux).tolist())]:
+        row = np.array([(high == node) - (low == node) for low, high in ends], dtype=float)
+        rows.append(row)
+        wanted.append(0.0 if node >= 0 else float(flux[-1 - node]))
+    guess = np.array([tube.high - tube.low for tube in tubes])
+    del guess
+    found = optimize.milp(
+        np.ones(count),
+        constraints=optimize.LinearConstraint(np.array(rows), wanted, wanted),
+        integrality=np.ones(count),
+        bounds=optimize.Bounds(LEAST, np.inf),
+    )
+    if found.x is None:
+        raise _UnsoundError("a limb would have fewer than four strands")
+    return np.rint(found.x).astype(np.int64)
+
+
+def _density(tube: Tube, strands: int, side: float) -> FloatArray:
+    """Return how many rows there are up to some levels of a tube, (L + 1,)."""
+    width = tube.lengths() / strands / side
+    step = (tube.high - tube.low) / _LEVELS * width**_ALIKE
+    return np.concatenate([[0.0], np.cumsum(step)])
+
+
+def _rows(tubes: list[Tube], strands: IntArray, saddles: list[int], side: float) -> IntArray:
+    """Return how many rows each tube has; around a handle both ways have as many."""
+    found = []
+    for tube, n in zip(tubes, strands.tolist(), strict=True):
+        ideal = float(_density(tube, n, side)[-1])
+        least = 0 if min(tube.ends) >= 0 else 1
+        found.append(max(round(ideal), least))
+    return np.array(found, dtype=np.int64)
+
+
+def _assembled(
+    sheet: Sheet,
+    tubes: list[Tube],
+    strands: IntArray,
+    rows: IntArray,
+    saddles: list[int],
+    field: Field,
+) -> PolyMesh:
+    """Join the rings of all tubes."""
+    n_points = 0
+    places: list[FloatArray] = []
+    rings: list[tuple[IntArray, IntArray]] = []
+    faces: list[list[int]] = []
+    same: list[tuple[int, int]] = []
+    tips: list[tuple[int, FloatArray]] = []
+    for tube, n, r in zip(tubes, strands.tolist(), rows.tolist(), strict=True):
+        first = tube.at[0][0] if len(tube.at[0]) else None
+        last = tube.at[1][0] if len(tube.at[1]) else None
+        first = first if first is not None else (0.0 if last is None else last)
+        last = last if last is not None else first
+        turn = round(n * (last - first))
+        way = _density(tube, n, 1.0)
+        share = np.interp(np.arange(r + 1) / max(r, 1), way / way[-1], np.linspace(0, 1, _LEVELS + 1))
+        ease = share * share * (3.0 - 2.0 * share)
+        phase = first + ease * (last - turn / n - first)
+        number = n_points + np.arange((r + 1) * n).reshape(r + 1, n)
+        if r == 0:
+            # Both ends are one line, on which saddles are side by side.
+            share, phase = np.array([0.5]), phase[:1]
+        own = np.concatenate(
+            [
+                tube.chart.places(np.array([u]), p + np.arange(n) / n)[0]
+                for u, p in zip(share, phase, strict=True)
+            ]
+        )
+        places.append(own)
+        n_points += len(own)
+        top = np.roll(number[-1], -turn)
+        rings.append((number[0], top))
+        a, b = number[:-1], number[1:]
+        quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=-1)
+        faces += quads.reshape(-1, 4).tolist()
+        for end, ring in zip(tube.ends, (number[0], number[-1]), strict=True):
+            pole = -1 - end
+            if end >= 0 or len(field.poles.sites[pole]) > 1:
+                continue
+            if end == tube.ends[1] and ring is not number[0]:
+                tips.append((n_points, sheet.mesh.vertices[field.poles.sites[pole][0]]))
+                places.append(tips[-1][1][None])
+                faces += [[x, n_points, y] for x, y in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)]
+                n_points += 1
+            else:
+                faces.append(ring.tolist())
+    for saddle in saddles:
+        same += _joined(saddle, tubes, strands, rings)
+    points = np.concatenate(places)
+    first_of, second_of = np.array(same, dtype=np.int64).reshape(-1, 2).T
+    count, label = label_links(first_of, second_of, len(points))
+    weight = np.bincount(label, minlength=count)[:, None]
+    merged = np.stack([np.bincount(label, weights=points[:, k], minlength=count) for k in range(3)], 1)
+    joined = [[int(label[v]) for v in face] for face in faces]
+    if any(len(set(face)) < len(face) for face in joined):
+        raise _UnsoundError("two saddles are at one place")
+    return PolyMesh.from_faces(merged / weight, joined)
+
+
+def _joined(
+    saddle: int, tubes: list[Tube], strands: IntArray, rings: list[tuple[IntArray, IntArray]]
+) -> Iterator[tuple[int, int]]:
+    """Yield which points of rings are the same, at a saddle."""
+    sides: dict[int, list[int]] = defaultdict(list)
+    for number, tube in enumerate(tubes):
+        for end in (0, 1):
+            if tube.ends[end] == saddle:
+                sides[end].append(number)
+    # Tubes below a saddle end there with their upper end.
+    if sorted(len(sides[end]) for end in (0, 1)) != [1, 2]:
+        raise _UnsoundError("a saddle has other than three tubes")
+    one = 1 if len(sides[1]) == 1 else 0
+    (trunk,), limbs = sides[one], sides[1 - one]
+    tube, ring = tubes[trunk], rings[trunk][one]
+    a, b = tube.at[one]
+    between = (b - a) % 1.0
+    way = (tube.way[one] - a) % 1.0
+    in_first = set(tube.rims[one][(way > 1e-9) & (way < between - 1e-9)].tolist())
+    first, second = limbs
+    if len(in_first & set(tubes[first].rims[1 - one].tolist())) <= 1:
+        first, second = second, first
+    if not len(in_first & set(tubes[first].rims[1 - one].tolist())):
+        raise _UnsoundError("limbs at a saddle do not fit")
+    n_first = int(strands[first])
+    for limb, start in ((first, 0), (second, n_first)):
+        own = rings[limb][1 - one]
+        for k, v in enumerate(own.tolist()):
+            yield int(ring[(start + k) % len(ring)]), v
+    yield int(ring[0]), int(ring[n_first])

@@ -1,0 +1,351 @@
+"""Choose where the strands of rings come together, and how many: a harmonic field of whole flux."""
+
+from itertools import permutations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import splu
+
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.chart import Sheet
+
+#: No ring has fewer strands: three would have no room between them.
+LEAST = 4
+#: Places of the surface from which distances are measured to find its tips.
+_SEEDS = 48
+#: A tip stands out by more than so many quads; and at most so many are looked at, with so many
+#: other places, far from all.
+_STANDS_OUT, _MOST_TIPS, _MOST_OTHERS = 0.8, 10, 4
+#: Samples of the surface at which the field is compared with what it should be.
+_SAMPLES = 2500
+#: Rounds of fitting the fluxes, and of moving single strands.
+_ROUNDS, _MOVES = 12, 40
+#: A sample costs at most the square of this logarithm; what a pole costs, in quads; and a sample in
+#: the fan or the opening at its end.
+_MOST_OFF, _POLE, _HOLE = 2.0, 2.0, 0.6
+#: Rings end so far from a point, in quads: at least, and for each strand, above and below.
+NEAREST, FAN, MOUTH = 0.8, 0.095, 0.11
+
+
+@frozen_value
+class Poles:
+    """Places at which strands may come together.
+
+    Parameters
+    ----------
+    sites : tuple of (K,) int arrays
+        The vertices of each: one, or those of a rim.
+    must : (P,) int array
+        -1 where the height has to be least, 1 where it has to be greatest, 2 where it has to be
+        either; 0 where there need be no pole.
+    """
+
+    sites: tuple[IntArray, ...]
+    must: IntArray
+
+
+def links_of(sheet: Sheet) -> sparse.csr_array:
+    """Return how far neighbouring vertices are, and those across an edge, as a graph, (V, V)."""
+    half, points = sheet.halfedges, sheet.mesh.vertices
+    first = half.edge_halfedge
+    inner = first[half.twin[first] >= 0]
+    pairs = np.concatenate(
+        [
+            np.column_stack([half.tail[first], half.head[first]]),
+            np.column_stack([half.tail[half.prev[inner]], half.tail[half.prev[half.twin[inner]]]]),
+        ]
+    )
+    pairs = np.unique(np.sort(pairs, axis=1), axis=0)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    length = np.maximum(np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1), 1e-12)
+    count = sheet.mesh.n_vertices
+    return sparse.csr_array((length, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+
+
+def away_from(links: sparse.csr_array, vertices: IntArray) -> FloatArray:
+    """Return how far each vertex is along the surface from the nearest of some, (V,)."""
+    return np.asarray(dijkstra(links, directed=False, indices=vertices, min_only=True))
+
+
+def find_poles(
+    sheet: Sheet, links: sparse.csr_array, rims: list[IntArray], must: list[int], side: float
+) -> Poles:
+    """Find the tips of a surface, and other places far from all.
+
+    A tip is where the mean distance to all of the surface is greatest; it counts if that is
+    greater, by more than about a quad, than where one comes to a higher one (persistence).
+
+    Parameters
+    ----------
+    sheet : Sheet
+        One body.
+    links : (V, V) sparse array
+        Of `links_of`.
+    rims : list of (K,) int arrays
+        The vertices of its rims, which are poles too.
+    must : list of int
+        What each rim has to be, as in `Poles`.
+    side : float
+        The side of a quad.
+    """
+    count = sheet.mesh.n_vertices
+    near = np.full(count, np.inf)
+    total = np.zeros(count)
+    at = int(np.argmax(np.linalg.norm(sheet.mesh.vertices - sheet.mesh.vertices.mean(0), axis=1)))
+    for _ in range(_SEEDS):
+        away = away_from(links, np.array([at]))
+        near, total = np.minimum(near, away), total + away
+        at = int(np.argmax(near))
+    mean = total / _SEEDS
+    taken = np.full(count, np.inf)
+    for rim in rims:
+        taken = np.minimum(taken, away_from(links, rim))
+    sites, wanted = list(rims), list(must)
+    for tip in _tips(sheet, mean, _STANDS_OUT * side)[:_MOST_TIPS]:
+        if taken[tip] > 1.5 * side:
+            sites.append(np.array([tip]))
+            wanted.append(0)
+            taken = np.minimum(taken, away_from(links, sites[-1]))
+    for _ in range(_MOST_OTHERS):
+        other = int(np.argmin(mean)) if not sites else int(np.argmax(taken))
+        if sites and taken[other] < 3.0 * side:
+            break
+        sites.append(np.array([other]))
+        wanted.append(0)
+        taken = np.minimum(taken, away_from(links, sites[-1]))
+    return Poles(tuple(sites), np.array(wanted, dtype=np.int64))
+
+
+def _tips(sheet: Sheet, height: FloatArray, least: float) -> list[int]:
+    """Return the maxima of a function that stand out by more than a bound, the most so first."""
+    half = sheet.halfedges
+    order = np.argsort(-height, kind="stable")
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    near: list[list[int]] = [[] for _ in range(len(order))]
+    for a, b in zip(half.tail.tolist(), half.head.tolist(), strict=True):
+        if rank[b] < rank[a]:
+            near[a].append(b)
+        else:
+            near[b].append(a)
+    root = list(range(len(order)))
+
+    def top(here: int) -> int:
+        while root[here] != here:
+            root[here] = root[root[here]]
+            here = root[here]
+        return here
+
+    found: list[tuple[float, int]] = []
+    for here in order.tolist():
+        tops = sorted({top(other) for other in near[here]}, key=lambda one: rank[one])
+        if tops:
+            root[here] = tops[0]
+            for lower in tops[1:]:
+                found.append((float(height[lower] - height[here]), lower))
+                root[lower] = tops[0]
+    found += [(np.inf, here) for here in range(len(order)) if root[here] == here]
+    return [tip for stands, tip in sorted(found, key=lambda one: (-one[0], one[1])) if stands > least]
+
+
+@frozen_value
+class Field:
+    """What heights are possible: sums of potentials by whole fluxes.
+
+    Parameters
+    ----------
+    poles : Poles
+    potentials : (P, V) float array
+        Of a source at each pole, against the first.
+    slopes : (P, K, 3) float array
+        Their gradients at samples of the surface.
+    away : (P, K) float array
+        How far the samples are from the poles, in quads.
+    area : float
+        Of the surface, in quads.
+    """
+
+    poles: Poles
+    potentials: FloatArray
+    slopes: FloatArray
+    away: FloatArray
+    area: float
+
+    def height(self, flux: IntArray) -> FloatArray:
+        """Return the height whose lines n strands cross at a pole of flux n, (V,)."""
+        return np.asarray(flux @ self.potentials)
+
+    def cost(self, flux: FloatArray) -> float:
+        """Return how uneven quads would be, all over, and what poles cost, in quads."""
+        speed = np.linalg.norm(np.einsum("p,pkd->kd", flux, self.slopes), axis=1)
+        off = np.minimum(np.log(np.maximum(speed, 1e-12)) ** 2, _MOST_OFF**2)
+        ends = np.where(flux > 0, FAN, MOUTH) * np.abs(flux)
+        ends = np.where(flux != 0, np.maximum(ends, NEAREST), 0.0)
+        ends[[len(site) > 1 for site in self.poles.sites]] = 0.0
+        covered = np.any(self.away < ends[:, None], axis=0)
+        off = np.where(covered, np.minimum(off, _HOLE), off)
+        hole = float(np.pi * np.sum(np.maximum(ends - 1.0, 0.0) ** 2)) * _HOLE
+        free = (self.poles.must == 0) & (flux != 0)
+        return float(off.mean()) * self.area + hole + _POLE * float(np.count_nonzero(free))
+
+    def fitted(self, signs: IntArray) -> FloatArray:
+        """Return real fluxes of some signs for which quads are most nearly even, (P,)."""
+        on = np.flatnonzero(signs)
+        up, down = on[signs[on] > 0], on[signs[on] < 0]
+        flux = np.zeros(len(signs))
+        if not len(up) or not len(down):
+            return flux
+        many = LEAST * max(len(up), len(down), 2)
+        flux[up], flux[down] = many / len(up), -many / len(down)
+        slopes = self.slopes[on]
+        inside = np.any(self.away[on] < 1.5, axis=0)
+        matrix = np.einsum("pkd,k,qkd->pq", slopes, (~inside).astype(float), slopes)
+        ones = np.ones((len(on), 1))
+        system = np.block([[matrix, ones], [ones.T, np.zeros((1, 1))]])
+        inverse = np.linalg.pinv(system)
+        for _ in range(_ROUNDS):
+            way = np.einsum("p,pkd->kd", flux[on], slopes)
+            way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+            way[inside] = 0.0
+            right = np.append(np.einsum("pkd,kd->p", slopes, way), 0.0)
+            flux[on] = (inverse @ right)[:-1]
+            flux = balanced(np.where(signs != 0, signs * np.maximum(signs * flux, LEAST), 0.0))
+        return flux
+
+    def rounded(self, flux: FloatArray) -> IntArray:
+        """Return whole fluxes near some real ones, improved strand by strand, (P,)."""
+        whole = np.sign(flux) * np.maximum(np.rint(np.abs(flux)), LEAST * (flux != 0))
+        on = np.flatnonzero(flux)
+        while whole.sum():
+            # What is left over goes where it changes the flux by the least share.
+            step = -np.sign(whole.sum())
+            may = [p for p in on if np.abs(whole[p] + step) >= LEAST]
+            whole[max(may, key=lambda p: (np.abs(whole[p]), -p))] += step
+        best = self.cost(whole)
+        for _ in range(_MOVES):
+            tried = []
+            for a, b in permutations(on.tolist(), 2):
+                other = whole.copy()
+                other[a] += 1
+                other[b] -= 1
+                if np.all(np.abs(other[on]) >= LEAST):
+                    tried.append((self.cost(other), a, b))
+            if not tried or min(tried)[0] >= best - 1e-9:
+                break
+            best, a, b = min(tried)
+            whole[a] += 1
+            whole[b] -= 1
+        return np.asarray(whole, dtype=np.int64)
+
+
+def balanced(flux: FloatArray) -> FloatArray:
+    """Return fluxes that add up to nothing: the smaller side grows."""
+    up, down = flux[flux > 0].sum(), -flux[flux < 0].sum()
+    most = max(up, down)
+    return np.where(flux > 0, flux * most / up, flux * most / down)
+
+
+def field_of(sheet: Sheet, links: sparse.csr_array, poles: Poles, side: float) -> Field:
+    """Solve for the potentials of poles on one body."""
+    count, half = sheet.mesh.n_vertices, sheet.halfedges
+    node = np.arange(count)
+    for site in poles.sites:
+        node[site] = site[0]
+    used, node = np.unique(node, return_inverse=True)
+    first, rows = half.edge_halfedge, np.arange(half.n_edges)
+    growth = sparse.csr_array(
+        (
+            np.repeat([1.0, -1.0], half.n_edges),
+            (np.tile(rows, 2), np.concatenate([node[half.head[first]], node[half.tail[first]]])),
+        ),
+        shape=(half.n_edges, len(used)),
+    )
+    stiff = sparse.csc_array(growth.T @ (sheet.weights[:, None] * growth))
+    at = np.array([node[site[0]] for site in poles.sites])
+    kept = np.delete(np.arange(len(used)), at[0])
+    factors = splu(
+        sparse.csc_array(stiff[kept][:, kept]),
+        permc_spec="MMD_AT_PLUS_A",
+        options={"SymmetricMode": True},
+    )
+    sources = np.zeros((len(used), len(at)))
+    sources[at, np.arange(len(at))] = 1.0
+    found = np.zeros((len(used), len(at)))
+    found[kept] = factors.solve(sources[kept])
+    found[:, 0] = 0.0
+    potentials = found[node].T
+    corners = sheet.corners
+    sample = _samples(sheet.mesh)
+    a, b, c = (sheet.mesh.vertices[corners[sample, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    double = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    normal /= double
+    ways = np.stack([np.cross(normal, c - b), np.cross(normal, a - c), np.cross(normal, b - a)], 1)
+    slopes = np.einsum("pkc,kcd->pkd", potentials[:, corners[sample]], ways / double[:, None])
+    away = np.stack([away_from(links, site)[corners[sample]].mean(axis=1) for site in poles.sites])
+    area = float(np.linalg.norm(np.cross(*_sides(sheet.mesh)), axis=1).sum()) / 2.0
+    return Field(poles, potentials, slopes * side, away / side, area / side**2)
+
+
+def _sides(mesh: PolyMesh) -> tuple[FloatArray, FloatArray]:
+    corner = mesh.vertices[mesh.indices.reshape(-1, 3)]
+    return corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+
+
+def _samples(mesh: PolyMesh) -> IntArray:
+    """Return triangles spread over a surface by area, (K,)."""
+    area = np.linalg.norm(np.cross(*_sides(mesh)), axis=1)
+    way = np.cumsum(area) / area.sum()
+    return np.minimum(np.searchsorted(way, (np.arange(_SAMPLES) + 0.5) / _SAMPLES), len(area) - 1)
+
+
+def choose_fluxes(field: Field, count: int) -> list[IntArray]:
+    """Return the best whole fluxes of the poles, a few, the best first.
+
+    Signs are changed one by one, from several beginnings, while that makes quads more even.
+    """
+    must = field.poles.must
+    seen: dict[tuple[int, ...], float] = {}
+
+    def value(signs: tuple[int, ...]) -> float:
+        if signs not in seen:
+            flux = field.fitted(np.array(signs))
+            seen[signs] = field.cost(flux) if np.any(flux) else np.inf
+        return seen[signs]
+
+    def starts() -> list[tuple[int, ...]]:
+        base = np.where(np.isin(must, [-1, 1]), must, 0)
+        either = np.flatnonzero(must == 2)
+        free = [*either.tolist(), *np.flatnonzero(must == 0).tolist()]
+        found = []
+        for low in free[:6]:
+            signs = base.copy()
+            signs[either] = 1
+            signs[free[: len(free) - _MOST_OTHERS] or free] = 1
+            signs[low] = -1
+            found.append(tuple(signs.tolist()))
+        if (must == -1).any():
+            signs = base.copy()
+            signs[free[:3]] = 1
+            found.append(tuple(signs.tolist()))
+        return found
+
+    for start in starts():
+        here = start
+        while True:
+            near = []
+            for p, now in enumerate(here):
+                for other in (-1, 0, 1):
+                    allowed = must[p] == 0 or (must[p] == 2 and other)
+                    if other != now and allowed:
+                        near.append((*here[:p], other, *here[p + 1 :]))
+            best = min(near, key=lambda one: (value(one), one), default=here)
+            if value(best) >= value(here) - 1e-9:
+                break
+            here = best
+    ranked = sorted((one for one in seen if np.isfinite(seen[one])), key=lambda one: (seen[one], one))
+    whole = {tuple(field.rounded(field.fitted(np.array(one))).tolist()) for one in ranked[: 2 * count]}
+    best_of = sorted(whole, key=lambda one: (round(field.cost(np.array(one)), 6), one))
+    return [np.array(one) for one in best_of[:count]]
