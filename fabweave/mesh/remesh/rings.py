@@ -20,6 +20,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh, face_normals, without_loose
 from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
@@ -169,9 +170,12 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     """Return rings around one body, and words on them."""
     sheet = sheet_of(_fine(body, side), positive=True)
     links = links_of(sheet)
+    mirror = find_mirror(body)
     loops = loops_of(sheet.mesh, sheet.halfedges)
     rims = [sheet.halfedges.tail[loop.sides] for loop in loops]
-    poles = find_poles(sheet, links, rims, [2] * len(rims), side)
+    poles = find_poles(
+        sheet, links, rims, [2] * len(rims), side, mirror if mirror.symmetric else None
+    )
     field = field_of(sheet, links, poles, side)
     fluxes = choose_fluxes(field, _CHOICES)
     model = model_of(body, int(surface_area(body) / side**2))

@@ -6,8 +6,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.mesh.mirror import Mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import Sheet
 
@@ -17,7 +19,9 @@ LEAST = 4
 _SEEDS = 48
 #: A tip stands out by more than so many quads; and at most so many are looked at, with so many
 #: other places, far from all.
-_STANDS_OUT, _MOST_TIPS, _MOST_OTHERS = 0.8, 10, 4
+_STANDS_OUT, _MOST_TIPS, _MOST_OTHERS = 0.2, 14, 4
+#: Poles are so many quads apart.
+_APART = 1.5
 #: Samples of the surface at which the field is compared with what it should be.
 _SAMPLES = 2500
 #: Rounds of fitting the fluxes, and of moving single strands.
@@ -25,6 +29,8 @@ _ROUNDS, _MOVES = 12, 40
 #: A sample costs at most the square of this logarithm; what a pole costs, in quads; and a sample in
 #: the fan or the opening at its end.
 _MOST_OFF, _POLE, _HOLE = 2.0, 2.0, 0.6
+#: What each strand costs beyond so many that come together at a point.
+_CROWD, _CROWDED = 0.8, 8
 #: Rings end so far from a point, in quads: at least, and for each strand, above and below.
 NEAREST, FAN, MOUTH = 0.8, 0.095, 0.11
 
@@ -40,10 +46,13 @@ class Poles:
     must : (P,) int array
         -1 where the height has to be least, 1 where it has to be greatest, 2 where it has to be
         either; 0 where there need be no pole.
+    kind : (P,) int array
+        Poles of one kind are mirror images, and alike.
     """
 
     sites: tuple[IntArray, ...]
     must: IntArray
+    kind: IntArray
 
 
 def links_of(sheet: Sheet) -> sparse.csr_array:
@@ -70,7 +79,12 @@ def away_from(links: sparse.csr_array, vertices: IntArray) -> FloatArray:
 
 
 def find_poles(
-    sheet: Sheet, links: sparse.csr_array, rims: list[IntArray], must: list[int], side: float
+    sheet: Sheet,
+    links: sparse.csr_array,
+    rims: list[IntArray],
+    must: list[int],
+    side: float,
+    mirror: Mirror | None,
 ) -> Poles:
     """Find the tips of a surface, and other places far from all.
 
@@ -100,22 +114,44 @@ def find_poles(
         at = int(np.argmax(near))
     mean = total / _SEEDS
     taken = np.full(count, np.inf)
+    sites, wanted, kind = list(rims), list(must), _kinds_of_rims(sheet, rims, mirror)
     for rim in rims:
         taken = np.minimum(taken, away_from(links, rim))
-    sites, wanted = list(rims), list(must)
-    for tip in _tips(sheet, mean, _STANDS_OUT * side)[:_MOST_TIPS]:
-        if taken[tip] > 1.5 * side:
-            sites.append(np.array([tip]))
+
+    def take(tip: int, apart: float) -> None:
+        """Add a pole and its mirror image; or one on the mirror."""
+        nonlocal taken
+        name = max(kind, default=-1) + 1
+        both = [tip]
+        if mirror is not None:
+            points = sheet.mesh.vertices
+            ends = np.stack([points[tip], mirror.image(points[tip][None])[0]])
+            alone = np.linalg.norm(ends[1] - ends[0]) < apart
+            goals = ends.mean(axis=0)[None] if alone else ends
+            both = np.asarray(cKDTree(points).query(goals)[1]).tolist()
+        for one in both:
+            sites.append(np.array([one]))
             wanted.append(0)
+            kind.append(name)
             taken = np.minimum(taken, away_from(links, sites[-1]))
+
+    for tip in _tips(sheet, mean, _STANDS_OUT * side):
+        if taken[tip] > _APART * side and len(sites) < _MOST_TIPS:
+            take(tip, _APART * side)
     for _ in range(_MOST_OTHERS):
         other = int(np.argmin(mean)) if not sites else int(np.argmax(taken))
-        if sites and taken[other] < 3.0 * side:
+        if sites and taken[other] < 2.0 * _APART * side:
             break
-        sites.append(np.array([other]))
-        wanted.append(0)
-        taken = np.minimum(taken, away_from(links, sites[-1]))
-    return Poles(tuple(sites), np.array(wanted, dtype=np.int64))
+        take(other, 2.0 * _APART * side)
+    return Poles(tuple(sites), np.array(wanted, dtype=np.int64), np.array(kind, dtype=np.int64))
+
+
+def _kinds_of_rims(sheet: Sheet, rims: list[IntArray], mirror: Mirror | None) -> list[int]:
+    """Return a number for each rim, the same for two that are mirror images."""
+    if mirror is None or not rims:
+        return list(range(len(rims)))
+    middles = np.array([sheet.mesh.vertices[rim].mean(axis=0) for rim in rims])
+    return [min(k, int(near)) for k, near in enumerate(cKDTree(middles).query(mirror.image(middles))[1])]
 
 
 def _tips(sheet: Sheet, height: FloatArray, least: float) -> list[int]:
@@ -188,7 +224,8 @@ class Field:
         off = np.where(covered, np.minimum(off, _HOLE), off)
         hole = float(np.pi * np.sum(np.maximum(ends - 1.0, 0.0) ** 2)) * _HOLE
         free = (self.poles.must == 0) & (flux != 0)
-        return float(off.mean()) * self.area + hole + _POLE * float(np.count_nonzero(free))
+        crowd = np.maximum(np.abs(flux[free]) - _CROWDED, 0.0).sum() * _CROWD
+        return float(off.mean()) * self.area + hole + crowd + _POLE * float(free.sum())
 
     def fitted(self, signs: IntArray) -> FloatArray:
         """Return real fluxes of some signs for which quads are most nearly even, (P,)."""
@@ -211,32 +248,46 @@ class Field:
             way[inside] = 0.0
             right = np.append(np.einsum("pkd,kd->p", slopes, way), 0.0)
             flux[on] = (inverse @ right)[:-1]
+            flux = self.alike(flux)
             flux = balanced(np.where(signs != 0, signs * np.maximum(signs * flux, LEAST), 0.0))
         return flux
+
+    def alike(self, flux: FloatArray) -> FloatArray:
+        """Return fluxes that are the same at mirror images, (P,)."""
+        kind = self.poles.kind
+        return np.asarray((np.bincount(kind, flux) / np.maximum(np.bincount(kind), 1))[kind])
 
     def rounded(self, flux: FloatArray) -> IntArray:
         """Return whole fluxes near some real ones, improved strand by strand, (P,)."""
         whole = np.sign(flux) * np.maximum(np.rint(np.abs(flux)), LEAST * (flux != 0))
-        on = np.flatnonzero(flux)
-        while whole.sum():
+        kind = self.poles.kind
+        groups = [kind == name for name in np.unique(kind[flux != 0])]
+        size = [int(group.sum()) for group in groups]
+        for _ in range(_MOVES):
+            if not (left := whole.sum()):
+                break
             # What is left over goes where it changes the flux by the least share.
-            step = -np.sign(whole.sum())
-            may = [p for p in on if np.abs(whole[p] + step) >= LEAST]
-            whole[max(may, key=lambda p: (np.abs(whole[p]), -p))] += step
+            may = [k for k, n in enumerate(size) if n <= abs(left)]
+            if not may:
+                return np.zeros(len(flux), dtype=np.int64)
+            most = groups[max(may, key=lambda k: float(np.abs(whole[groups[k]][0])))]
+            whole[most] -= np.sign(left)
         best = self.cost(whole)
         for _ in range(_MOVES):
             tried = []
-            for a, b in permutations(on.tolist(), 2):
+            for a, b in permutations(range(len(groups)), 2):
                 other = whole.copy()
-                other[a] += 1
-                other[b] -= 1
-                if np.all(np.abs(other[on]) >= LEAST):
-                    tried.append((self.cost(other), a, b))
-            if not tried or min(tried)[0] >= best - 1e-9:
+                many = int(np.lcm(size[a], size[b]))
+                other[groups[a]] += many // size[a]
+                other[groups[b]] -= many // size[b]
+                if np.all(np.abs(other[flux != 0]) >= LEAST) and np.all(other * flux >= 0):
+                    tried.append((self.cost(other), a, b, other))
+            least = min(tried, key=lambda one: one[:3], default=None)
+            if least is None or least[0] >= best - 1e-9:
                 break
-            best, a, b = min(tried)
-            whole[a] += 1
-            whole[b] -= 1
+            best, whole = least[0], least[3]
+        if whole.sum() or np.any(np.abs(whole[flux != 0]) < LEAST):
+            return np.zeros(len(flux), dtype=np.int64)
         return np.asarray(whole, dtype=np.int64)
 
 
@@ -315,6 +366,11 @@ def choose_fluxes(field: Field, count: int) -> list[IntArray]:
             seen[signs] = field.cost(flux) if np.any(flux) else np.inf
         return seen[signs]
 
+    kinds = field.poles.kind
+
+    def whole_kinds(signs: IntArray) -> tuple[int, ...]:
+        return tuple(signs[np.unique(kinds, return_index=True)[1]][np.unique(kinds, return_inverse=True)[1]].tolist())
+
     def starts() -> list[tuple[int, ...]]:
         base = np.where(np.isin(must, [-1, 1]), must, 0)
         either = np.flatnonzero(must == 2)
@@ -324,28 +380,32 @@ def choose_fluxes(field: Field, count: int) -> list[IntArray]:
             signs = base.copy()
             signs[either] = 1
             signs[free[: len(free) - _MOST_OTHERS] or free] = 1
-            signs[low] = -1
-            found.append(tuple(signs.tolist()))
+            signs[field.poles.kind == field.poles.kind[low]] = -1
+            found.append(whole_kinds(signs))
         if (must == -1).any():
             signs = base.copy()
             signs[free[:3]] = 1
-            found.append(tuple(signs.tolist()))
+            found.append(whole_kinds(signs))
         return found
 
     for start in starts():
         here = start
         while True:
             near = []
-            for p, now in enumerate(here):
+            for name in np.unique(kinds).tolist():
+                p = kinds.tolist().index(name)
                 for other in (-1, 0, 1):
                     allowed = must[p] == 0 or (must[p] == 2 and other)
-                    if other != now and allowed:
-                        near.append((*here[:p], other, *here[p + 1 :]))
+                    if other != here[p] and allowed:
+                        near.append(
+                            tuple(other if k == name else s for s, k in zip(here, kinds.tolist(), strict=True))
+                        )
             best = min(near, key=lambda one: (value(one), one), default=here)
             if value(best) >= value(here) - 1e-9:
                 break
             here = best
     ranked = sorted((one for one in seen if np.isfinite(seen[one])), key=lambda one: (seen[one], one))
     whole = {tuple(field.rounded(field.fitted(np.array(one))).tolist()) for one in ranked[: 2 * count]}
+    whole.discard((0,) * len(must))
     best_of = sorted(whole, key=lambda one: (round(field.cost(np.array(one)), 6), one))
     return [np.array(one) for one in best_of[:count]]
