@@ -23,6 +23,7 @@ from fabweave.mesh.remesh.grid import remesh_grid
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
+from fabweave.mesh.remesh.rings import remesh_rings
 from fabweave.mesh.remesh.skeleton_quads import remesh_tubes
 from fabweave.mesh.remesh.triangles import remesh_triangles
 from fabweave.mesh.seen import Seen
@@ -260,6 +261,8 @@ def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) 
         return remesh_triangles(mesh, wanted.count, progress=progress)
     if wanted.kind == "grid":
         return remesh_grid(mesh, wanted.count, progress=progress)
+    if wanted.kind == "rings":
+        return remesh_rings(mesh, wanted.count, progress=progress)
     return remesh_tubes(mesh, wanted.count, progress=progress)
 
 

@@ -52,7 +52,11 @@ from fabweave.mesh.topology import label_links
 from fabweave.mesh.triangulate import surface_area
 
 #: Edges of the triangles are at most this share of a quad's; there are at most so many.
-_FINE, _MOST_TRIANGLES = 0.4, 16_000
+_FINE, _MOST_TRIANGLES = 0.25, 20_000
+#: A tube to a tip has at least so many rows, and a ring is so far from its tip, in quads.
+_SHORTEST, _LEAST_END = 0.35, 0.35
+#: Rounds of leaving out poles whose limbs are too short.
+_LEAVING_OUT = 8
 #: So many choices of poles are laid out, until one is sound.
 _CHOICES = 8
 #: How much rows are spaced by the strands' width, and how much all alike.
@@ -65,6 +69,14 @@ _FIT, _EVEN = 3, 1.0
 
 class _UnsoundError(Exception):
     """These poles make no rings."""
+
+
+class _ShortLimbError(_UnsoundError):
+    """The limb of a pole has no room for a ring."""
+
+    def __init__(self, pole: int) -> None:
+        super().__init__("a limb is shorter than a quad")
+        self.pole = pole
 
 
 @frozen_value
@@ -177,21 +189,34 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
         sheet, links, rims, [2] * len(rims), side, mirror if mirror.symmetric else None
     )
     field = field_of(sheet, links, poles, side)
-    fluxes = choose_fluxes(field, _CHOICES)
     model = model_of(body, int(surface_area(body) / side**2))
+    without: set[int] = set()
+    tried: set[tuple[int, ...]] = set()
     why = "it has no two ends"
-    for flux in fluxes:
-        try:
-            made = _rings(sheet, links, field, flux, side)
-        except _UnsoundError as error:
-            why = str(error)
-            continue
-        fitted = fit(model, made, _FIT, _EVEN)
-        faults = sound_faults(body, fitted, None)
-        if not faults:
-            ups, downs = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
-            return fitted, f"rings with {ups} maxima and {downs} minima: {flux[flux != 0].tolist()}"
-        why = "; ".join(faults)
+    for _ in range(_LEAVING_OUT):
+        n_without = len(without)
+        for flux in choose_fluxes(field, _CHOICES, without):
+            named = tuple(flux.tolist())
+            if named in tried or any(flux[poles.kind == kind].any() for kind in without):
+                continue
+            tried.add(named)
+            try:
+                made = _rings(sheet, links, field, flux, side)
+            except _ShortLimbError as error:
+                without.add(int(poles.kind[error.pole]))
+                why = str(error)
+                continue
+            except _UnsoundError as error:
+                why = str(error)
+                continue
+            fitted = fit(model, made, _FIT, _EVEN)
+            if not (faults := sound_faults(body, fitted, None)):
+                ups, downs = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
+                told = flux[flux != 0].tolist()
+                return fitted, f"rings with {ups} maxima and {downs} minima: {told}"
+            why = "; ".join(faults)
+        if len(without) == n_without:
+            break
     raise _failed(why)
 
 
@@ -235,7 +260,10 @@ def _tube(
         raise _UnsoundError("two tips are in one tube")
     if points:
         ended = sites[int(vertex[points[0]])]
-        mesh, vertex, heights = _without_tip(part, heights, points[0], int(flux[ended]), side)
+        try:
+            mesh, vertex, heights = _without_tip(part, heights, points[0], int(flux[ended]), side)
+        except _UnsoundError as error:
+            raise _ShortLimbError(ended) from error
     sheet = sheet_of(mesh, positive=True)
     loops = loops_of(mesh, sheet.halfedges)
     if len(loops) != 2:
@@ -293,8 +321,9 @@ def _without_tip(
         raise _UnsoundError("a limb is shorter than a quad")
     level = float(np.mean((up[half.tail] + up[half.head])[crossing]) / 2.0)
     # Where the limb is short, half of it is left.
-    level = max(level, other + 0.6)
-    if level >= np.sort(up)[-8]:
+    level = max(level, other + _SHORTEST)
+    close = away < _LEAST_END
+    if level > np.median(up[close]) or level >= np.delete(up, tip).max():
         raise _UnsoundError("a limb is shorter than a quad")
     level *= sign
     near = np.abs(heights - level) < 1e-9

@@ -1,5 +1,6 @@
 """Choose where the strands of rings come together, and how many: a harmonic field of whole flux."""
 
+from collections.abc import Collection
 from itertools import permutations
 
 import numpy as np
@@ -352,7 +353,7 @@ def _samples(mesh: PolyMesh) -> IntArray:
     return np.minimum(np.searchsorted(way, (np.arange(_SAMPLES) + 0.5) / _SAMPLES), len(area) - 1)
 
 
-def choose_fluxes(field: Field, count: int) -> list[IntArray]:
+def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> list[IntArray]:
     """Return the best whole fluxes of the poles, a few, the best first.
 
     Signs are changed one by one, from several beginnings, while that makes quads more even.
@@ -371,10 +372,12 @@ def choose_fluxes(field: Field, count: int) -> list[IntArray]:
     def whole_kinds(signs: IntArray) -> tuple[int, ...]:
         return tuple(signs[np.unique(kinds, return_index=True)[1]][np.unique(kinds, return_inverse=True)[1]].tolist())
 
+    gone = np.isin(kinds, list(without))
+
     def starts() -> list[tuple[int, ...]]:
         base = np.where(np.isin(must, [-1, 1]), must, 0)
         either = np.flatnonzero(must == 2)
-        free = [*either.tolist(), *np.flatnonzero(must == 0).tolist()]
+        free = [*either.tolist(), *np.flatnonzero((must == 0) & ~gone).tolist()]
         found = []
         for low in free[:6]:
             signs = base.copy()
@@ -394,6 +397,8 @@ def choose_fluxes(field: Field, count: int) -> list[IntArray]:
             near = []
             for name in np.unique(kinds).tolist():
                 p = kinds.tolist().index(name)
+                if gone[p]:
+                    continue
                 for other in (-1, 0, 1):
                     allowed = must[p] == 0 or (must[p] == 2 and other)
                     if other != here[p] and allowed:
