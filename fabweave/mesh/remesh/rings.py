@@ -53,8 +53,8 @@ from fabweave.mesh.triangulate import surface_area
 
 #: Edges of the triangles are at most this share of a quad's; there are at most so many.
 _FINE, _MOST_TRIANGLES = 0.25, 20_000
-#: A tube to a tip has at least so many rows, and a ring is so far from its tip, in quads.
-_SHORTEST, _LEAST_END = 0.35, 0.35
+#: A tube to a tip is laid out at least so far, in rows; what is shorter than that has no tip.
+_SHORTEST, _NO_ROOM = 0.3, 0.02
 #: Rounds of leaving out poles whose limbs are too short.
 _LEAVING_OUT = 8
 #: So many choices of poles are laid out, until one is sound.
@@ -65,6 +65,10 @@ _ALIKE = 0.5
 _LEVELS, _AROUND = 24, 48
 #: Rounds of fitting at the end, and how even vertices stand.
 _FIT, _EVEN = 3, 1.0
+
+
+import os
+DBG = os.environ.get("DBG")
 
 
 class _UnsoundError(Exception):
@@ -203,7 +207,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
             try:
                 made = _rings(sheet, links, field, flux, side)
             except _ShortLimbError as error:
-                without.add(int(poles.kind[error.pole]))
+                without.add(int(poles.kind[error.pole])); DBG and print(named, error.pole, sheet.mesh.vertices[poles.sites[error.pole][0]].round())
                 why = str(error)
                 continue
             except _UnsoundError as error:
@@ -320,10 +324,10 @@ def _without_tip(
     if not crossing.any():
         raise _UnsoundError("a limb is shorter than a quad")
     level = float(np.mean((up[half.tail] + up[half.head])[crossing]) / 2.0)
-    # Where the limb is short, half of it is left.
-    level = max(level, other + _SHORTEST)
-    close = away < _LEAST_END
-    if level > np.median(up[close]) or level >= np.delete(up, tip).max():
+    # Where there is no room for a row, a little of the limb is left to lay out its only ring.
+    top = float(np.delete(up, tip).max())
+    level = min(max(level, other + _SHORTEST), other + 0.5 * (top - other))
+    if level - other < _NO_ROOM:
         raise _UnsoundError("a limb is shorter than a quad")
     level *= sign
     near = np.abs(heights - level) < 1e-9
@@ -374,8 +378,7 @@ def _rows(tubes: list[Tube], strands: IntArray, saddles: list[int], side: float)
     found = []
     for tube, n in zip(tubes, strands.tolist(), strict=True):
         ideal = float(_density(tube, n, side)[-1])
-        least = 0 if min(tube.ends) >= 0 else 1
-        found.append(max(round(ideal), least))
+        found.append(max(round(ideal), 0 if max(tube.ends) >= 0 else 1))
     return np.array(found, dtype=np.int64)
 
 
@@ -407,7 +410,7 @@ def _assembled(
         number = n_points + np.arange((r + 1) * n).reshape(r + 1, n)
         if r == 0:
             # Both ends are one line, on which saddles are side by side.
-            share, phase = np.array([0.5]), phase[:1]
+            share, phase = np.array([0.5 if min(tube.ends) >= 0 else float(tube.ends[0] < 0)]), phase[:1]
         own = np.concatenate(
             [
                 tube.chart.places(np.array([u]), p + np.arange(n) / n)[0]
