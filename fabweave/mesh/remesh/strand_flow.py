@@ -1,6 +1,7 @@
 """Choose where the strands of rings come together, and how many: a harmonic field of whole flux."""
 
 from collections.abc import Collection
+from functools import cached_property
 from itertools import permutations
 
 import numpy as np
@@ -30,10 +31,13 @@ _ROUNDS, _MOVES = 12, 40
 #: A sample costs at most the square of this logarithm; what a pole costs, in quads; and a sample in
 #: the fan or the opening at its end.
 _MOST_OFF, _POLE, _HOLE = 2.0, 2.0, 0.6
+#: How much more a pole costs where the surface is blunt, and an opening, for each strand, where it
+#: is pointed; that is seen within so many quads.
+_BLUNT, _MOUTH_AT_TIP, _AROUND_TIP = 1.5, 0.2, 1.5
 #: What each strand costs beyond so many that come together at a point.
-_CROWD, _CROWDED = 0.8, 8
+_CROWD, _CROWDED = (1.5, 0.5), (4, 8)
 #: Rings end so far from a point, in quads: at least, and for each strand, above and below.
-NEAREST, FAN, MOUTH = 0.8, 0.095, 0.11
+NEAREST, FAN, MOUTH = 0.8, 0.2, 0.13
 
 
 @frozen_value
@@ -210,6 +214,12 @@ class Field:
     away: FloatArray
     area: float
 
+    @cached_property
+    def blunt(self) -> FloatArray:
+        """How blunt the surface is at each pole, (P,): from 0 at a needle to 1 on a plain."""
+        share = np.mean(self.away < _AROUND_TIP, axis=1) * self.area / (np.pi * _AROUND_TIP**2)
+        return np.clip(2.0 * share - 0.8, 0.0, 1.0)
+
     def height(self, flux: IntArray) -> FloatArray:
         """Return the height whose lines n strands cross at a pole of flux n, (V,)."""
         return np.asarray(flux @ self.potentials)
@@ -225,8 +235,13 @@ class Field:
         off = np.where(covered, np.minimum(off, _HOLE), off)
         hole = float(np.pi * np.sum(np.maximum(ends - 1.0, 0.0) ** 2)) * _HOLE
         free = (self.poles.must == 0) & (flux != 0)
-        crowd = np.maximum(np.abs(flux[free]) - _CROWDED, 0.0).sum() * _CROWD
-        return float(off.mean()) * self.area + hole + crowd + _POLE * float(free.sum())
+        strands = np.abs(flux[free])
+        up = flux[free] > 0
+        crowd = np.maximum(strands - np.where(up, _CROWDED[0], _CROWDED[1]), 0.0) @ np.where(up, *_CROWD)
+        blunt = self.blunt[free]
+        pointed = float((strands * ~up) @ (1.0 - blunt)) * _MOUTH_AT_TIP
+        poles = float(np.sum(1.0 + _BLUNT * blunt)) * _POLE
+        return float(off.mean()) * self.area + hole + float(crowd) + pointed + poles
 
     def fitted(self, signs: IntArray) -> FloatArray:
         """Return real fluxes of some signs for which quads are most nearly even, (P,)."""
