@@ -19,6 +19,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh, face_normals, without_loose
@@ -65,10 +66,6 @@ _ALIKE = 0.5
 _LEVELS, _AROUND = 24, 48
 #: Rounds of fitting at the end, and how even vertices stand.
 _FIT, _EVEN = 3, 1.0
-
-
-import os
-DBG = os.environ.get("DBG")
 
 
 class _UnsoundError(Exception):
@@ -122,6 +119,13 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     """Lay rings around a mesh."""
     checked_count("rings", n_quads)
     source, notes = ready_source(mesh)
+    handles = sum(int(genus or 0) for genus in check_mesh(source).component_genus)
+    if handles:
+        raise CannotMakeError(
+            f"rings are laid around models without handles, and this one has "
+            f"{agree(handles, '{n} handle[|s]')}; --remesh quads:{n_quads} works, and shapes such as "
+            "shape:slit and shape:cage have handles and an exact twill"
+        )
     side = float(np.sqrt(surface_area(source) / n_quads))
     bodies = _bodies(source)
     laid, told = [], []
@@ -207,7 +211,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
             try:
                 made = _rings(sheet, links, field, flux, side)
             except _ShortLimbError as error:
-                without.add(int(poles.kind[error.pole])); DBG and print(named, error.pole, sheet.mesh.vertices[poles.sites[error.pole][0]].round())
+                without.add(int(poles.kind[error.pole]))
                 why = str(error)
                 continue
             except _UnsoundError as error:

@@ -30,14 +30,14 @@ _SAMPLES = 2500
 _ROUNDS, _MOVES = 12, 40
 #: A sample costs at most the square of this logarithm; what a pole costs, in quads; and a sample in
 #: the fan or the opening at its end.
-_MOST_OFF, _POLE, _HOLE = 2.0, 2.0, 0.6
+_MOST_OFF, _POLE, _HOLE = 2.0, 3.0, 0.6
 #: How much more a pole costs where the surface is blunt, and an opening, for each strand, where it
 #: is pointed; that is seen within so many quads.
 _BLUNT, _MOUTH_AT_TIP, _AROUND_TIP = 1.5, 0.2, 1.5
 #: What each strand costs beyond so many that come together at a point.
-_CROWD, _CROWDED = (1.5, 0.5), (4, 8)
+_CROWD, _CROWDED = (0.8, 0.5), (5, 8)
 #: Rings end so far from a point, in quads: at least, and for each strand, above and below.
-NEAREST, FAN, MOUTH = 0.8, 0.2, 0.13
+NEAREST, FAN, MOUTH = 0.9, 0.17, 0.14
 
 
 @frozen_value
