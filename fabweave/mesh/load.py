@@ -9,7 +9,7 @@ from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
 from fabweave.mesh.check import faces_text, mesh_counts
 from fabweave.mesh.fair.energy import Wish
-from fabweave.mesh.fair.fairing import STEPS, fair_mesh
+from fabweave.mesh.fair.fairing import RING_STEPS, STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.given import GivenMesh, Taken, require_few
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
@@ -221,7 +221,9 @@ def _changed(
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
     # What was made anew need not stay as it is.
-    steps = settings.fair if settings.fair is not None else STEPS if model is not None else 0
+    steps = settings.fair
+    if steps is None:
+        steps = 0 if model is None else RING_STEPS if wanted.kind == "rings" else STEPS
     if steps:
         near = model_of(given.mesh, mesh.n_vertices)
         faired = fair_mesh(mesh, near, steps, wish=wish, course=course, progress=progress)

@@ -13,7 +13,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.fairing import fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.polymesh import PolyMesh, face_centres
+from fabweave.mesh.polymesh import face_centres
 from fabweave.mesh.remesh import skeleton_quads
 from fabweave.mesh.remesh.engines import SKELETON
 from fabweave.mesh.remesh.fit import model_of
@@ -31,7 +31,6 @@ from fabweave.mesh.remesh.skeleton_quads import (
 )
 from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
 from fabweave.mesh.shapes.solids import cube
-from fabweave.mesh.subdivide import parse_refinements, refine_mesh
 from fabweave.mesh.triangulate import triangulate
 
 needs_pygel = pytest.mark.skipif(SKELETON.lack != "", reason="PyGEL cannot run")

@@ -45,7 +45,9 @@ def half_a_turn(rows):
 
 def two_exchanged(rows):
     at = rows.index(0), rows.index(2)
-    return [rows[at[1]] if k == at[0] else rows[at[0]] if k == at[1] else r for k, r in enumerate(rows)]
+    return [
+        rows[at[1]] if k == at[0] else rows[at[0]] if k == at[1] else r for k, r in enumerate(rows)
+    ]
 
 
 def rung_for_line(rows):

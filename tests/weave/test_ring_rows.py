@@ -1,5 +1,7 @@
 """Rings of quads with fans at maxima and polygons at minima have an exact twill, and only so."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from meshes_shared import FOLDER
@@ -20,11 +22,7 @@ def ball(strands: int, rows: int, low: str = POLYGON, high: str = FAN) -> PolyMe
     """Return rings of so many strands, closed below and above."""
     ring = np.arange(strands)
     level = [(strands * k + ring).tolist() for k in range(rows + 1)]
-    faces = [
-        [a[k - 1], a[k], b[k], b[k - 1]]
-        for a, b in zip(level, level[1:], strict=False)
-        for k in ring.tolist()
-    ]
+    faces = [[a[k - 1], a[k], b[k], b[k - 1]] for a, b in pairwise(level) for k in ring.tolist()]
     count = strands * (rows + 1)
     for end, ways, points in ((low, level[0], -1), (high, level[-1], 1)):
         if end == POLYGON:
@@ -62,9 +60,7 @@ def exchanged(mesh: PolyMesh) -> PolyMesh:
         kept += [[f[k - 1], f[k], len(points) - 1] for k in range(len(f))]
     used = sorted({v for f in kept for v in f})
     number = {v: k for k, v in enumerate(used)}
-    return PolyMesh.from_faces(
-        np.array(points)[used], [[number[v] for v in f] for f in kept]
-    )
+    return PolyMesh.from_faces(np.array(points)[used], [[number[v] for v in f] for f in kept])
 
 
 def agrees(mesh: PolyMesh) -> bool:

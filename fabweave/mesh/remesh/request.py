@@ -14,9 +14,9 @@ MOST = 100_000
 NONE = "none"
 _HELP = (
     "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, tubes:300 "
-    "for 300 quads along limbs and around them, grid:300 for rows and columns on a disc or a tube, rings:300 for "
-    "rings that have an exact twill, "
-    "coarse or coarse:200 to undo a refinement, or none to keep the mesh"
+    "for 300 quads along limbs and around them, grid:300 for rows and columns on a disc or a tube, "
+    "rings:300 for rings that have an exact twill, coarse or coarse:200 to "
+    "undo a refinement, or none to keep the mesh"
 )
 
 
@@ -27,7 +27,8 @@ class Remesh:
     Parameters
     ----------
     kind : str
-        ``quads``, ``triangles``, ``tubes``, ``grid``, ``rings`` or ``coarse``; ``none`` keeps the mesh.
+        ``quads``, ``triangles``, ``tubes``, ``grid``, ``rings`` or ``coarse``; ``none`` keeps the
+        mesh.
     count : int or None
         About how many faces; None leaves it to fabweave.
     """

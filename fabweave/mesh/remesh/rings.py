@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import optimize
 
 from fabweave.core.arrays import (
     FloatArray,
@@ -22,11 +22,18 @@ from fabweave.core.messages import agree
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
-from fabweave.mesh.polymesh import PolyMesh, face_normals, without_loose
+from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
 from fabweave.mesh.remesh.fit import fit, model_of
-from fabweave.mesh.remesh.level_cuts import CutSurface, Part, cut_at, find_saddles, parts_of, saddle_cuts
+from fabweave.mesh.remesh.level_cuts import (
+    CutSurface,
+    Part,
+    cut_at,
+    find_saddles,
+    parts_of,
+    saddle_cuts,
+)
 from fabweave.mesh.remesh.remeshed import (
     Remeshed,
     check_remeshed,
@@ -115,16 +122,83 @@ class Tube:
         return np.linalg.norm(np.roll(places, -1, axis=1) - places, axis=2).sum(axis=1)
 
 
+def lacks_rings(mesh: PolyMesh) -> str:
+    """Say why a surface has no rings; empty if it may have some. Only its topology is looked at.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import sphere, torus
+    >>> lacks_rings(sphere(2, 1.0)), lacks_rings(torus(8, 8, 3.0, 1.0))
+    ('', 'rings are laid around models without handles, and this one has 1 handle')
+    """
+    handles = sum(int(genus or 0) for genus in check_mesh(mesh).component_genus)
+    if not handles:
+        return ""
+    return (
+        "rings are laid around models without handles, and this one has "
+        f"{agree(handles, '{n} handle[|s]')}"
+    )
+
+
 def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progress) -> Remeshed:
-    """Lay rings around a mesh."""
+    """Lay rings of quads around a mesh, which then has an exact 2/2 twill.
+
+    1. Tips of the surface may be poles of a harmonic function, and so may rims. Where whole fluxes
+       add up to nothing, its lines are rings that as many strands cross as flow, and strands part
+       at its saddles. Signs and fluxes are those with which quads are the most even.
+    2. The surface is cut along the lines of its saddles, into tubes. Each is a chart, with rows of
+       its own that are spaced by their girth, and begins and ends at the saddles.
+    3. At a maximum a fan of triangles closes it, at a minimum a polygon; rims stay open.
+
+    Parameters
+    ----------
+    mesh : PolyMesh
+        Any mesh without handles, in millimetres.
+    n_quads : int
+        About how many quads.
+    progress : callable
+
+    Returns
+    -------
+    Remeshed
+        The same for the same arguments.
+
+    Raises
+    ------
+    InputError
+        If the mesh is not an oriented manifold surface and cannot be made one.
+    CannotMakeError
+        If it has handles, or nothing sound came of it.
+
+    Notes
+    -----
+    *Definition.* A mesh is of rings if each vertex has a height, a whole number, such that all
+    faces are quads with the heights h, h, h + 1, h + 1 in order, triangles h, h, h + 1 in fans
+    around their third corner, or polygons all of whose corners are at h and all of whose neighbours
+    are above. The row of an edge is the sum of the heights at its ends.
+
+    *Statement.* Each mesh of rings has an exact 2/2 twill, which its rows give; so each closed
+    surface without handles has one. The proof is at
+    :func:`fabweave.weave.twill.rows.ring_rows`. Quads alone never do: some of their vertices have
+    other than 4, 8, 12, ... edges.
+
+    References
+    ----------
+    The statement is fabweave's own. Harmonic functions with whole fluxes as parameters: Tong,
+    Alliez, Cohen-Steiner, Desbrun, "Designing quadrangulations with discrete harmonic forms", SGP
+    2006. Saddles: Dong, Bremer, Garland, Pascucci, Hart, "Spectral surface quadrangulation", ACM
+    TOG 25(3), 2006.
+    """
     checked_count("rings", n_quads)
     source, notes = ready_source(mesh)
-    handles = sum(int(genus or 0) for genus in check_mesh(source).component_genus)
-    if handles:
+    if lack := lacks_rings(source):
         raise CannotMakeError(
-            f"rings are laid around models without handles, and this one has "
-            f"{agree(handles, '{n} handle[|s]')}; --remesh quads:{n_quads} works, and shapes such as "
-            "shape:slit and shape:cage have handles and an exact twill"
+            f"{lack}; --remesh quads:{n_quads} works, and shapes such as shape:slit and shape:cage "
+            "have handles and an exact twill"
         )
     side = float(np.sqrt(surface_area(source) / n_quads))
     bodies = _bodies(source)
@@ -150,13 +224,14 @@ def _failed(why: str) -> CannotMakeError:
 
 def _bodies(source: PolyMesh) -> list[PolyMesh]:
     half = build_halfedges(source)
-    count, label = label_links(half.tail, half.head, source.n_vertices)
+    label = label_links(half.tail, half.head, source.n_vertices)[1]
     label = label[source.indices[source.offsets[:-1]]]
     faces = source.faces()
     return [
         without_loose(
             PolyMesh.from_faces(
-                source.vertices, [f for f, name in zip(faces, label.tolist(), strict=True) if name == one]
+                source.vertices,
+                [f for f, name in zip(faces, label.tolist(), strict=True) if name == one],
             )
         )
         for one in np.unique(label).tolist()
@@ -209,7 +284,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
                 continue
             tried.add(named)
             try:
-                made = _rings(sheet, links, field, flux, side)
+                made = _rings(sheet, field, flux, side)
             except _ShortLimbError as error:
                 without.add(int(poles.kind[error.pole]))
                 why = str(error)
@@ -228,9 +303,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     raise _failed(why)
 
 
-def _rings(
-    sheet: Sheet, links: sparse.csr_array, field: Field, flux: IntArray, side: float
-) -> PolyMesh:
+def _rings(sheet: Sheet, field: Field, flux: IntArray, side: float) -> PolyMesh:
     """Return rings whose strands come together as given."""
     height = field.height(flux)
     # No two vertices inside are as high.
@@ -242,9 +315,9 @@ def _rings(
     except ValueError as error:
         raise _UnsoundError(str(error)) from error
     surface = saddle_cuts(sheet.mesh.vertices, sheet.corners, height, saddles)
-    tubes = [_tube(surface, part, saddles, field, flux, links, side) for part in parts_of(surface)]
+    tubes = [_tube(surface, part, saddles, field, flux, side) for part in parts_of(surface)]
     strands = _strands(tubes, saddles, flux)
-    rows = _rows(tubes, strands, saddles, side)
+    rows = _rows(tubes, strands, side)
     return _assembled(sheet, tubes, strands, rows, saddles, field)
 
 
@@ -254,7 +327,6 @@ def _tube(
     saddles: list[int],
     field: Field,
     flux: IntArray,
-    links: sparse.csr_array,
     side: float,
 ) -> Tube:
     """Make a chart of a part, from its lower end to its upper one."""
@@ -351,18 +423,18 @@ def _without_tip(
 def _strands(tubes: list[Tube], saddles: list[int], flux: IntArray) -> IntArray:
     """Return how many strands each tube has: what comes to a saddle leaves it."""
     count = len(tubes)
-    ends = [(*tube.ends,) for tube in tubes]
     rows, wanted = [], []
     for node in [*saddles, *(-1 - p for p in np.flatnonzero(flux).tolist())]:
-        row = np.array([(high == node) - (low == node) for low, high in ends], dtype=float)
+        row = np.array(
+            [(high == node) - (low == node) for low, high in (tube.ends for tube in tubes)],
+            dtype=float,
+        )
         rows.append(row)
         wanted.append(0.0 if node >= 0 else float(flux[-1 - node]))
-    guess = np.array([tube.high - tube.low for tube in tubes])
-    del guess
     found = optimize.milp(
         np.ones(count),
         constraints=optimize.LinearConstraint(np.array(rows), wanted, wanted),
-        integrality=np.ones(count),
+        integrality=np.ones(count, dtype=np.int64),
         bounds=optimize.Bounds(LEAST, np.inf),
     )
     if found.x is None:
@@ -377,8 +449,8 @@ def _density(tube: Tube, strands: int, side: float) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(step)])
 
 
-def _rows(tubes: list[Tube], strands: IntArray, saddles: list[int], side: float) -> IntArray:
-    """Return how many rows each tube has; around a handle both ways have as many."""
+def _rows(tubes: list[Tube], strands: IntArray, side: float) -> IntArray:
+    """Return how many rows each tube has: none where two saddles, or one and a tip, are near."""
     found = []
     for tube, n in zip(tubes, strands.tolist(), strict=True):
         ideal = float(_density(tube, n, side)[-1])
@@ -408,13 +480,18 @@ def _assembled(
         last = last if last is not None else first
         turn = round(n * (last - first))
         way = _density(tube, n, 1.0)
-        share = np.interp(np.arange(r + 1) / max(r, 1), way / way[-1], np.linspace(0, 1, _LEVELS + 1))
+        share = np.interp(
+            np.arange(r + 1) / max(r, 1), way / way[-1], np.linspace(0, 1, _LEVELS + 1)
+        )
         ease = share * share * (3.0 - 2.0 * share)
         phase = first + ease * (last - turn / n - first)
         number = n_points + np.arange((r + 1) * n).reshape(r + 1, n)
         if r == 0:
             # Both ends are one line, on which saddles are side by side.
-            share, phase = np.array([0.5 if min(tube.ends) >= 0 else float(tube.ends[0] < 0)]), phase[:1]
+            share, phase = (
+                np.array([0.5 if min(tube.ends) >= 0 else float(tube.ends[0] < 0)]),
+                phase[:1],
+            )
         own = np.concatenate(
             [
                 tube.chart.places(np.array([u]), p + np.arange(n) / n)[0]
@@ -435,7 +512,10 @@ def _assembled(
             if end == tube.ends[1] and ring is not number[0]:
                 tips.append((n_points, sheet.mesh.vertices[field.poles.sites[pole][0]]))
                 places.append(tips[-1][1][None])
-                faces += [[x, n_points, y] for x, y in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)]
+                faces += [
+                    [x, n_points, y]
+                    for x, y in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)
+                ]
                 n_points += 1
             else:
                 faces.append(ring.tolist())
@@ -445,7 +525,9 @@ def _assembled(
     first_of, second_of = np.array(same, dtype=np.int64).reshape(-1, 2).T
     count, label = label_links(first_of, second_of, len(points))
     weight = np.bincount(label, minlength=count)[:, None]
-    merged = np.stack([np.bincount(label, weights=points[:, k], minlength=count) for k in range(3)], 1)
+    merged = np.stack(
+        [np.bincount(label, weights=points[:, k], minlength=count) for k in range(3)], 1
+    )
     joined = [[int(label[v]) for v in face] for face in faces]
     if any(len(set(face)) < len(face) for face in joined):
         raise _UnsoundError("two saddles are at one place")

@@ -35,7 +35,7 @@ _MOST_OFF, _POLE, _HOLE = 2.0, 3.0, 0.6
 #: is pointed; that is seen within so many quads.
 _BLUNT, _MOUTH_AT_TIP, _AROUND_TIP = 1.5, 0.2, 1.5
 #: What each strand costs beyond so many that come together at a point.
-_CROWD, _CROWDED = (0.8, 0.5), (5, 8)
+_CROWD, _CROWDED = (1.5, 1.0), (5, 8)
 #: Rings end so far from a point, in quads: at least, and for each strand, above and below.
 NEAREST, FAN, MOUTH = 0.9, 0.17, 0.14
 
@@ -156,7 +156,8 @@ def _kinds_of_rims(sheet: Sheet, rims: list[IntArray], mirror: Mirror | None) ->
     if mirror is None or not rims:
         return list(range(len(rims)))
     middles = np.array([sheet.mesh.vertices[rim].mean(axis=0) for rim in rims])
-    return [min(k, int(near)) for k, near in enumerate(cKDTree(middles).query(mirror.image(middles))[1])]
+    near: list[int] = np.asarray(cKDTree(middles).query(mirror.image(middles))[1]).tolist()
+    return [min(pair) for pair in enumerate(near)]
 
 
 def _tips(sheet: Sheet, height: FloatArray, least: float) -> list[int]:
@@ -188,7 +189,9 @@ def _tips(sheet: Sheet, height: FloatArray, least: float) -> list[int]:
                 found.append((float(height[lower] - height[here]), lower))
                 root[lower] = tops[0]
     found += [(np.inf, here) for here in range(len(order)) if root[here] == here]
-    return [tip for stands, tip in sorted(found, key=lambda one: (-one[0], one[1])) if stands > least]
+    return [
+        tip for stands, tip in sorted(found, key=lambda one: (-one[0], one[1])) if stands > least
+    ]
 
 
 @frozen_value
@@ -237,7 +240,9 @@ class Field:
         free = (self.poles.must == 0) & (flux != 0)
         strands = np.abs(flux[free])
         up = flux[free] > 0
-        crowd = np.maximum(strands - np.where(up, _CROWDED[0], _CROWDED[1]), 0.0) @ np.where(up, *_CROWD)
+        crowd = np.maximum(strands - np.where(up, _CROWDED[0], _CROWDED[1]), 0.0) @ np.where(
+            up, *_CROWD
+        )
         blunt = self.blunt[free]
         pointed = float((strands * ~up) @ (1.0 - blunt)) * _MOUTH_AT_TIP
         poles = float(np.sum(1.0 + _BLUNT * blunt)) * _POLE
@@ -385,7 +390,11 @@ def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> li
     kinds = field.poles.kind
 
     def whole_kinds(signs: IntArray) -> tuple[int, ...]:
-        return tuple(signs[np.unique(kinds, return_index=True)[1]][np.unique(kinds, return_inverse=True)[1]].tolist())
+        return tuple(
+            signs[np.unique(kinds, return_index=True)[1]][
+                np.unique(kinds, return_inverse=True)[1]
+            ].tolist()
+        )
 
     gone = np.isin(kinds, list(without))
 
@@ -418,14 +427,21 @@ def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> li
                     allowed = must[p] == 0 or (must[p] == 2 and other)
                     if other != here[p] and allowed:
                         near.append(
-                            tuple(other if k == name else s for s, k in zip(here, kinds.tolist(), strict=True))
+                            tuple(
+                                other if k == name else s
+                                for s, k in zip(here, kinds.tolist(), strict=True)
+                            )
                         )
             best = min(near, key=lambda one: (value(one), one), default=here)
             if value(best) >= value(here) - 1e-9:
                 break
             here = best
-    ranked = sorted((one for one in seen if np.isfinite(seen[one])), key=lambda one: (seen[one], one))
-    whole = {tuple(field.rounded(field.fitted(np.array(one))).tolist()) for one in ranked[: 2 * count]}
+    ranked = sorted(
+        (one for one in seen if np.isfinite(seen[one])), key=lambda one: (seen[one], one)
+    )
+    whole = {
+        tuple(field.rounded(field.fitted(np.array(one))).tolist()) for one in ranked[: 2 * count]
+    }
     whole.discard((0,) * len(must))
     best_of = sorted(whole, key=lambda one: (round(field.cost(np.array(one)), 6), one))
     return [np.array(one) for one in best_of[:count]]

@@ -314,8 +314,8 @@ def _check_rows(job: Job, sense: dict[int, bool], tally: Tally) -> None:
     rows = plan.weave.rows
     if len(rows) != len(plan.crossings) or not set(rows) <= {0, 1, 2, 3}:
         tally.fail(
-            f"rings need a row from 0 to 3 for each of the {len(plan.crossings)} crossings, and the "
-            f"map has {len(rows)}"
+            f"rings need a row from 0 to 3 for each of the {len(plan.crossings)} crossings, and "
+            f"the map has {len(rows)}"
         )
         return
     row_of = {

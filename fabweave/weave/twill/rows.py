@@ -37,14 +37,15 @@ def ring_rows(halfedges: Halfedges) -> IntArray | None:
 
     *Proof.* A thread that crosses two edges in a row of one quad goes from row r to r + 1 or to
     r - 1, and on through the next quad in the same sense, as it goes straight ahead. So rows along
-    it are r, r + 1, r + 2, and s(r) differs from s(r + 2). At a tip it reads r - 1, r, r, r - 1 with
-    r odd, at the polygon of a minimum r + 1, r, r, r + 1 with r even. The first and last of any
-    three are then one odd and one even row, r - 1 and r for odd r, or r and r + 1 for even r;
+    it are r, r + 1, r + 2, and s(r) differs from s(r + 2). At a tip it reads r - 1, r, r, r - 1
+    with r odd, at the polygon of a minimum r + 1, r, r, r + 1 with r even. The first and last of
+    any three are then one odd and one even row, r - 1 and r for odd r, or r and r + 1 for even r;
     between these s changes, as it does from even rows to odd ones and only then. That is the edge
-    condition. Four in a row around a quad are a, b, c, b, where rows of a and c differ by two, so
-    s(a) differs from s(c): where the middle two differ, the outer two agree. Around a vertex with
-    4 k edges rows are a, b, a, c, again and again, with a even and b, c = a ± 1; the same holds.
-    Around a polygon, and a tip, all are alike, and around a corner of a polygon there are three.
+    condition. Around a quad rows are a, b, c, b with b odd, a below and c above it, so s(a) differs
+    from s(b), which is s(c): of four in a row, the outer two agree where the middle two differ.
+    Around a vertex they are a, b, a, c, again and again, with a even, b above and c below it: s(a)
+    differs from s(b) and is s(c), and the same holds; also where a polygon takes the place of some
+    c. Around a polygon, and around a tip, all are alike.
 
     References
     ----------
@@ -66,9 +67,7 @@ def ring_rows(halfedges: Halfedges) -> IntArray | None:
             break
         side = (upward[0] + turn) % _SIDES
         rising = side % 2 == 1
-        linked = solve_parity(
-            int(halfedges.tail.max()) + 1, halfedges.tail, halfedges.head, rising
-        )
+        linked = solve_parity(int(halfedges.tail.max()) + 1, halfedges.tail, halfedges.head, rising)
         if linked.odd_ring:
             continue
         level = linked.opposite

@@ -90,8 +90,9 @@ def weave_twill(
 ) -> Twill:
     """Weave a mesh in 2/2 twill.
 
-    On a mesh of rings the rows give it. Else whether an exact twill exists is decided first. Where there is none, the paper's voting starts
-    a search, which never ends worse, and a lower bound says how far from the best it may be.
+    On a mesh of rings the rows give it. Else whether an exact twill exists is decided first. Where
+    there is none, the paper's voting starts a search, which never ends worse, and a lower bound
+    says how far from the best it may be.
 
     Parameters
     ----------
