@@ -1,6 +1,7 @@
 """Rings around a model: a field of strands, parted at saddles, closed at tips."""
 
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from starfish import starfish
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.one_rings import irregular_share
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import sheet_of
@@ -18,7 +20,12 @@ from fabweave.mesh.remesh.rings import remesh_rings
 from fabweave.mesh.remesh.strand_flow import LEAST, choose_fluxes, field_of, find_poles, links_of
 from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
 from fabweave.mesh.triangulate import triangulate
-from fabweave.weave.twill.rows import ring_rows
+from fabweave.weave.threads import trace_threads
+from fabweave.weave.twill.conditions import count_broken, twill_conditions
+from fabweave.weave.twill.decide import decide_twill
+from fabweave.weave.twill.rows import TWISTS, ring_rows
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "meshes"
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +40,19 @@ def test_all_faces_are_quads_but_at_tips_and_the_weave_is_exact(star):
     assert 0.6 * 250 <= made.n_faces <= 1.5 * 250
     # A fan or an opening is one place: far fewer are irregular than vertices around them.
     assert irregular_share(made) < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["spot", "koala", "goathead", "nefertiti"])
+def test_animals_and_heads_have_an_exact_twill(name):
+    model = read_mesh(EXAMPLES / f"{name}.obj").mesh
+    made = remesh_rings(model, 300).mesh
+    halfedges = build_halfedges(made)
+    rows = ring_rows(halfedges)
+    assert rows is not None
+    conditions = twill_conditions(halfedges, trace_threads(halfedges))
+    assert count_broken(conditions, TWISTS[rows]).total == 0
+    assert decide_twill(conditions).twillable
 
 
 @pytest.mark.slow
