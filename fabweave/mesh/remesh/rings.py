@@ -18,14 +18,15 @@ from fabweave.core.arrays import (
 )
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.mesh.check import check_mesh
+from fabweave.mesh.fair.energy import Energy
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
-from fabweave.mesh.remesh.fit import fit, model_of
+from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.level_cuts import (
     CutSurface,
     Part,
@@ -65,8 +66,10 @@ _FINE, _MOST_TRIANGLES = 0.25, 20_000
 _SHORTEST, _NO_ROOM = 0.3, 0.02
 #: Rounds of leaving out poles whose limbs are too short.
 _LEAVING_OUT = 8
-#: So many choices of poles are laid out, until one is sound.
-_CHOICES = 8
+#: So many choices of poles are laid out, until so many are sound, of which the best is taken.
+_CHOICES, _COMPARED = 12, 7
+#: Strands with less room than so many millimetres can hardly be made.
+_ROOM_MM = 2.5
 #: How much rows are spaced by the strands' width, and how much all alike.
 _ALIKE = 0.5
 #: Levels at which the length of rings is measured, and points around each.
@@ -211,7 +214,7 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     made = _together(laid)
     if faults := sound_faults(source, made, None):
         raise _failed("; ".join(faults))
-    texts = [Note("rings", text) for text in told]
+    texts = Note.each("rings", told)
     return finished_quads(made, "rings", [*notes, *texts])
 
 
@@ -273,6 +276,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     )
     field = field_of(sheet, links, poles, side)
     model = model_of(body, int(surface_area(body) / side**2))
+    found: list[tuple[float, IntArray, PolyMesh]] = []
     without: set[int] = set()
     tried: set[tuple[int, ...]] = set()
     why = "it has no two ends"
@@ -284,7 +288,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
                 continue
             tried.add(named)
             try:
-                made = _rings(sheet, field, flux, side)
+                made = fit(model, _rings(sheet, field, flux, side), _FIT, _EVEN)
             except _ShortLimbError as error:
                 without.add(int(poles.kind[error.pole]))
                 why = str(error)
@@ -292,15 +296,30 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
             except _UnsoundError as error:
                 why = str(error)
                 continue
-            fitted = fit(model, made, _FIT, _EVEN)
-            if not (faults := sound_faults(body, fitted, None)):
-                ups, downs = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
-                told = flux[flux != 0].tolist()
-                return fitted, f"rings with {ups} maxima and {downs} minima: {told}"
-            why = "; ".join(faults)
-        if len(without) == n_without:
+            if faults := sound_faults(body, made, None):
+                why = "; ".join(faults)
+                continue
+            found.append((_waviness(model, made), flux, made))
+            if len(found) == _COMPARED:
+                break
+        if len(found) == _COMPARED or len(without) == n_without:
             break
-    raise _failed(why)
+    if not found:
+        raise _failed(why)
+    _, flux, made = min(found, key=lambda one: one[0])
+    fans, polygons = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
+    told = agree(fans, "rings: {n} tip[|s] with a fan") + agree(
+        polygons, ", {n} with a polygon, and strands "
+    )
+    return made, told + few_of([str(abs(n)) for n in flux[flux != 0].tolist()], 20)
+
+
+def _waviness(model: Model, mesh: PolyMesh) -> float:
+    """Return the energy that fairing lowers, by half-edge; more where a strand has no room."""
+    energy = Energy(mesh, model)
+    room = float(energy.rooms(mesh.vertices).min())
+    lack = max(float(np.log(_ROOM_MM / max(room, 1e-6))), 0.0)
+    return energy.at(mesh.vertices).value / mesh.n_corners + lack
 
 
 def _rings(sheet: Sheet, field: Field, flux: IntArray, side: float) -> PolyMesh:
