@@ -182,7 +182,7 @@ def mesh_rounds(
 ) -> Iterator[list[Settings]]:
     """Yield meshes for a model, round after round, until one is good.
 
-    Its own comes first; for a twill, rings, and no more if they can be made; then a grid, quads and
+    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads and
     tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at last
     triangles. A closed model of which none could
     be made at all, or that runs through itself, or has many handles, is wrapped: never one that is
@@ -221,9 +221,10 @@ def mesh_rounds(
         return base.but(remesh=f"{kind}:{two_digits(share * max(number, FEWEST))}", bodies=bodies)
 
     if asked.weave.pattern == "twill" and not is_open and not lacks_rings(model.mesh):
-        yield [mesh("rings", first)]
-        if any(_is_exact(one) for one in search.ranked):
-            return
+        for number in (first, first / _COARSER):
+            yield [mesh("rings", number)]
+            if any(_is_exact(one) for one in search.ranked):
+                return
     yield [mesh(way, first) for way in ways]
     if _is_good(search, _FINE):
         return

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
+from fabweave.mesh.halfedge import Halfedges, group_edges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import label_links
 
@@ -174,8 +174,3 @@ def saddle_cuts(
         around = np.any(surface.triangles == saddle, axis=1)
         surface = cut_at(surface, float(surface.height[saddle]), around)
     return surface
-
-
-def halfedges_of(part: Part) -> Halfedges:
-    """Return the connectivity of a part."""
-    return build_halfedges(part.mesh)

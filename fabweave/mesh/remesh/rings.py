@@ -23,6 +23,7 @@ from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
+from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
@@ -307,7 +308,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     if not found:
         raise _failed(why)
     _, flux, made = min(found, key=lambda one: one[0])
-    fans, polygons = np.count_nonzero(flux > 0), np.count_nonzero(flux < 0)
+    fans, polygons = int(np.sum(flux > 0)), int(np.sum(flux < 0))
     told = agree(fans, "rings: {n} tip[|s] with a fan") + agree(
         polygons, ", {n} with a polygon, and strands "
     )
@@ -477,6 +478,31 @@ def _rows(tubes: list[Tube], strands: IntArray, side: float) -> IntArray:
     return np.array(found, dtype=np.int64)
 
 
+def _laid_along(tube: Tube, n: int, rows: int) -> tuple[FloatArray, int]:
+    """Return the points of a tube's rings, and by how many the last begins after the first.
+
+    The first point of the first ring is at the saddle below, and the turn to the saddle above is
+    made on the way, by half a quad at most.
+    """
+    known = [at[0] for at in tube.at if len(at)] or [0.0]
+    first, last = known[0], known[-1]
+    turn = round(n * (last - first))
+    way = _density(tube, n, 1.0)
+    share = np.interp(
+        np.arange(rows + 1) / max(rows, 1), way / way[-1], np.linspace(0.0, 1.0, _LEVELS + 1)
+    )
+    if not rows:
+        # Both ends are one line: in the middle, or on that of the saddle if there is a tip.
+        share = np.array([0.5 if min(tube.ends) >= 0 else float(tube.ends[0] < 0)])
+    ease = share * share * (3.0 - 2.0 * share)
+    phase = first + ease * (last - turn / n - first) * (rows > 0)
+    around = np.arange(n) / n
+    points = [
+        tube.chart.places(np.array([u]), p + around)[0] for u, p in zip(share, phase, strict=True)
+    ]
+    return np.concatenate(points), turn
+
+
 def _assembled(
     sheet: Sheet,
     tubes: list[Tube],
@@ -485,72 +511,39 @@ def _assembled(
     saddles: list[int],
     field: Field,
 ) -> PolyMesh:
-    """Join the rings of all tubes."""
-    n_points = 0
+    """Join the rings of all tubes at saddles, and close them at tips."""
     places: list[FloatArray] = []
     rings: list[tuple[IntArray, IntArray]] = []
     faces: list[list[int]] = []
-    same: list[tuple[int, int]] = []
-    tips: list[tuple[int, FloatArray]] = []
+    count = 0
     for tube, n, r in zip(tubes, strands.tolist(), rows.tolist(), strict=True):
-        first = tube.at[0][0] if len(tube.at[0]) else None
-        last = tube.at[1][0] if len(tube.at[1]) else None
-        first = first if first is not None else (0.0 if last is None else last)
-        last = last if last is not None else first
-        turn = round(n * (last - first))
-        way = _density(tube, n, 1.0)
-        share = np.interp(
-            np.arange(r + 1) / max(r, 1), way / way[-1], np.linspace(0, 1, _LEVELS + 1)
-        )
-        ease = share * share * (3.0 - 2.0 * share)
-        phase = first + ease * (last - turn / n - first)
-        number = n_points + np.arange((r + 1) * n).reshape(r + 1, n)
-        if r == 0:
-            # Both ends are one line, on which saddles are side by side.
-            share, phase = (
-                np.array([0.5 if min(tube.ends) >= 0 else float(tube.ends[0] < 0)]),
-                phase[:1],
-            )
-        own = np.concatenate(
-            [
-                tube.chart.places(np.array([u]), p + np.arange(n) / n)[0]
-                for u, p in zip(share, phase, strict=True)
-            ]
-        )
-        places.append(own)
-        n_points += len(own)
-        top = np.roll(number[-1], -turn)
-        rings.append((number[0], top))
+        points, turn = _laid_along(tube, n, r)
+        places.append(points)
+        number = count + np.arange((r + 1) * n).reshape(r + 1, n)
+        count += len(points)
+        rings.append((number[0], np.roll(number[-1], -turn)))
         a, b = number[:-1], number[1:]
         quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=-1)
         faces += quads.reshape(-1, 4).tolist()
-        for end, ring in zip(tube.ends, (number[0], number[-1]), strict=True):
-            pole = -1 - end
-            if end >= 0 or len(field.poles.sites[pole]) > 1:
-                continue
-            if end == tube.ends[1] and ring is not number[0]:
-                tips.append((n_points, sheet.mesh.vertices[field.poles.sites[pole][0]]))
-                places.append(tips[-1][1][None])
-                faces += [
-                    [x, n_points, y]
-                    for x, y in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)
-                ]
-                n_points += 1
-            else:
-                faces.append(ring.tolist())
-    for saddle in saddles:
-        same += _joined(saddle, tubes, strands, rings)
-    points = np.concatenate(places)
-    first_of, second_of = np.array(same, dtype=np.int64).reshape(-1, 2).T
-    count, label = label_links(first_of, second_of, len(points))
-    weight = np.bincount(label, minlength=count)[:, None]
-    merged = np.stack(
-        [np.bincount(label, weights=points[:, k], minlength=count) for k in range(3)], 1
-    )
-    joined = [[int(label[v]) for v in face] for face in faces]
+        below, above = (
+            -1 - end if end < 0 and len(field.poles.sites[-1 - end]) == 1 else -1
+            for end in tube.ends
+        )
+        if below >= 0:
+            faces.append(number[0].tolist())
+        if above >= 0:
+            ring = number[-1].tolist()
+            faces += [[ring[k - 1], count, ring[k]] for k in range(n)]
+            places.append(sheet.mesh.vertices[field.poles.sites[above]])
+            count += 1
+    same = [pair for saddle in saddles for pair in _joined(saddle, tubes, strands, rings)]
+    one, other = np.array(same, dtype=np.int64).reshape(-1, 2).T
+    n_vertices, label = label_links(one, other, count)
+    total = sum_at(label, np.concatenate(places), n_vertices)
+    joined = [label[face].tolist() for face in faces]
     if any(len(set(face)) < len(face) for face in joined):
         raise _UnsoundError("two saddles are at one place")
-    return PolyMesh.from_faces(merged / weight, joined)
+    return PolyMesh.from_faces(total / np.bincount(label, minlength=n_vertices)[:, None], joined)
 
 
 def _joined(
