@@ -82,37 +82,19 @@ def _sides(halfedges: Halfedges) -> tuple[IntArray, bool] | None:
 
     None where they do not fit together.
     """
-    sizes = np.bincount(halfedges.face)
-    count = int(halfedges.tail.max()) + 1
-    inner, valence = interior_valences(halfedges)
-    odd = flags(count, inner[valence % 2 == 1])
-    around = np.bincount(halfedges.tail, minlength=count)
-    triangles = np.bincount(halfedges.tail, weights=sizes[halfedges.face] == 3, minlength=count)
-    tip = flags(count, inner) & (triangles == around)
-    n_odd = np.bincount(halfedges.face, weights=odd[halfedges.tail])
-    n_tips = np.bincount(halfedges.face, weights=tip[halfedges.tail])
-    polygon = ((n_odd == sizes) | (sizes > _SIDES)) & (n_tips == 0)
-    fan = (sizes == 3) & ~polygon
-    if np.any(n_tips[fan] != 1):
+    begun = _begun(halfedges)
+    if begun is None:
         return None
-    side = np.full(halfedges.n_halfedges, -1, dtype=np.int64)
-    side[polygon[halfedges.face]] = _UPPER
-    in_fan = fan[halfedges.face]
-    to_tip, from_tip = in_fan & tip[halfedges.head], in_fan & tip[halfedges.tail]
-    side[in_fan] = _LOWER
-    side[to_tip], side[from_tip] = _RISING, 1
+    side, either = begun
     fixed = side >= 0
     queue = deque(np.flatnonzero(fixed).tolist())
     free = not queue
-    if free:
-        side[0] = _UPPER
-        queue.append(0)
     twin, after = halfedges.twin.tolist(), halfedges.next.tolist()
     found, seeded = side.tolist(), 0
     while True:
         while queue:
             here = queue.popleft()
-            if not fixed[here]:
+            if not fixed[here] and not either[here]:
                 ahead = after[here]
                 if found[ahead] < 0:
                     found[ahead] = (found[here] + 1) % _SIDES
@@ -127,9 +109,48 @@ def _sides(halfedges: Halfedges) -> tuple[IntArray, bool] | None:
                 elif found[over] != (found[here] + 2) % _SIDES:
                     return None
         # Another body begins anywhere.
-        while seeded < len(found) and found[seeded] >= 0:
+        while seeded < len(found) and (found[seeded] >= 0 or either[seeded]):
             seeded += 1
         if seeded == len(found):
-            return np.array(found, dtype=np.int64), free
+            break
         found[seeded] = _UPPER
         queue.append(seeded)
+    side = np.array(found, dtype=np.int64)
+    ahead = side[halfedges.next]
+    alone = either & (side == _UPPER) & (ahead == _UPPER)
+    turning = either & (side >= 0) & (ahead == (side + 1) % _SIDES)
+    of_face = (
+        np.bincount(halfedges.face, weights=alone),
+        np.bincount(halfedges.face, weights=turning),
+    )
+    whole = np.maximum(*of_face)[halfedges.face] == _SIDES
+    return (side, free) if np.all(whole | ~either) and side.min() >= 0 else None
+
+
+def _begun(halfedges: Halfedges) -> tuple[IntArray, BoolArray] | None:
+    """Return the sides of fans and polygons, else -1, and which half-edges may be a polygon's.
+
+    None where triangles are no fans.
+    """
+    sizes = np.bincount(halfedges.face)
+    count = int(halfedges.tail.max()) + 1
+    inner, valence = interior_valences(halfedges)
+    odd = flags(count, inner[valence % 2 == 1])
+    around = np.bincount(halfedges.tail, minlength=count)
+    triangles = np.bincount(halfedges.tail, weights=sizes[halfedges.face] == 3, minlength=count)
+    tip = flags(count, inner) & (triangles == around)
+    n_odd = np.bincount(halfedges.face, weights=odd[halfedges.tail])
+    n_tips = np.bincount(halfedges.face, weights=tip[halfedges.tail])
+    polygon = ((n_odd == sizes) & (sizes == 3) & (n_tips == 0)) | (sizes > _SIDES)
+    # Of quads whose corners are all odd the neighbours say whether they are polygons at a minimum.
+    either = ((sizes == _SIDES) & (n_odd == _SIDES))[halfedges.face]
+    fan = (sizes == 3) & ~polygon
+    if np.any(n_tips[fan] != 1):
+        return None
+    side = np.full(halfedges.n_halfedges, -1, dtype=np.int64)
+    side[polygon[halfedges.face]] = _UPPER
+    in_fan = fan[halfedges.face]
+    to_tip, from_tip = in_fan & tip[halfedges.head], in_fan & tip[halfedges.tail]
+    side[in_fan] = _LOWER
+    side[to_tip], side[from_tip] = _RISING, 1
+    return side, either
