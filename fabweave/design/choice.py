@@ -183,8 +183,8 @@ def mesh_rounds(
     """Yield meshes for a model, round after round, until one is good.
 
     Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads
-    and tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at last
-    triangles. A closed model of which none could
+    and tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at
+    last triangles. A closed model of which none could
     be made at all, or that runs through itself, or has many handles, is wrapped: never one that is
     open, as it would become a bag.
 
