@@ -308,7 +308,8 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     if not found:
         raise _failed(why)
     _, flux, made = min(found, key=lambda one: one[0])
-    fans, polygons = int(np.sum(flux > 0)), int(np.sum(flux < 0))
+    points = np.array([len(site) == 1 for site in poles.sites])
+    fans, polygons = int(np.sum(points & (flux > 0))), int(np.sum(points & (flux < 0)))
     told = agree(fans, "rings: {n} tip[|s] with a fan") + agree(
         polygons, ", {n} with a polygon, and strands "
     )
