@@ -27,11 +27,13 @@ from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.grid import lacks_grid
+from fabweave.mesh.remesh.rings import lacks_rings
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.settings import Settings
 from fabweave.plan.grade import EASY_MM
 from fabweave.plan.verdict import NotMakeableError
 from fabweave.ribbon.rules.broken_rule import BrokenRule
+from fabweave.weave.twill.rows import ring_rows
 
 #: A model with so many handles, as this Euler number says, has cracks and tunnels of a scan.
 _EULER = -4
@@ -110,7 +112,9 @@ def choose_mesh(
         return _as_asked(job, search, most_planned, advise=advise)
     unfit = _unfit(job)
     search.run(mesh_rounds(search, job.loaded, own=not unfit), behind=_BEHIND)
-    for one in islice(search.ranked, _CLOSELY):
+    # Nothing that breaks conditions takes the place of an exact twill.
+    ranked = sorted(search.ranked, key=lambda one: not _is_exact(one))
+    for one in islice(ranked, _CLOSELY):
         own = one.design == job.asked
         taken = job if own else job.instead(one.design).know(loaded=one.loaded)
         try:
@@ -178,8 +182,9 @@ def mesh_rounds(
 ) -> Iterator[list[Settings]]:
     """Yield meshes for a model, round after round, until one is good.
 
-    Its own comes first, then a grid, quads and tubes whose strips are some 12 mm wide; then
-    finer and coarser ones of the better kind; at last triangles. A closed model of which none could
+    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads
+    and tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at
+    last triangles. A closed model of which none could
     be made at all, or that runs through itself, or has many handles, is wrapped: never one that is
     open, as it would become a bag.
 
@@ -215,6 +220,11 @@ def mesh_rounds(
         share = 1.0 if kind != "triangles" else KAGOME_SHARE if straight else _TRIANGLES
         return base.but(remesh=f"{kind}:{two_digits(share * max(number, FEWEST))}", bodies=bodies)
 
+    if asked.weave.pattern == "twill" and not is_open and not lacks_rings(model.mesh):
+        for number in (first, first / _COARSER):
+            yield [mesh("rings", number)]
+            if any(_is_exact(one) for one in search.ranked):
+                return
     yield [mesh(way, first) for way in ways]
     if _is_good(search, _FINE):
         return
@@ -270,6 +280,12 @@ def _is_good(search: Search, least: float) -> bool:
     """Tell whether the best that was tried is good enough."""
     best = next(iter(search.ranked), None)
     return best is not None and best.like and not best.daunting and score(best) >= least
+
+
+def _is_exact(one: Tried) -> bool:
+    """Tell whether a design that can be made is an exact twill, in rings."""
+    twill = one.design.weave.pattern == "twill" and one.makeable and one.loaded is not None
+    return twill and one.loaded is not None and ring_rows(one.loaded.halfedges) is not None
 
 
 def _made(search: Search, way: str) -> bool:

@@ -7,7 +7,7 @@ from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
 from fabweave.mesh.check import faces_text, mesh_counts
 from fabweave.mesh.fair.energy import Wish
-from fabweave.mesh.fair.fairing import STEPS, fair_mesh
+from fabweave.mesh.fair.fairing import RING_STEPS, STEPS, fair_mesh
 from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.given import GivenMesh, Taken, require_few
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
@@ -21,6 +21,7 @@ from fabweave.mesh.remesh.grid import remesh_grid
 from fabweave.mesh.remesh.quads import remesh_quads
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.mesh.remesh.request import NONE, Remesh, parse_remesh
+from fabweave.mesh.remesh.rings import remesh_rings
 from fabweave.mesh.remesh.skeleton_quads import remesh_tubes
 from fabweave.mesh.remesh.triangles import remesh_triangles
 from fabweave.mesh.seen import Seen
@@ -219,7 +220,9 @@ def _changed(
         mesh = refine_mesh(mesh, refinements, progress=progress)
         done.append(f"refined by {format_refinements(refinements)}")
     # What was made anew need not stay as it is.
-    steps = settings.fair if settings.fair is not None else STEPS if model is not None else 0
+    steps = settings.fair
+    if steps is None:
+        steps = 0 if model is None else RING_STEPS if wanted.kind == "rings" else STEPS
     if steps:
         near = model_of(given.mesh, mesh.n_vertices)
         faired = fair_mesh(mesh, near, steps, wish=wish, course=course, progress=progress)
@@ -252,6 +255,8 @@ def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) 
         return remesh_triangles(mesh, wanted.count, progress=progress)
     if wanted.kind == "grid":
         return remesh_grid(mesh, wanted.count, progress=progress)
+    if wanted.kind == "rings":
+        return remesh_rings(mesh, wanted.count, progress=progress)
     return remesh_tubes(mesh, wanted.count, progress=progress)
 
 

@@ -127,13 +127,34 @@ def irregular_share(mesh: PolyMesh) -> float:
     0.0
     """
     size = max(_GRIDS, key=lambda one: np.count_nonzero(mesh.face_sizes == one))
-    odd = len(find_irregular(mesh, _GRIDS[size])) + int(np.count_nonzero(mesh.face_sizes != size))
     halfedges = build_halfedges(mesh)
+    vertices, valence = interior_valences(halfedges)
+    odd_face = mesh.face_sizes != size
+    if size == 4:
+        # A fan of triangles is one place, and so is a face whose corners all have three edges.
+        three = flags(mesh.n_vertices, vertices[valence == 3])
+        ringed = np.logical_and.reduceat(three[mesh.indices], mesh.offsets[:-1])
+        within = flags(mesh.n_vertices, mesh.indices[ringed[halfedges.face]])
+        tips = _fan_tips(mesh, halfedges, vertices)
+        fan = np.logical_or.reduceat(tips[mesh.indices], mesh.offsets[:-1])
+        odd_face = (odd_face & ~fan) | ringed
+        odd_vertex = ((valence != 4) & ~within[vertices]) | tips[vertices]
+        odd = int(odd_vertex.sum()) + int(odd_face.sum())
+    else:
+        odd = len(find_irregular(mesh, _GRIDS[size])) + int(odd_face.sum())
     n_vertices = np.count_nonzero(np.bincount(mesh.indices, minlength=mesh.n_vertices))
     euler = int(n_vertices - halfedges.n_edges + mesh.n_faces)
     closed = bool((halfedges.twin >= 0).all())
     needed = abs(euler) * (4 if size == 4 else 6) if closed or euler < 0 else 0
     return max(odd - needed, 0) / max(mesh.n_faces if size == 6 else int(n_vertices), 1)
+
+
+def _fan_tips(mesh: PolyMesh, halfedges: Halfedges, inner: IntArray) -> BoolArray:
+    """Return which vertices are tips of fans: four triangles or more, and no other faces, (V,)."""
+    triangle = mesh.face_sizes[halfedges.face] == 3
+    around = np.bincount(halfedges.tail, minlength=mesh.n_vertices)
+    of_three = np.bincount(halfedges.tail, weights=triangle, minlength=mesh.n_vertices)
+    return flags(mesh.n_vertices, inner) & (around >= 4) & (of_three == around)
 
 
 def irregular_note(irregular: Irregular) -> Note:

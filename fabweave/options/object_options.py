@@ -106,10 +106,11 @@ OBJECT_OPTIONS = (
         ),
         "Make a coarser mesh first, of about N faces. quads:N suits twill; without N, there are "
         "at most 3000. tubes:N lays quads along limbs and around them, grid:N rows and "
-        "columns over a disc, tube or torus. triangles:N suits triaxial weaves, and keeps horns "
-        "and limbs. coarse:N undoes a subdivision. none keeps the mesh as it is.",
+        "columns over a disc, tube or torus, rings:N rings that have an exact twill. triangles:N "
+        "suits triaxial weaves, and keeps horns and limbs. coarse:N undoes a subdivision. none "
+        "keeps the mesh as it is.",
         otherwise="none; make takes a coarser mesh where this one cannot be built",
-        brief="A new mesh first: quads:N, grid:N, tubes:N, triangles:N, coarse:N.",
+        brief="A new mesh first: quads:N, rings:N, grid:N, tubes:N, triangles:N, coarse:N.",
     ),
     _mesh(
         "refine",

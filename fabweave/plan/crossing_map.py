@@ -27,7 +27,8 @@ class WeaveRecord:
     ``voted`` is what the paper's vote breaks, and ``at_least_broken`` what every weave breaks,
     where this is known. ``broken_at_turns`` counts where threads of a twill turn back at a rim and
     lose their rhythm, if they do: such places are no conditions. Of a fabric, ``warp`` lists the
-    warp threads and ``labels`` the label of each crossing.
+    warp threads and ``labels`` the label of each crossing; of a twill in rings, ``rows`` lists the
+    row of each crossing modulo 4.
     """
 
     pattern: str
@@ -38,6 +39,7 @@ class WeaveRecord:
     at_least_broken: int | None = optional(default=None)
     warp: tuple[int, ...] | None = optional(default=None)
     labels: tuple[int, ...] | None = optional(default=None)
+    rows: tuple[int, ...] | None = optional(default=None)
 
 
 def weave_record(result: WeaveResult) -> WeaveRecord:
@@ -52,6 +54,7 @@ def weave_record(result: WeaveResult) -> WeaveRecord:
         at_least_broken=None if twill is None or twill.bound is None else twill.bound.least,
         warp=None if result.warp is None else tuple(np.flatnonzero(result.warp).tolist()),
         labels=None if result.label is None else tuple(result.label.tolist()),
+        rows=None if twill is None or twill.rows is None else tuple(twill.rows.tolist()),
     )
 
 

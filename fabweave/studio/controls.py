@@ -155,7 +155,7 @@ def _density(settings: Settings, woven: WovenObject) -> list[Control]:
     else:
         kind = "" if asked is None else str(asked).partition(":")[0]
         faces = float(woven.mesh.n_faces)
-        known = ("quads", "tubes", "triangles")
+        known = ("quads", "tubes", "rings", "triangles")
         kinds = [(f"{name}:300", name) for name in known if not lacking(name)]
         words = (("", "the model's own"), *kinds)
         lacks = filter(None, map(lacking, known))

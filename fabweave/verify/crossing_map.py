@@ -298,6 +298,8 @@ class Weave(msgspec.Struct, frozen=True):
     #: Of a fabric: the threads that are its warp, and the label of each crossing.
     warp: tuple[int, ...] = ()
     labels: tuple[int, ...] = ()
+    #: Of a twill in rings: the row of each crossing, modulo 4; empty if it is none.
+    rows: tuple[int, ...] = ()
 
 
 class Rotations(msgspec.Struct, frozen=True):

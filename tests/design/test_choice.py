@@ -325,3 +325,18 @@ def test_no_limb_is_cut_off_by_an_opening(fine, monkeypatch, bodies, opened):
     attempt = try_design(design, "D", opens=True)
     assert attempt.makeable == opened
     assert attempt.design.mesh.leave_out == ("3" if opened else None)
+
+
+@pytest.mark.parametrize(("ringed", "verdict"), [(True, None), (True, BAD), (False, None)])
+def test_rings_come_first_for_a_twill_and_win_where_they_are_exact(
+    fine, monkeypatch, ringed, verdict
+):
+    loaded, tries = Stations(fine).loaded, []
+    monkeypatch.setattr(choice, "ring_rows", lambda _: np.zeros(1) if ringed else None)
+    verdicts = [verdict, *[BAD] * 20]
+    monkeypatch.setattr(search, "try_design", standing_in(tries, lambda _: loaded, verdicts))
+    found = Search(fine.but(pattern="twill"))
+    found.run(mesh_rounds(found, loaded))
+    kinds = [one.mesh.remesh.partition(":")[0] for one in tries]
+    assert kinds[0] == "rings"
+    assert (len(kinds) == 1) == (ringed and verdict is None)

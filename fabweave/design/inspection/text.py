@@ -69,7 +69,7 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
             "twill",
             _exact(facts["twill"])
             if facts["twill"]["exact"]
-            else "no exact 2/2 twill (-v says why)",
+            else f"no exact 2/2 twill{_in_rings(facts['mesh'])} (-v says why)",
         ),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
@@ -217,10 +217,15 @@ def _exact(twill: Mapping[str, Any]) -> str:
     return f"{exact_text(twill.get('broken_at_turns', 0))} (--pattern twill)"
 
 
+def _in_rings(mesh: Mapping[str, Any]) -> str:
+    """Say how a model gets an exact twill whose own mesh has none."""
+    return " on this mesh; --remesh rings:300 has one" if mesh["genus"] == 0 else ""
+
+
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     if twill["exact"]:
         return [("twill", _exact(twill))]
-    rows = [("twill", f"no exact 2/2 twill: {twill['because']}")]
+    rows = [("twill", f"no exact 2/2 twill{_in_rings(mesh)}: {twill['because']}")]
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
     after = [

@@ -6,16 +6,17 @@ from fabweave.core.errors import InputError
 
 #: Bounds of what may be asked for, in faces: no closed surface of quads has fewer than six, and a
 #: tetrahedron, with three edges at each vertex, gives ribbons no room.
-LEAST = {"quads": 6, "triangles": 8, "coarse": 1, "tubes": 24, "grid": 4}
+LEAST = {"quads": 6, "triangles": 8, "coarse": 1, "tubes": 24, "grid": 4, "rings": 24}
 #: Kinds that must say how many.
-_COUNTED = ("triangles", "tubes", "grid")
+_COUNTED = ("triangles", "tubes", "grid", "rings")
 MOST = 100_000
 #: Keeps the mesh as it is.
 NONE = "none"
 _HELP = (
     "write quads or quads:3000 for about 3000 quads, triangles:300 for 300 triangles, tubes:300 "
     "for 300 quads along limbs and around them, grid:300 for rows and columns on a disc or a tube, "
-    "coarse or coarse:200 to undo a refinement, or none to keep the mesh"
+    "rings:300 for rings that have an exact twill, coarse or coarse:200 to "
+    "undo a refinement, or none to keep the mesh"
 )
 
 
@@ -26,7 +27,8 @@ class Remesh:
     Parameters
     ----------
     kind : str
-        ``quads``, ``triangles``, ``tubes``, ``grid`` or ``coarse``; ``none`` keeps the mesh.
+        ``quads``, ``triangles``, ``tubes``, ``grid``, ``rings`` or ``coarse``; ``none`` keeps the
+        mesh.
     count : int or None
         About how many faces; None leaves it to fabweave.
     """

@@ -289,12 +289,75 @@ def check_pattern(job: Job, tally: Tally) -> None:
         _check_plain(plan, sense, tally)
     elif plan.weave.pattern in _TWILLS:
         counts, turned = broken_conditions(job, sense, tally)
+        if plan.weave.rows:
+            _check_rows(job, sense, tally)
     else:
         check_fabric(job, tally)
     for (name, claimed), counted in zip(sorted(plan.weave.broken.items()), counts, strict=True):
         weave.equal(f"the number of broken {name} conditions", claimed, counted)
     weave.equal("the rhythm broken at turns", plan.weave.broken_at_turns, turned)
     weave.equal("exact", plan.weave.exact, sum(counts) == 0)
+
+
+#: Of each row modulo 4, how its edges are twisted: rows one and two against nought and three.
+_TWISTED = (False, True, True, False)
+
+
+def _check_rows(job: Job, sense: dict[int, bool], tally: Tally) -> None:
+    """Check that the rows of crossings are those of rings, and that they give the twists.
+
+    Rows around a quad are an even one, the odd one above it, the even one above that, and the odd
+    one again; around a triangle an even one and twice the odd one above it; around any other
+    polygon, or that at a minimum, all are the same even one. Sides at the boundary have no row.
+    """
+    plan, mesh, edges = required(job.map), required(job.mesh), job.edges
+    rows = plan.weave.rows
+    if len(rows) != len(plan.crossings) or not set(rows) <= {0, 1, 2, 3}:
+        tally.fail(
+            f"rings need a row from 0 to 3 for each of the {len(plan.crossings)} crossings, and "
+            f"the map has {len(rows)}"
+        )
+        return
+    row_of = {
+        edges[crossing.id]: row
+        for crossing, row in zip(plan.crossings, rows, strict=True)
+        if crossing.id in edges
+    }
+    for edge, row in row_of.items():
+        tally.at(f"edge {_edge_name(mesh, edge)}").expect(
+            sense.get(edge) == _TWISTED[row], f"it is in row {row}, but twisted the other way"
+        )
+    keys = edge_keys(mesh).tolist()
+    done: set[int] = set()
+    for first in range(len(keys)):
+        if first in done:
+            continue
+        sides = [first]
+        while (side := int(mesh.next[sides[-1]])) != first:
+            sides.append(side)
+        done.update(sides)
+        around = tuple(row_of.get(keys[side], -1) for side in sides)
+        tally.at(f"face at side {_edge_name(mesh, first)}").expect(
+            _ringed(around), f"its rows {around} are not those of a ring"
+        )
+
+
+def _ringed(rows: tuple[int, ...]) -> bool:
+    """Tell whether rows around a face are those of rings; -1 stands for a side without a row.
+
+    Examples
+    --------
+    >>> _ringed((0, 1, 2, 1)), _ringed((3, 2, 3)), _ringed((2, 2, 2, 2, 2)), _ringed((0, 1, 0, 1))
+    (True, True, True, False)
+    """
+    size = len(rows)
+    allowed = [(even,) * size for even in (0, 2)]
+    if size == 4:
+        allowed += [(low, low + 1, (low + 2) % 4, low + 1) for low in (0, 2)]
+    if size == 3:
+        allowed += [(low, low + 1, low + 1) for low in (0, 2)]
+    turned = [one[turn:] + one[:turn] for one in allowed for turn in range(size)]
+    return any(all(a in (-1, b) for a, b in zip(rows, one, strict=True)) for one in turned)
 
 
 def _senses(

@@ -20,6 +20,7 @@ from fabweave.weave.twill.conditions import (
     twill_conditions,
 )
 from fabweave.weave.twill.decide import Obstruction, decide_twill, explain
+from fabweave.weave.twill.rows import TWISTS, ring_rows
 from fabweave.weave.twill.voting import best_vote, literal_vote
 
 
@@ -66,6 +67,8 @@ class Twill:
         What the paper's voting breaks, where it was needed.
     bound : Bound or None
         What every weave of the mesh breaks at least, where none is exact.
+    rows : (X,) int array or None
+        On a mesh of rings, the row of each crossing modulo 4, which gives its twist.
     """
 
     weave: Weave
@@ -73,6 +76,7 @@ class Twill:
     obstruction: Obstruction | None = None
     voted: Broken | None = None
     bound: Bound | None = None
+    rows: IntArray | None = None
 
 
 def weave_twill(
@@ -86,8 +90,9 @@ def weave_twill(
 ) -> Twill:
     """Weave a mesh in 2/2 twill.
 
-    Whether an exact twill exists is decided first. Where there is none, the paper's voting starts
-    a search, which never ends worse, and a lower bound says how far from the best it may be.
+    On a mesh of rings the rows give it. Else whether an exact twill exists is decided first. Where
+    there is none, the paper's voting starts a search, which never ends worse, and a lower bound
+    says how far from the best it may be.
 
     Parameters
     ----------
@@ -124,6 +129,11 @@ def weave_twill(
     """
     progress("twill", 0, 1)
     conditions = twill_conditions(halfedges, threads)
+    if (rows := ring_rows(halfedges)) is not None:
+        rows = rows[halfedges.edge[threads.crossing_halfedge]]
+        weave = twisted(threads, conditions, TWISTS[rows])
+        if weave.exact:
+            return Twill(weave, conditions.count, rows=rows)
     decision = decide_twill(conditions)
     if decision.twist is not None:
         return Twill(twisted(threads, conditions, decision.twist), conditions.count)
