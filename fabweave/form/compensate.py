@@ -21,7 +21,6 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
-    flags,
     frozen,
     no_progress,
 )
@@ -55,6 +54,9 @@ MOST_CROSSINGS = 3000
 #: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
 #: vertex from its neighbours; about these places half as much.
 _TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+#: How far crossings may be from where they are wished in their quads: a share of how far they are
+#: from the middles, and millimetres.
+_BESIDE, _BESIDE_MM = 0.4, 5e-4
 #: A place is worse than it was from such a share of what is needed on.
 _WORSE = 0.02
 
@@ -122,7 +124,8 @@ def _foretold_left(woven: WovenObject, brief: Brief, moves: FloatArray) -> float
 def _may_move(woven: WovenObject, brief: Brief) -> bool:
     """Return whether an object may be cut otherwise than it is drawn."""
     asked, count = brief.pieces, woven.weave.threads.n_crossings
-    drawn = asked.as_drawn != "on" or asked.former is not None
+    # A ring holds a rim where it is drawn.
+    drawn = asked.as_drawn != "on" or asked.former is not None or woven.source.rim != "none"
     return not (drawn or woven.straight or count > MOST_CROSSINGS)
 
 
@@ -208,7 +211,8 @@ class _Compensation:
                 break
             (laid, moved), before = found, left
             left, off = self.off(cut), self.foretold(laid)
-            if _mean(left) > _WORTH * _mean(before) or _most(left) > _most(before):
+            gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
+            if not (gained and self.at_edges(cut)):
                 break
             best = self.aimed(cut, moved, drawn, left)
             if _most(left) <= BOUND * self.joined.woven.size_mm:
@@ -311,16 +315,18 @@ class _Compensation:
 
     def at_vertices(self, off: FloatArray) -> FloatArray:
         """Return the mean of what crossings about each vertex are off, (V, 3)."""
-        mean = self.means @ off
-        if self.joined.woven.source.rim != "none":
-            mean[self.rim] = 0.0
-        return self.symmetric(mean)
+        return self.symmetric(self.means @ off)
 
-    @cached_property
-    def rim(self) -> BoolArray:
-        """Which vertices lie on a boundary, (V,): a ring holds them there."""
-        halfedges, count = self.joined.woven.halfedges, self.joined.woven.mesh.n_vertices
-        return flags(count, halfedges.tail[halfedges.twin < 0])
+    def at_edges(self, cut: JoinedObject) -> bool:
+        """Return whether crossings lie beside the middles of their quads much as they are wished.
+
+        On coarse meshes, where they lie far from these, they may not.
+        """
+        between = _crossings_between(self.joined.woven)
+        beside = cut.woven.ribbons.centre - between @ cut.woven.mesh.vertices
+        off = self.aim.places - between @ self.aim.mesh.vertices - beside
+        most = _BESIDE * np.linalg.norm(beside, axis=1) + _BESIDE_MM
+        return bool(np.all(np.linalg.norm(off, axis=1) <= most))
 
     @cached_property
     def means(self) -> sp.csr_array:

@@ -271,9 +271,9 @@ class Stations:
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
         pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
-        # No more of them differ.
-        alike = pieces.kinds.count * len(drawn.pieces) <= drawn.kinds.count * len(pieces.pieces)
-        return (joined, pieces) if alike else (self.drawn, drawn)
+        # There are no more of them, and no more differ.
+        few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= drawn.kinds.count
+        return (joined, pieces) if few else (self.drawn, drawn)
 
     @cached_property
     def joined(self) -> JoinedObject:

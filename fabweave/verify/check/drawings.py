@@ -59,6 +59,8 @@ def _check_ticks(piece: Piece, drawing: Drawing, place: Place) -> None:
 
     Lines that point at no such crossing are guides of joints.
     """
+    if not piece.ticks:
+        return
     for at in piece.ticks:
         one = piece.stations[at] if 0 <= at < len(piece.stations) else None
         if one is None or one.over or piece.cut_at.get(at):
