@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from fabweave.core.arrays import BoolArray, IntArray, Progress, frozen_value, no_progress
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.weave.pattern import Weave, over_of_passes
@@ -90,9 +92,9 @@ def weave_twill(
 ) -> Twill:
     """Weave a mesh in 2/2 twill.
 
-    On a mesh of rings the rows give it. Else whether an exact twill exists is decided first. Where
-    there is none, the paper's voting starts a search, which never ends worse, and a lower bound
-    says how far from the best it may be.
+    On a mesh of rings that end in fans and polygons the rows give it. Else whether an exact twill
+    exists is decided first. Where there is none, the paper's voting starts a search, which never
+    ends worse, and a lower bound says how far from the best it may be.
 
     Parameters
     ----------
@@ -129,7 +131,9 @@ def weave_twill(
     """
     progress("twill", 0, 1)
     conditions = twill_conditions(halfedges, threads)
-    if (rows := ring_rows(halfedges)) is not None:
+    # Where all faces are quads the decision finds it as fast, and as it always did.
+    capped = bool(np.any(np.bincount(halfedges.face) != 4))
+    if capped and (rows := ring_rows(halfedges)) is not None:
         rows = rows[halfedges.edge[threads.crossing_halfedge]]
         weave = twisted(threads, conditions, TWISTS[rows])
         if weave.exact:
