@@ -54,6 +54,8 @@ MOST_CROSSINGS = 3000
 #: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
 #: vertex from its neighbours; about these places half as much.
 _TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+#: No vertex moves farther, as a share of the size: a box of six faces would become flat.
+_MOVED = 0.05
 #: How far crossings may be from where they are wished in their quads: a share of how far they are
 #: from the middles, and millimetres.
 _BESIDE, _BESIDE_MM = 0.4, 5e-4
@@ -212,7 +214,8 @@ class _Compensation:
             (laid, moved), before = found, left
             left, off = self.off(cut), self.foretold(laid)
             gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
-            if not (gained and self.at_edges(cut)):
+            near = _most(moved) <= _MOVED * self.joined.woven.size_mm
+            if not (gained and near and self.at_edges(cut)):
                 break
             best = self.aimed(cut, moved, drawn, left)
             if _most(left) <= BOUND * self.joined.woven.size_mm:

@@ -271,9 +271,13 @@ class Stations:
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
         pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
-        # There are no more of them, and no more differ.
-        few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= drawn.kinds.count
-        return (joined, pieces) if few else (self.drawn, drawn)
+        # What comes nearer is not cut into more pieces, kinds or holes, nor joined otherwise.
+        count, before = (
+            (len(one.pieces), one.kinds.count, len(one.rules)) for one in (pieces, drawn)
+        )
+        joints, were = ([one.kind for one in each.joints] for each in (pieces, drawn))
+        good = joints == were and all(np.less_equal(count, before))
+        return (joined, pieces) if good else (self.drawn, drawn)
 
     @cached_property
     def joined(self) -> JoinedObject:
