@@ -1341,9 +1341,10 @@ class Design(_Shown):
         executors: Executor | None = None, **options: Any,
     ) -> WrittenJob:  # fmt: skip
         """Make it, as :func:`make` does, with more options if need be."""
-        stations, directory = self.stations.also(options), folder_at(folder)
-        stations.progress = _PROGRESS.argument("progress", progress)
+        directory, told = folder_at(folder), _PROGRESS.argument("progress", progress)
         count, opens = _work(workers, executors)
+        stations = self.stations.also(options)
+        stations.progress = told
         made = run_job(stations, directory, workers=count, executors=opens)
         return WrittenJob(directory, *made, Layout(stations, stations.layout))
 
@@ -1544,6 +1545,8 @@ def batch(
     (('octahedron',), ['sphinx'])
     """
     together = flag().argument("together", together)
+    if not isinstance(jobs, str | Path | Mapping):
+        raise InputError(f"jobs are a mapping, or the path of a list of them, not {shown(jobs)}")
     asked = batch_of(jobs) if isinstance(jobs, Mapping) else read_batch(Path(jobs))
     directory = folder_at(folder)
     outcome = run_batch(

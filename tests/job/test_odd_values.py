@@ -43,6 +43,8 @@ ODD = (
 )  # fmt: skip
 CORNERS = [[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]]
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+#: A batch of nothing.
+NO_JOB: dict[str, dict[str, str]] = {}
 #: A picture of few pixels.
 SMALL = {"size_px": (30, 20), "samples": 1}
 
@@ -77,6 +79,26 @@ CALLS: dict[str, Callable] = {
     "Layout.write folder": lambda at, odd: isinstance(odd, str | Path) or at.Layout.write(odd),
     "Settings.of source": lambda _, odd: fw.Settings.of(odd),
     "Settings.narrower factor": lambda _, odd: fw.Settings.of("shape:cube").narrower(odd),
+    "batch jobs": lambda _, odd: fw.batch(odd, "here"),
+    "batch folder": lambda _, odd: fw.batch(NO_JOB, odd),
+    "batch together": lambda _, odd: fw.batch(NO_JOB, "shape:odd", together=odd),
+    "batch told": lambda _, odd: fw.batch(NO_JOB, "here", told=odd),
+    "batch progress": lambda _, odd: fw.batch(NO_JOB, "here", progress=odd),
+    "batch workers": lambda _, odd: fw.batch(NO_JOB, "here", workers=odd),
+    "batch executors": lambda _, odd: fw.batch(NO_JOB, "here", executors=odd),
+    "design mesh": lambda _, odd: fw.design(odd),
+    "design tries": lambda _, odd: fw.design("shape:odd", tries=odd),
+    "design pieces": lambda _, odd: fw.design("shape:odd", pieces=odd),
+    "design goal": lambda _, odd: fw.design("shape:odd", goal=odd),
+    "design progress": lambda _, odd: fw.design("shape:odd", progress=odd),
+    "design workers": lambda _, odd: fw.design("shape:odd", workers=odd),
+    "design executors": lambda _, odd: fw.design("shape:odd", executors=odd),
+    "Design.write folder": lambda at, odd: isinstance(odd, str | Path) or at.Design.write(odd),
+    "Design.write progress": lambda at, odd: at.Design.write("here", progress=odd, size="odd"),
+    "Design.write workers": lambda at, odd: at.Design.write("here", workers=odd, size="odd"),
+    "Design.write executors": lambda at, odd: at.Design.write("here", executors=odd, size="odd"),
+    "inspect workers": lambda _, odd: fw.inspect("shape:odd", workers=odd),
+    "inspect executors": lambda _, odd: fw.inspect("shape:odd", executors=odd),
     "inspect mesh": lambda _, odd: fw.inspect(odd),
     "inspect progress": lambda _, odd: fw.inspect("shape:odd", progress=odd),
     "inspect thorough": lambda _, odd: fw.inspect("shape:odd", thorough=odd),
@@ -86,6 +108,7 @@ CALLS: dict[str, Callable] = {
     "make mesh": lambda _, odd: fw.make(odd, "here"),
     "make folder": lambda _, odd: fw.make("shape:odd", odd),
     "make progress": lambda _, odd: fw.make("shape:odd", "here", progress=odd),
+    "make executors": lambda _, odd: fw.make("shape:odd", "here", executors=odd),
     "make workers": lambda _, odd: fw.make("shape:odd", "here", workers=odd),
     "mesh vertices": lambda _, odd: fw.mesh(odd),
     "mesh vertices, with faces": lambda _, odd: fw.mesh(odd, FACES),
@@ -110,7 +133,10 @@ def steps():
     ribbons = weave.ribbons()
     layout = ribbons.pieces().nest(effort="quick")
     mesh, yarns = fw.shape("tetrahedron", size=100), weave.yarns()
-    return SimpleNamespace(Mesh=mesh, Weave=weave, Ribbons=ribbons, Yarns=yarns, Layout=layout)
+    (designed, *_) = fw.design("shape:tetrahedron", tries=1, size=200, effort="quick")
+    return SimpleNamespace(
+        Mesh=mesh, Weave=weave, Ribbons=ribbons, Yarns=yarns, Layout=layout, Design=designed
+    )
 
 
 def refusals(call: Callable[[object], object]) -> list[str]:
