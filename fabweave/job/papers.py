@@ -145,7 +145,7 @@ def show_job(
     papers.append((INDEX_FILE, lambda: index_page(
         plan, report, title=job.woven.title, verdict=job.verdict, grade=job.grade,
         form=job.form_text, material=job.supplies.description,
-        size_mm=np.ptp(job.woven.mesh.vertices, axis=0),
+        size_mm=np.ptp(job.woven.wished.vertices, axis=0),
         given_mesh=None if job.given_mesh is None else job.settings.mesh.source,
         cut_names=[drawing.name for drawing in job.kerfed], files=file_names(directory),
     )))  # fmt: skip
@@ -160,7 +160,7 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs, portrait: bytes) ->
         title=job.woven.title,
         buildable=verdict_words(job.verdict),
         form=job.form_text,
-        size_mm=tuple(np.ptp(job.woven.mesh.vertices, axis=0).tolist()),
+        size_mm=tuple(np.ptp(job.woven.wished.vertices, axis=0).tolist()),
         material=job.supplies.description,
         bill=bill,
         colours=crossing_colours(job.weave, job.colours),

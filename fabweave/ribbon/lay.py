@@ -299,6 +299,11 @@ class WovenObject(WovenMesh):
     straight: bool = False
     aim: Aim | None = None
 
+    @property
+    def wished(self) -> PolyMesh:
+        """The mesh as it is to be in the end."""
+        return self.mesh if self.aim is None else self.aim.mesh
+
 
 def lay_object(
     woven: WovenMesh, settings: RibbonSettings, supplies: Supplies, progress: Progress = no_progress

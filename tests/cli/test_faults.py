@@ -14,6 +14,7 @@ from dying import die
 from jobs import contents_of
 from jobs import run as run_here
 
+from fabweave.design.inspection import facts as facts_module
 from fabweave.nest import nesting as batches
 from fabweave.piece.split import split_plan
 from fabweave.verify.proof import verify_job
@@ -58,7 +59,7 @@ def test_too_little_memory_is_told(monkeypatch, capsys):
     def exhausted(*_arguments, **_options):
         np.zeros(2**50)
 
-    monkeypatch.setattr("fabweave.design.inspection.facts.inspect_mesh", exhausted)
+    monkeypatch.setattr(facts_module, "inspect_mesh", exhausted)
     assert run_here("inspect", "shape:cube") == 1
     assert capsys.readouterr().err.startswith("fabweave: ")
 

@@ -13,6 +13,7 @@ from meshes_shared import known_meshes
 from PIL import Image
 
 from fabweave.core.errors import CannotMakeError
+from fabweave.design.inspection import facts as facts_module
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import first_rows, inspection_text
@@ -238,7 +239,7 @@ def test_the_picture_shows_the_mesh_and_the_weave(mesh, tmp_path) -> None:
 def small_limits(monkeypatch) -> None:
     """Let 64 crossings be many."""
     for name in ("_MOST_SEARCHED", "_MOST_PRICED", "_MOST_PLANNED", "_MOST_QUICK"):
-        monkeypatch.setattr(f"fabweave.design.inspection.facts.{name}", 20)
+        monkeypatch.setattr(facts_module, name, 20)
 
 
 @pytest.mark.slow
@@ -272,7 +273,7 @@ def test_what_is_too_stiff_is_told_of_large_meshes_as_make_tells_it() -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_limits")
 def test_a_mesh_of_middle_size_gets_its_pieces_and_the_sizes_of_single_rules(monkeypatch) -> None:
-    monkeypatch.setattr("fabweave.design.inspection.facts._MOST_PLANNED", 2000)
+    monkeypatch.setattr(facts_module, "_MOST_PLANNED", 2000)
     settings = Settings.of(
         "shape:torus?m=8&n=4", size_mm=120.0, material="birch-veneer", rotations="free"
     )

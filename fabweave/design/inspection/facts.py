@@ -536,7 +536,7 @@ def _inspected(
     materials, settings = job.settled[1].materials, job.settled[0]
     turns = parse_rotations(settings.stock.rotations)
     facts = {
-        "mesh": mesh_facts(woven.mesh, woven.halfedges, brief=answer),
+        "mesh": mesh_facts(woven.wished, woven.halfedges, brief=answer),
         "chosen": chosen,
         "verdict": to_json(verdict),
         "notes": list(woven.notes),

@@ -621,7 +621,11 @@ def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
         Two lines each, as far apart as there is room; none where that is too narrow.
     """
     bare = np.isnan(piece.hole_mm) & ~piece.over
-    bare[piece.more_holes[:, 0].astype(np.int64)] = False
+    bare[[*piece.more_holes[:, 0].astype(int), *(slot.station for slot in piece.slots)]] = False
+    if piece.guides:
+        # They mark the crossing of their joint, and may lie where a tick would.
+        ends = [piece.start_joint is not None, piece.end_joint is not None]
+        bare[[0, -1]] &= ~np.array(ends)
     ticks = {}
     across = shapely.intersection(room, shapely.linestrings(piece.rails[bare]))
     for station, parts in zip(np.flatnonzero(bare).tolist(), across, strict=True):
