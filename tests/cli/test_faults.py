@@ -171,7 +171,7 @@ def test_two_runs_at_once_into_one_folder(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends a POSIX signal")
 @pytest.mark.usefixtures("shipped")
-@pytest.mark.parametrize("what", ["mark_pieces", "portrait_png", "order_of", "_greedy"])
+@pytest.mark.parametrize("what", ["portrait_png", "order_of", "_greedy"])
 def test_processes_that_are_killed_end_a_run_in_words(what, tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     if what == "_greedy":

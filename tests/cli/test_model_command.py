@@ -34,7 +34,8 @@ def test_every_format_is_written(suffix, yarn, tmp_path):
 @pytest.mark.slow
 def test_a_model_is_that_of_the_job_but_for_the_room_of_laps(finished, tmp_path):
     assert model(tmp_path / "model.glb") == 0
-    job = finished(TORUS, "--size", "120mm", "--sheet", "600x400mm", "--effort", "quick")
+    drawn = ("--sheet", "600x400mm", "--effort", "quick", "--as-drawn", "off")
+    job = finished(TORUS, "--size", "120mm", *drawn)
     ours, jobs = (trimesh.load_scene(path) for path in (tmp_path / "model.glb", job / "model.glb"))
     # A job's model marks what was found, too.
     assert set(ours.geometry) == {name for name in jobs.geometry if "finding" not in name}

@@ -86,7 +86,7 @@ def test_crossings_that_carry_something_are_the_ones_that_were_asked_for(finishe
 def test_to_keep_a_form_joints_and_ends_are_fastened_and_more_may_be(finished):
     words = (
         "shape:tube?m=12&n=6 --size 300mm --boundary end --fasten form:1mm --holes fastened "
-        "--effort quick"
+        "--effort quick --as-drawn off"
     )
     job = load_job(finished(*words.split()), Tally("files"))
     assert findings(job) == ()

@@ -20,7 +20,7 @@ from fabweave.verify.report import Tally
 def made(finished):
     """Return a job whose pieces are of several kinds, with holes and slots, for a service."""
     words = "--size 150mm --sheet 500x350mm --effort quick --joint rivet,slots --profile service"
-    words += " --boundary end"
+    words += " --boundary end --as-drawn off"
     return finished("shape:tube?m=4&n=4", *words.split())
 
 
