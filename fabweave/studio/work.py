@@ -222,7 +222,10 @@ def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     planned = stations.planned
     stations.progress = progress_of(tell, "sheets")
     if wish.get("finer"):
-        tell(_sheets(stations))
+        # As it is made: so that it settles onto its mesh.
+        made = Stations(stations.asked, progress=stations.progress)
+        parts = ("loaded", "weave", "ribbons", "drawn")
+        tell(_sheets(made.know(**{name: getattr(stations, name) for name in parts})))
         return
     tell(_figures(stations))
     if not wish.get("yarns"):
