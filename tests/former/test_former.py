@@ -33,7 +33,8 @@ LAYER, THICK = 0.4, 1.2
 
 
 def planned(name, **options):
-    settings = settings_from_options(name, effort="quick", **options)
+    # What lies on a former is cut as it is drawn.
+    settings = settings_from_options(name, effort="quick", as_drawn="off", **options)
     return Stations(settings).buildable
 
 

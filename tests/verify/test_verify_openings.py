@@ -34,9 +34,9 @@ def lamp(finished, tmp_path):
         ("top:60mm,0", "top:60mm,0,1", "faces is 1, but should be 2"),
         ('leave_out = ".*"\n', "", "what was left out, by side, is"),
         ("diameter_mm = 60.0", "diameter_mm = 61.0", "diameter_mm is 61, but should be 60"),
-        ("x_mm = 0.0", "x_mm = 1.0", "no boundary of woven_mesh.obj has"),
-        ("rim = 4", "rim = 5", "no boundary of woven_mesh.obj has 5 vertices within"),
-        ("rim = 4", "rim = 'four'", "no boundary of woven_mesh.obj has nan"),
+        ("x_mm = 0.0", "x_mm = 1.0", "no boundary of the mesh has"),
+        ("rim = 4", "rim = 5", "no boundary of the mesh has 5 vertices within"),
+        ("rim = 4", "rim = 'four'", "no boundary of the mesh has nan"),
         (r'\[\[outcome.openings\]\]\nside = "faces"\nfaces = 1\n', "", "left out, by side"),
     ],
 )
