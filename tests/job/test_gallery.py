@@ -44,7 +44,7 @@ KEYS = {
     "twill_left": "24 of 36 crossings over",
     "basket": "4 threads, 176 crossings",
     "lamp": "92 of 96 faces are left",
-    "two_materials": "3 sheets of two materials",
+    "two_materials": "2 sheets of two materials",
     "yarns": "16 yarns, up to 11.9 mm thick",
     "knot": "0 broken conditions in 4 threads",
 }
