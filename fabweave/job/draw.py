@@ -156,7 +156,7 @@ class Job(PlannedJob):
         whole = not (woven.source.openings or woven.source.n_old_vertices)
         if self.let_go is None or form is None or form.collapse or not whole:
             return None
-        mesh = woven.mesh if woven.aim is None else woven.aim.mesh
+        mesh = woven.wished
         off = off_in_parts(self.let_go.settled.body, self.let_go.settled.end.state.bodies.origin)
         return mesh.with_vertices(mesh.vertices + vertex_means(woven) @ off)
 
