@@ -185,8 +185,9 @@ def mesh_rounds(
     Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads
     and tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at
     last triangles. A closed model of which none could
-    be made at all, or that runs through itself, or has many handles, is wrapped: never one that is
-    open, as it would become a bag.
+    be made at all, or whose bodies run through one another, or that has many handles, is wrapped.
+    What is open is not, as it would become a bag; unless such bodies close one another, as those
+    of a teapot do: then both are tried, and the grade tells.
 
     Parameters
     ----------
@@ -211,7 +212,8 @@ def mesh_rounds(
     base = asked.but(width=KAGOME_WIDTH) if straight and asked.ribbons.width is None else asked
     bodies = asked.mesh.bodies
     report, is_open = check_mesh(model.mesh), _is_open(model)
-    many = (report.n_components > 1 and model.clashes > 0) or report.euler < _EULER
+    joined = report.n_components > 1 and model.clashes > 0
+    many = joined or report.euler < _EULER
     closed = bodies == "all" and not is_open
     if closed and many:
         bodies = "wrap"
@@ -225,6 +227,10 @@ def mesh_rounds(
             yield [mesh("rings", number)]
             if any(_is_exact(one) for one in search.ranked):
                 return
+    if bodies == "all" and is_open and joined:
+        bodies = "wrap"
+        yield [mesh(way, first) for way in ways]
+        bodies = "all"
     yield [mesh(way, first) for way in ways]
     if _is_good(search, _FINE):
         return

@@ -22,8 +22,8 @@ SCHEMA = "fabweave.form/1"
 #: Decimals of millimetres and of radians.
 _MM, _RADIANS = 7, 9
 #: Ribbons keep their lengths to this share of their width, or to the second at the worst, and are
-#: found in so many steps at most.
-_EXACT, _KEPT, _STEPS = 1e-9, 1e-6, 40
+#: found in so many steps at most. So many steps also draw laps together: more bring little.
+_EXACT, _KEPT, _STEPS, _LAPPING = 1e-9, 1e-6, 40, 16
 #: Rungs unfold to where they are cut, seen from the rung before, to this.
 _UNFOLDS_MM = 0.002
 #: Strands of more crossings are laid one by one: all together would take minutes.
@@ -65,15 +65,12 @@ def relaxed_ribbons(
     fine, flat = _parted(ribbons)
     right, left = _carried(fine, weave, body.wished, state)
     _sweep(ribbons, fine, weave, body.net, state, right, left)
-    start, lengths = np.concatenate([right, left]), _lengths(fine, flat)
-    conditions = [lengths]
+    points, lengths = np.concatenate([right, left]), _lengths(fine, flat)
     if len(state.angles) <= _MOST_TOGETHER:
-        conditions.insert(0, _with_laps(lengths, fine, start, weave))
-    for each in conditions:
-        points, off = each.nearest(start, exact=_EXACT, steps=_STEPS)
-        if off <= _KEPT:
-            break
-    else:
+        lapped = _with_laps(lengths, fine, points, weave)
+        points, _ = lapped.nearest(points, exact=_EXACT, steps=_LAPPING)
+    points, off = lengths.nearest(points, exact=_EXACT, steps=_STEPS)
+    if off > _KEPT:
         return None
     right, left = (frozen(side.copy()) for side in np.split(points, 2))
     bands = replace(

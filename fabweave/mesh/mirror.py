@@ -1,5 +1,7 @@
 """Find the plane in which a surface is most nearly its own image, and work on half of it."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, flags, frozen_value, unit
@@ -54,6 +56,7 @@ class Mirror:
         return np.asarray(places - 2 * height[:, None] * self.normal)
 
 
+@lru_cache(maxsize=8)
 def find_mirror(mesh: PolyMesh) -> Mirror:
     """Find the plane in which a surface is most nearly its own mirror image.
 

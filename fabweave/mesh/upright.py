@@ -11,6 +11,7 @@ from fabweave.core.errors import InputError
 from fabweave.core.messages import shown
 from fabweave.mesh.nearest import Surface
 from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.rim_cut import boundary_walks
 from fabweave.mesh.triangulate import area_samples, plain_triangles
 
 #: The axes that may point up, by name.
@@ -194,7 +195,7 @@ def turn_upright(mesh: PolyMesh, up: str) -> PolyMesh:
 
 
 #: What was guessed, and from what.
-Guess: TypeAlias = tuple[Literal["y", "z"], Literal["base", "symmetry"]]
+Guess: TypeAlias = tuple[Literal["y", "z"], Literal["base", "rim", "symmetry"]]
 
 #: What lies lower than this share of the height touches the ground.
 _SOLE = 0.03
@@ -203,6 +204,9 @@ _INSIDE = 0.03
 #: The base of what stands is this share of what is seen from above, and so many times the base on
 #: any other axis.
 _LEAST_BASE, _CLEARLY = 0.2, 1.6
+#: A rim is flat if it is no thicker than this share of its width, and across an axis where its
+#: normal has such a share along it; it is at an end within this share of the height.
+_FLAT, _ACROSS, _END = 0.35, 0.9, 0.2
 #: Samples of the surface.
 _SAMPLES = 4000
 #: A surface is its own mirror image if that is so near, as a share of its size, on the root mean
@@ -215,7 +219,8 @@ def guess_up(mesh: PolyMesh) -> Guess | None:
 
     What stands has a base: near its lowest end the surface spreads out below its middle. That axis
     points up at an end of which the base is much larger than at the ends of the others. Where none
-    is, y does if nothing can stand along z, and z is the only axis along which left and right
+    is, what is open stands on its rim, or has it above, if that is flat and at an end of an axis.
+    Else y points up if nothing can stand along z, and z is the only axis along which left and right
     mirror one another: a mirror plane mostly contains what points up. x is never guessed: hardly
     a file has it.
 
@@ -245,10 +250,30 @@ def guess_up(mesh: PolyMesh) -> Guess | None:
     x, y, z = (_base(used, middle, axis) for axis in range(3))
     if max(y, z) > max(_LEAST_BASE, _CLEARLY * max(x, min(y, z))):
         return ("y" if y > z else "z"), "base"
+    ends = _rim_ends(mesh, used)
+    if ends is not None:
+        return ends, "rim"
     surface = Surface(points, triangles)
     off = [_off_mirror(surface, places, axis) for axis in range(3)]
     sole = off[2] < _MIRRORED and min(off[:2]) > _NOT
     return ("y", "symmetry") if sole and z == 0.0 else None
+
+
+def _rim_ends(mesh: PolyMesh, used: FloatArray) -> Literal["y", "z"] | None:
+    """Return the axis at one end of which the only rim lies, wide, nearly in a plane across it."""
+    loops = boundary_walks(mesh)
+    if len(loops) != 1 or len(loops[0]) < 3:
+        return None
+    rim = mesh.vertices[loops[0]]
+    middle, low, high = rim.mean(axis=0), used.min(axis=0), used.max(axis=0)
+    sizes, axes = np.linalg.svd(rim - middle, full_matrices=False)[1:]
+    axis = int(np.argmax(np.abs(axes[2])))
+    height = float(((middle - low) / (high - low))[axis])
+    wide = np.ptp(rim @ axes[:2].T, axis=0) > 0.5 * (high - low).min()
+    flat = sizes[2] < _FLAT * sizes[1] and abs(axes[2, axis]) > _ACROSS and wide.all()
+    if axis == 0 or not flat or _END < height < 1.0 - _END:
+        return None
+    return "y" if axis == 1 else "z"
 
 
 def _off_mirror(surface: Surface, places: FloatArray, axis: int) -> float:

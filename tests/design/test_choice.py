@@ -170,16 +170,27 @@ def standing_in(tries, loaded, verdicts=()):
     return trying
 
 
+def with_another(mesh, move):
+    """Return a mesh and the same beside it."""
+    beside = mesh.with_vertices(mesh.vertices + np.array([70.0 * move, 0.0, 0.0]))
+    return PolyMesh(
+        np.concatenate([mesh.vertices, beside.vertices]),
+        np.concatenate([mesh.offsets, mesh.offsets[-1] + mesh.offsets[1:]]),
+        np.concatenate([mesh.indices, mesh.n_vertices + mesh.indices]),
+    )
+
+
+def bowl_of(ball):
+    """Return the lower part of a ball of triangles."""
+    faces = ball.indices.reshape(-1, 3)
+    return PolyMesh.from_faces(ball.vertices, faces[ball.vertices[faces].max(axis=1)[:, 2] < 15.0])
+
+
 @pytest.mark.parametrize(("move", "bodies"), [(0.4, "wrap"), (3.0, "all"), (None, "all")])
 def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch, move, bodies):
     ball = Stations(fine).loaded.mesh
     if move is not None:
-        beside = ball.with_vertices(ball.vertices + np.array([70.0 * move, 0.0, 0.0]))
-        ball = PolyMesh(
-            np.concatenate([ball.vertices, beside.vertices]),
-            np.concatenate([ball.offsets, ball.offsets[-1] + ball.offsets[1:]]),
-            np.concatenate([ball.indices, ball.n_vertices + ball.indices]),
-        )
+        ball = with_another(ball, move)
     tries = []
     loaded = Stations(fine, ball).loaded
     monkeypatch.setattr(search, "try_design", standing_in(tries, loaded))
@@ -191,17 +202,26 @@ def test_bodies_that_run_through_one_another_are_wrapped_first(fine, monkeypatch
 
 def test_what_is_open_is_never_wrapped(fine, monkeypatch):
     """A bowl that runs through itself stays a bowl, though none of its meshes can be made."""
-    bowl = Stations(fine).loaded.mesh
-    low = bowl.vertices[bowl.indices.reshape(-1, 3)].max(axis=1)[:, 2] < 15.0
-    loaded = Stations(
-        fine, PolyMesh.from_faces(bowl.vertices, bowl.indices.reshape(-1, 3)[low])
-    ).loaded
+    loaded = Stations(fine, bowl_of(Stations(fine).loaded.mesh)).loaded
     tries = []
     monkeypatch.setattr(search, "try_design", standing_in(tries, None, [BAD] * 20))
     found = Search(fine)
     found.run(mesh_rounds(found, replace(loaded, clashes=9)))
     assert {one.mesh.bodies for one in tries} == {"all"}
     assert tries[0].mesh.remesh.startswith("grid:")  # a disc has one
+
+
+def test_open_bodies_that_run_through_one_another_are_tried_wrapped_and_as_they_are(
+    fine, monkeypatch
+):
+    """As those of a teapot, whose spout and handle are open where they go into the pot."""
+    loaded = Stations(fine, with_another(bowl_of(Stations(fine).loaded.mesh), 0.4)).loaded
+    tries = []
+    monkeypatch.setattr(search, "try_design", standing_in(tries, None, [BAD] * 20))
+    found = Search(fine)
+    found.run(mesh_rounds(found, loaded))
+    assert tries[0].mesh.bodies == "wrap"
+    assert {one.mesh.bodies for one in tries} == {"wrap", "all"}
 
 
 @pytest.mark.parametrize(("grade", "kept"), [(7.5, True), (6.5, False)])

@@ -90,6 +90,16 @@ def test_a_base_tells_the_axis_at_any_scale_and_turn_about_it(mesh, scale):
         assert guess_up(lying(standing)) == ("y", "base")
 
 
+@pytest.mark.parametrize(("lifted", "told"), [(0.1, "rim"), (0.6, None)])
+def test_what_stands_on_no_base_stands_on_its_rim_if_that_is_flat(lifted, told):
+    """A cap whose rim is cut askew, a little or much."""
+    cap = parse_shape("shape:hemisphere")
+    x, y, z = (cap.vertices / np.ptp(cap.vertices[:, 2])).T
+    cap = cap.with_vertices(np.column_stack((x, y, z + lifted * (x + y))))
+    found = [guess_up(cap), guess_up(lying(cap))]
+    assert found == ([("z", told), ("y", told)] if told else [None, None])
+
+
 def test_where_nothing_stands_a_sole_mirror_along_z_makes_y_point_up():
     left_and_right_along_y = bird()
     assert guess_up(left_and_right_along_y) is None

@@ -1,5 +1,7 @@
 """Move the vertices of a coarse mesh so that its surface follows a model, both ways."""
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -47,9 +49,13 @@ class Lines:
 
     points: FloatArray
 
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points)
+
     def nearest(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the nearest of the points to each place, (P, 3), and how far it is, (P,)."""
-        distance, number = cKDTree(self.points).query(places)
+        distance, number = self._tree.query(places)
         return self.points[number], np.asarray(distance, dtype=np.float64)
 
 
