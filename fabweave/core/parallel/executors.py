@@ -441,8 +441,15 @@ def in_threads(
     count = (os.cpu_count() or 1) if count < 0 else count
     if min(count, len(tasks)) <= 1:
         return [function(task) for task in tasks]
-    found: dict[int, _Result] = dict(finished(_threads(count), function, [(x,) for x in tasks]))
-    return [found[number] for number in range(len(tasks))]
+    executor, futures = _threads(count), list[Future[_Result]]()
+    try:
+        for task in tasks:
+            futures.append(executor.submit(function, task))
+        return [result_of(future) for future in futures]
+    finally:
+        with held_back():
+            for future in futures:
+                future.cancel()
 
 
 #: Called as ``start(function, *arguments, **options)``; gives a function that waits for the result.
