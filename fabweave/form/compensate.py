@@ -43,7 +43,9 @@ from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
 #: A step that takes less than this share of what is left off is the last.
-_ROUNDS, _STEPS, _LITTLE = 2, 3, 0.05
+_ROUNDS, _STEPS, _LITTLE = 3, 3, 0.05
+#: What is off by no more than this share of the size in the mean is near enough.
+_NEAR = 0.0025
 #: What is left is to be less than this share of what there was in the mean, and no more at most;
 #: else nothing is moved.
 _WORTH = 0.8
@@ -62,6 +64,10 @@ _BESIDE, _BESIDE_MM = 0.4, 5e-4
 #: A place is worse than it was from such a share of what is needed on.
 _WORSE = 0.02
 
+#: An object whose ribbons are laid anew, and how its vertices are moved; and with its strips, and
+#: what is left.
+_Moved = tuple[JoinedObject, FloatArray]
+_Nearer = tuple[JoinedObject, JoinedObject, FloatArray, FloatArray]
 #: Checks ribbons against the rules of their material.
 Check = Callable[[WovenObject, Depth], RibbonCheck]
 
@@ -208,23 +214,42 @@ class _Compensation:
         for _ in range(_ROUNDS):
             # What is left out to first order is as it was when it came to rest last.
             found = self.stepped(moved, left, left - off)
-            cut = None if found is None else recut(found[0], self.brief)
-            if found is None or cut is None:
+            nearer = None if found is None else self.nearer(found, left)
+            if nearer is None and found is not None:
+                # Where a whole step goes too far, half of it may do.
+                half = self.kept(moved, (found[1] - moved) / 2.0)
+                nearer = half and self.nearer((half[0], moved + half[1]), left)
+            if nearer is None:
                 break
-            (laid, moved), before = found, left
-            left, off = self.off(cut), self.foretold(laid)
-            gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
-            near = _most(moved) <= _MOVED * self.joined.woven.size_mm
-            if not (gained and near and self.at_edges(cut)):
-                break
-            best = self.aimed(cut, moved, drawn, left)
-            if _most(left) <= BOUND * self.joined.woven.size_mm:
+            laid, cut, moved, left = nearer
+            off, best = self.foretold(laid), self.aimed(cut, moved, drawn, left)
+            if self.is_near(left):
                 break
         return best
 
-    def stepped(
-        self, moved: FloatArray, off: FloatArray, missed: FloatArray
-    ) -> tuple[JoinedObject, FloatArray] | None:
+    def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
+        """Return an object as it is cut that comes nearer than before; None if it does not.
+
+        No vertex goes far, and crossings stay beside the middles of their quads.
+        """
+        laid, moved = found
+        cut = recut(laid, self.brief) if self.near(moved) else None
+        if cut is None or not self.at_edges(cut):
+            return None
+        left = self.off(cut)
+        gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
+        return (laid, cut, moved, left) if gained else None
+
+    def near(self, moved: FloatArray) -> bool:
+        """Return whether no vertex is moved far."""
+        return _most(moved) <= _MOVED * self.joined.woven.size_mm
+
+    def is_near(self, off: FloatArray) -> bool:
+        """Return whether an object is as near to its aim as it need be."""
+        size_mm = self.joined.woven.size_mm
+        return _most(off) <= BOUND * size_mm and _mean(off) <= _NEAR * size_mm
+
+    def stepped(self, moved: FloatArray, off: FloatArray, missed: FloatArray) -> _Moved | None:
         """Return an object that is off less and less, as foretold, and how its vertices moved."""
         best = None
         for number in range(_STEPS):
@@ -277,7 +302,7 @@ class _Compensation:
         """Where rules are broken as it is drawn."""
         return _Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
 
-    def kept(self, moved: FloatArray, step: FloatArray) -> tuple[JoinedObject, FloatArray] | None:
+    def kept(self, moved: FloatArray, step: FloatArray) -> _Moved | None:
         """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
 
         The step is evened out about places that would be worse than they were, more and more, and

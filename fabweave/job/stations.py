@@ -51,6 +51,8 @@ REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
 MOST_CROSSINGS = 2000
 #: What comes of coarse faces: between them ribbons turn sharply.
 _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
+#: Where there are so many kinds of pieces, one more is none.
+_MANY_KINDS = 50
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
@@ -271,12 +273,14 @@ class Stations:
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
         pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
-        # What comes nearer is not cut into more pieces, kinds or holes, nor joined otherwise.
+        # What comes nearer is not cut into more pieces or holes, hardly more kinds, or more sheets,
+        # nor joined otherwise.
         count, before = (
             (len(one.pieces), one.kinds.count, len(one.rules)) for one in (pieces, drawn)
         )
         joints, were = ([one.kind for one in each.joints] for each in (pieces, drawn))
-        good = joints == were and all(np.less_equal(count, before))
+        more = 0, before[1] // _MANY_KINDS, 0
+        good = joints == were and all(np.less_equal(count, np.add(before, more)))
         return (joined, pieces) if good else (self.drawn, drawn)
 
     @cached_property
