@@ -331,7 +331,7 @@ def draw_job(
                 [drawing for sheets in beside for drawing in sheets.drawings],
                 laid,
             ),
-            *(let_go.notes if let_go is not None else ()),
+            *(let_go.notes(planned, order.order) if let_go is not None else ()),
         ),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         beside=beside,

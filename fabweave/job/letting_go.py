@@ -2,8 +2,10 @@
 
 from typing import NamedTuple
 
+from fabweave.core.arrays import IntArray
 from fabweave.core.finding import Note
 from fabweave.form.body import body_of
+from fabweave.form.building import homing_note, homings
 from fabweave.form.hold import pins_of
 from fabweave.form.relaxed import relaxed_ribbons
 from fabweave.form.settle import Settled, settle
@@ -32,12 +34,15 @@ class LetGo(NamedTuple):
     bands: Ribbons | None
     cure: str
 
-    @property
-    def notes(self) -> list[Note]:
-        """What is not shown of it."""
+    def notes(self, planned: PlannedJob, order: IntArray) -> list[Note]:
+        """Return what is not shown of it, and what its pieces ask for as they are placed."""
+        settled, threads = self.settled, planned.weave.threads
+        runs = planned.split_plan.runs
+        late = homings(settled.body, settled.pins, threads, runs, order)
         why = "no strips as they are cut were found that lie as it rests"
         missing = Note("form", f"form: there is no model_relaxed.glb, as {why}")
-        return [missing] if self.bands is None else []
+        hard = [Note("building", homing_note(late))] if late else []
+        return hard if self.bands is not None else [missing, *hard]
 
 
 def let_job_go(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None) -> LetGo | None:
