@@ -78,8 +78,10 @@ def compensated(
     brief: Brief,
     check: Check,
     progress: Progress = no_progress,
-) -> JoinedObject:
-    """Return an object that settles onto the mesh of another; that one where little is gained.
+) -> list[JoinedObject]:
+    """Return objects that settle onto the mesh of another, the nearest first.
+
+    There are none where little is gained.
 
     Parameters
     ----------
@@ -93,17 +95,16 @@ def compensated(
     """
     body = body_of(joined.woven, brief) if _may_move(joined.woven, brief) else None
     if body is None:
-        return joined
+        return []
     with threadpool_limits(limits=1, user_api="blas"):
         pins = pins_of(body, pieces)
         woven, moves = joined.woven, Foresight(body).moves(pins)
         if not _is_worth_it(woven, brief, moves):
-            return joined
+            return []
         none = np.zeros(len(body.places))
         aim = Aim(woven.mesh, body.places, none, none, 0.0)
         aimed = replace(joined, woven=replace(woven, aim=aim))
-        best = _Compensation(aimed, aim, pins, brief, check, progress).best
-    return joined if best is None else best
+        return _Compensation(aimed, aim, pins, brief, check, progress).found[::-1]
 
 
 def foretell_end(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
@@ -206,10 +207,10 @@ class _Compensation:
     progress: Progress
 
     @property
-    def best(self) -> JoinedObject | None:
-        """The object that is nearest to its aim in the end, of all that were tried."""
+    def found(self) -> list[JoinedObject]:
+        """What comes nearer and nearer to its aim in the end."""
         drawn = left = self.off(self.joined)
-        off, best = self.foretold(self.joined), None
+        off, tried = self.foretold(self.joined), []
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
         for _ in range(_ROUNDS):
             # What is left out to first order is as it was when it came to rest last.
@@ -222,10 +223,11 @@ class _Compensation:
             if nearer is None:
                 break
             laid, cut, moved, left = nearer
-            off, best = self.foretold(laid), self.aimed(cut, moved, drawn, left)
+            off = self.foretold(laid)
+            tried.append(self.aimed(cut, moved, drawn, left))
             if self.is_near(left):
                 break
-        return best
+        return tried
 
     def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
         """Return an object as it is cut that comes nearer than before; None if it does not.

@@ -267,21 +267,24 @@ class Stations:
 
     def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet]:
         """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
-        joined = compensated(self.drawn, drawn, self.brief, self._checked, self.progress)
-        if joined is self.drawn:
-            return joined, drawn
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
-        pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
-        # What comes nearer is not cut into more pieces or holes, hardly more kinds, or more sheets,
-        # nor joined otherwise.
-        count, before = (
-            (len(one.pieces), one.kinds.count, len(one.rules)) for one in (pieces, drawn)
-        )
-        joints, were = ([one.kind for one in each.joints] for each in (pieces, drawn))
-        more = 0, before[1] // _MANY_KINDS, 0
-        good = joints == were and all(np.less_equal(count, np.add(before, more)))
-        return (joined, pieces) if good else (self.drawn, drawn)
+        kinds = [joint.kind for joint in drawn.joints]
+        # What comes nearer is not cut into more pieces, hardly more kinds, nor held otherwise. Its
+        # holes are of as many sizes: where there is less room, all are smaller.
+        most = drawn.kinds.count + drawn.kinds.count // _MANY_KINDS
+        least_mm = min((one.hole_mm for one in drawn.rules), default=0.0)
+        smaller = [(one,) for one in self.brief.rules if one.hole_mm < least_mm]
+        for joined in compensated(self.drawn, drawn, self.brief, self._checked, self.progress):
+            for rules in (drawn.rules, *smaller):
+                brief = replace(self.brief, rules=rules)
+                pieces = joined_pieces(joined, brief, lambda held, *_: held | beside)
+                held = [joint.kind for joint in pieces.joints] == kinds
+                held &= bool(pieces.fastened.sum() >= drawn.fastened.sum())
+                few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= most
+                if held and few:
+                    return joined, pieces
+        return self.drawn, drawn
 
     @cached_property
     def joined(self) -> JoinedObject:
