@@ -51,11 +51,13 @@ def test_what_is_added_to_the_command_makes_it_stand(heavy):
 
 def test_no_cure_is_named_that_does_not_stand_as_it_is_made(heavy, monkeypatch):
     monkeypatch.setattr(cures, "_stands_as_made", lambda *_: False)
+    monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
     assert "makes it stand" not in let_job_go(heavy, ASKED).cure
 
 
 def test_only_a_former_is_left_where_nothing_stands(heavy, monkeypatch):
     monkeypatch.setattr(cures, "_stands", lambda *_: False)
+    monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
     assert let_job_go(heavy, ASKED).cure.startswith("--former auto")
 
 
