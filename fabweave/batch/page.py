@@ -143,6 +143,7 @@ def _bill(wastes: Sequence[Mapping[str, Any]]) -> BillOfMaterials:
         glue=GlueRow(
             joints=sum(waste["glue"]["joints"] for waste in wastes),
             area_mm2=sum(waste["glue"]["area_mm2"] for waste in wastes),
+            crossings=sum(waste["glue"].get("crossings", 0) for waste in wastes) or None,
         ),
         tape=TapeRow(
             joints=sum(waste["tape"]["joints"] for waste in wastes),

@@ -18,6 +18,8 @@ from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 _UNDER = 0.38
 #: And how many clips are put on for each piece; 0.78 to 0.98 in jobs of 32 to 96 pieces.
 _CLIPS = 0.85
+#: What a dab of glue at a crossing takes, until it holds by itself or by a clip: an estimate.
+_DAB_S = 12.0
 _HOUR_S = 3600.0
 
 
@@ -136,6 +138,9 @@ def assembly_time(
         Action(action=name, count=often[name], each_s=seconds, words=words)
         for name, (seconds, words) in PRACTISED.items()
     ]
+    if bill.glue.crossings:
+        words = "to glue a crossing"
+        actions.append(Action(action="dab", count=over + under, each_s=_DAB_S, words=words))
     actions += [
         Action(
             action=kind,
@@ -224,6 +229,7 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
         over, under = len(step.over), len(step.under)
         marks = sum(stations[key] for key in step.pieces) if "cut" in each_s else None
         often = _often(step.handled, over, under, len(made), len(step.clips or ()), marks)
+        often |= {"dab": over + under} if "dab" in each_s else {}
         total = sum(count * each_s[name] for name, count in often.items() if count)
         seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
     return seconds

@@ -41,7 +41,7 @@ class ElasticBody:
     Parameters
     ----------
     mesh : PolyMesh
-        That is woven; z points up.
+        As it is to be in the end; z points up.
     materials : sequence of Elastic
         Of each thread.
     thickness_mm : (T,) float array
@@ -85,8 +85,7 @@ class ElasticBody:
     @property
     def size_mm(self) -> float:
         """The largest extent of what it is wished to be."""
-        mesh = self.mesh if self.aim is None else self.aim.mesh
-        return float(np.ptp(mesh.vertices, axis=0).max())
+        return float(np.ptp(self.mesh.vertices, axis=0).max())
 
     @property
     def places(self) -> FloatArray:
@@ -114,7 +113,7 @@ class ElasticBody:
         for own in self.bodies:
             if not at[own].any():
                 height = places[own, 2] - places[own, 2].min()
-                size_mm = float(np.ptp(self._own_mesh(own, self.mesh).vertices, axis=0).max())
+                size_mm = float(np.ptp(self._own_mesh(own).vertices, axis=0).max())
                 low = int(np.count_nonzero(height <= _FOOT * size_mm))
                 at[own[np.argsort(height, kind="stable")[: max(3, low)]]] = True
         return at
@@ -129,8 +128,9 @@ class ElasticBody:
             return (np.arange(count),)
         return tuple(np.flatnonzero(label == number) for number in numbers)
 
-    def _own_mesh(self, own: IntArray, mesh: PolyMesh) -> PolyMesh:
-        """Return the part of a mesh beside the crossings of a body."""
+    def _own_mesh(self, own: IntArray) -> PolyMesh:
+        """Return the part of the mesh beside the crossings of a body."""
+        mesh = self.mesh
         if len(self.bodies) == 1:
             return mesh
         faces = flags(mesh.n_faces, self.faces[own].ravel())
@@ -151,7 +151,7 @@ class ElasticBody:
         spans = self.spans_of(own)
         inner = self.inner_of(own)
         turns = net.turns[spans]
-        mesh = self._own_mesh(own, self.mesh)
+        mesh = self._own_mesh(own)
         air_mm = float(mesh.vertices[:, 2].min() - self.mesh.vertices[:, 2].min())
         hangs = bool(self.hung[own].any()) or air_mm <= _FOOT * self.size_mm
         return replace(
@@ -174,7 +174,7 @@ class ElasticBody:
             hung=self.hung[own],
             faces=np.zeros((len(own), 2), dtype=np.int64),
             air_mm=None if hangs else air_mm,
-            aim=None if aim is None else aim.part(own, self._own_mesh(own, aim.mesh)),
+            aim=None if aim is None else aim.part(own, mesh),
         )
 
     def spans_of(self, own: IntArray) -> IntArray:
@@ -222,7 +222,7 @@ def body_of(woven: WovenObject, brief: Brief) -> ElasticBody | None:
         at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
     return ElasticBody(
-        woven.mesh, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
+        woven.wished, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
         woven.straight, aim=woven.aim,
     )  # fmt: skip
 

@@ -43,7 +43,9 @@ from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
 #: A step that takes less than this share of what is left off is the last.
-_ROUNDS, _STEPS, _LITTLE = 2, 3, 0.05
+_ROUNDS, _STEPS, _LITTLE = 3, 3, 0.05
+#: What is off by no more than this share of the size in the mean is near enough.
+_NEAR = 0.0025
 #: What is left is to be less than this share of what there was in the mean, and no more at most;
 #: else nothing is moved.
 _WORTH = 0.8
@@ -62,6 +64,10 @@ _BESIDE, _BESIDE_MM = 0.4, 5e-4
 #: A place is worse than it was from such a share of what is needed on.
 _WORSE = 0.02
 
+#: An object whose ribbons are laid anew, and how its vertices are moved; and with its strips, and
+#: what is left.
+_Moved = tuple[JoinedObject, FloatArray]
+_Nearer = tuple[JoinedObject, JoinedObject, FloatArray, FloatArray]
 #: Checks ribbons against the rules of their material.
 Check = Callable[[WovenObject, Depth], RibbonCheck]
 
@@ -72,8 +78,10 @@ def compensated(
     brief: Brief,
     check: Check,
     progress: Progress = no_progress,
-) -> JoinedObject:
-    """Return an object that settles onto the mesh of another; that one where little is gained.
+) -> list[JoinedObject]:
+    """Return objects that settle onto the mesh of another, the nearest first.
+
+    There are none where little is gained.
 
     Parameters
     ----------
@@ -87,17 +95,16 @@ def compensated(
     """
     body = body_of(joined.woven, brief) if _may_move(joined.woven, brief) else None
     if body is None:
-        return joined
+        return []
     with threadpool_limits(limits=1, user_api="blas"):
         pins = pins_of(body, pieces)
         woven, moves = joined.woven, Foresight(body).moves(pins)
         if not _is_worth_it(woven, brief, moves):
-            return joined
+            return []
         none = np.zeros(len(body.places))
         aim = Aim(woven.mesh, body.places, none, none, 0.0)
         aimed = replace(joined, woven=replace(woven, aim=aim))
-        best = _Compensation(aimed, aim, pins, brief, check, progress).best
-    return joined if best is None else best
+        return _Compensation(aimed, aim, pins, brief, check, progress).found[::-1]
 
 
 def foretell_end(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold | None:
@@ -200,31 +207,51 @@ class _Compensation:
     progress: Progress
 
     @property
-    def best(self) -> JoinedObject | None:
-        """The object that is nearest to its aim in the end, of all that were tried."""
+    def found(self) -> list[JoinedObject]:
+        """What comes nearer and nearer to its aim in the end."""
         drawn = left = self.off(self.joined)
-        off, best = self.foretold(self.joined), None
+        off, tried = self.foretold(self.joined), []
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
         for _ in range(_ROUNDS):
             # What is left out to first order is as it was when it came to rest last.
             found = self.stepped(moved, left, left - off)
-            cut = None if found is None else recut(found[0], self.brief)
-            if found is None or cut is None:
+            nearer = None if found is None else self.nearer(found, left)
+            if nearer is None and found is not None:
+                # Where a whole step goes too far, half of it may do.
+                half = self.kept(moved, (found[1] - moved) / 2.0)
+                nearer = half and self.nearer((half[0], moved + half[1]), left)
+            if nearer is None:
                 break
-            (laid, moved), before = found, left
-            left, off = self.off(cut), self.foretold(laid)
-            gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
-            near = _most(moved) <= _MOVED * self.joined.woven.size_mm
-            if not (gained and near and self.at_edges(cut)):
+            laid, cut, moved, left = nearer
+            off = self.foretold(laid)
+            tried.append(self.aimed(cut, moved, drawn, left))
+            if self.is_near(left):
                 break
-            best = self.aimed(cut, moved, drawn, left)
-            if _most(left) <= BOUND * self.joined.woven.size_mm:
-                break
-        return best
+        return tried
 
-    def stepped(
-        self, moved: FloatArray, off: FloatArray, missed: FloatArray
-    ) -> tuple[JoinedObject, FloatArray] | None:
+    def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
+        """Return an object as it is cut that comes nearer than before; None if it does not.
+
+        No vertex goes far, and crossings stay beside the middles of their quads.
+        """
+        laid, moved = found
+        cut = recut(laid, self.brief) if self.near(moved) else None
+        if cut is None or not self.at_edges(cut):
+            return None
+        left = self.off(cut)
+        gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
+        return (laid, cut, moved, left) if gained else None
+
+    def near(self, moved: FloatArray) -> bool:
+        """Return whether no vertex is moved far."""
+        return _most(moved) <= _MOVED * self.joined.woven.size_mm
+
+    def is_near(self, off: FloatArray) -> bool:
+        """Return whether an object is as near to its aim as it need be."""
+        size_mm = self.joined.woven.size_mm
+        return _most(off) <= BOUND * size_mm and _mean(off) <= _NEAR * size_mm
+
+    def stepped(self, moved: FloatArray, off: FloatArray, missed: FloatArray) -> _Moved | None:
         """Return an object that is off less and less, as foretold, and how its vertices moved."""
         best = None
         for number in range(_STEPS):
@@ -277,7 +304,7 @@ class _Compensation:
         """Where rules are broken as it is drawn."""
         return _Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
 
-    def kept(self, moved: FloatArray, step: FloatArray) -> tuple[JoinedObject, FloatArray] | None:
+    def kept(self, moved: FloatArray, step: FloatArray) -> _Moved | None:
         """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
 
         The step is evened out about places that would be worse than they were, more and more, and

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import SuperLU
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
-from fabweave.form.body import HELD_N_MM, ElasticBody, body_of, rigid_motions
+from fabweave.form.body import HELD_N_MM, RIVETED, ElasticBody, body_of, rigid_motions
 from fabweave.form.relax import Solver, factor
 from fabweave.form.settle import BOUND, let_go
 from fabweave.piece.brief import Brief
@@ -165,6 +165,8 @@ class Foresight:
 def pins_of(body: ElasticBody, pieces: PieceSet) -> FloatArray:
     """Return how crossings resist turning, (X,), as they are fastened: N mm per radian."""
     riveted = [joint.crossing for joint in pieces.joints if len(joint.holes) > 1]
+    if pieces.glued:
+        return np.full(len(pieces.fastened), RIVETED)
     return body.pins(pieces.fastened, np.array(riveted, dtype=np.int64))
 
 

@@ -346,7 +346,12 @@ def in_the_end(body: ElasticBody, rests: Rests, how: Closely = _CLOSELY) -> Rela
     return relax(more, rests.stood.state, gain=how.sag_gain, most=how.steps)
 
 
-def settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None = None) -> Settled:
+def settle(
+    body: ElasticBody,
+    pins: FloatArray,
+    bound_mm: float | None = None,
+    how: Closely = _CLOSELY,
+) -> Settled:
     """Let a woven object go, and say what becomes of its form; of several bodies, each by itself.
 
     Its strips are as they are cut. What is not known: friction's scatter, contact beside the
@@ -359,21 +364,23 @@ def settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None = None) -
         How crossings resist turning, N mm per radian.
     bound_mm : float, optional
         How far what keeps its form may settle; a hundredth of its size unless said.
+    how : Closely
+        Near enough to rest.
     """
     with threadpool_limits(limits=1, user_api="blas"):
         each = [
-            _settle(part, pins[own], bound_mm)
+            _settle(part, pins[own], bound_mm, how)
             for part, own in zip(body.parts, body.bodies, strict=True)
         ]
     return each[0] if len(each) == 1 else _together(body, pins, each, bound_mm)
 
 
-def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None) -> Settled:
+def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Closely) -> Settled:
     """Let one body go."""
-    rests = let_go(body, pins)
+    rests = let_go(body, pins, how)
     free, stood, net = rests.free, rests.stood, rests.standing
     states = {"let go": free, "standing": stood}
-    end = in_the_end(body, rests)
+    end = in_the_end(body, rests, how)
     if end is not stood:
         states["loaded"] = end
     off = np.linalg.norm(off_places(end.state.bodies.origin, body.target), axis=1)

@@ -24,6 +24,7 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.options.file_kinds import LAYOUT_FILE
+from fabweave.options.settings import Settings
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
@@ -186,12 +187,17 @@ class Job(PlannedJob):
         )  # fmt: skip
 
 
-def start_side_work(planned: PlannedJob, start: Start = at_once) -> SideWork:
-    """Start the order of assembly, the search of a former, and let the object go."""
+def start_side_work(
+    planned: PlannedJob, asked: Settings, given: PolyMesh | None = None, start: Start = at_once
+) -> SideWork:
+    """Start the order of assembly, the search of a former, and let the object go.
+
+    ``asked`` are the settings as they were asked for, and ``given`` a mesh from memory.
+    """
     settings = planned.settings
     return SideWork(
         order=start(order_of, planned, settings.search.effort, settings.search.seed),
-        form=start(let_job_go, planned),
+        form=start(let_job_go, planned, asked, given),
         former=start(former_of, planned),
     )
 
@@ -325,7 +331,7 @@ def draw_job(
                 [drawing for sheets in beside for drawing in sheets.drawings],
                 laid,
             ),
-            *(let_go.notes if let_go is not None else ()),
+            *(let_go.notes(planned, order.order) if let_go is not None else ()),
         ),
         grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         beside=beside,

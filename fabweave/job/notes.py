@@ -138,6 +138,9 @@ def fastening_notes(chosen: str, asked: str | None, piece_set: PieceSet) -> list
         What it was asked to be; None if that was left to fabweave.
     piece_set : PieceSet
     """
+    if piece_set.glued:
+        text = "glue every crossing as soon as its second strand lies, and clip it till that sets"
+        return [Note("fasteners", text)]
     if chosen == "all" or (asked is None and piece_set.fastened.all()):
         return []
     note = f"fasteners ({chosen}): at {int(np.count_nonzero(piece_set.fastened))} of "

@@ -110,5 +110,5 @@ def run_job(
 def draw_stations(job: Stations, start: Start = at_once) -> Job:
     """Make everything that a job writes; ``start`` does work beside this process."""
     planned = job.buildable
-    side = start_side_work(planned, start)
+    side = start_side_work(planned, job.asked, job.given, start)
     return draw_job(planned, job.layout, side, job.progress, job.given)

@@ -51,6 +51,8 @@ REFINEMENTS = ("catmull-clark:1", "catmull-clark:2")
 MOST_CROSSINGS = 2000
 #: What comes of coarse faces: between them ribbons turn sharply.
 _COARSE = frozenset(("bend", "twist", "crease", "clearance"))
+#: Where there are so many kinds of pieces, one more is none.
+_MANY_KINDS = 50
 #: Rules that depend neither on joints nor on how much narrower ribbons get: where ribbons as wide
 #: as asked break them, no plan of pieces helps.
 _FORESEEN = {"width", "bend"}
@@ -265,19 +267,24 @@ class Stations:
 
     def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet]:
         """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
-        joined = compensated(self.drawn, drawn, self.brief, self._checked, self.progress)
-        if joined is self.drawn:
-            return joined, drawn
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
-        pieces = joined_pieces(joined, self.brief, lambda held, *_: held | beside)
-        # What comes nearer is not cut into more pieces, kinds or holes, nor joined otherwise.
-        count, before = (
-            (len(one.pieces), one.kinds.count, len(one.rules)) for one in (pieces, drawn)
-        )
-        joints, were = ([one.kind for one in each.joints] for each in (pieces, drawn))
-        good = joints == were and all(np.less_equal(count, before))
-        return (joined, pieces) if good else (self.drawn, drawn)
+        kinds = [joint.kind for joint in drawn.joints]
+        # What comes nearer is not cut into more pieces, hardly more kinds, nor held otherwise. Its
+        # holes are of as many sizes: where there is less room, all are smaller.
+        most = drawn.kinds.count + drawn.kinds.count // _MANY_KINDS
+        least_mm = min((one.hole_mm for one in drawn.rules), default=0.0)
+        smaller = [(one,) for one in self.brief.rules if one.hole_mm < least_mm]
+        for joined in compensated(self.drawn, drawn, self.brief, self._checked, self.progress):
+            for rules in (drawn.rules, *smaller):
+                brief = replace(self.brief, rules=rules)
+                pieces = joined_pieces(joined, brief, lambda held, *_: held | beside)
+                held = [joint.kind for joint in pieces.joints] == kinds
+                held &= bool(pieces.fastened.sum() >= drawn.fastened.sum())
+                few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= most
+                if held and few:
+                    return joined, pieces
+        return self.drawn, drawn
 
     @cached_property
     def joined(self) -> JoinedObject:

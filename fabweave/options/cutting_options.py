@@ -95,10 +95,10 @@ CUTTING_OPTIONS = (
         "Which crossings take a fastener. joints: only these. form: joints, ends of threads, and "
         "as few more as keep the form within 1 % of the size; form:3mm within 3 mm. rim: joints, "
         "and crossings next to the boundary. every:2: joints, and one crossing of two. all: every "
-        "crossing. none: no crossing, so glue the joints. Numbers of crossings may follow, which "
-        "take one besides: form,12,40.",
+        "crossing. glue: joints, and glue at all others. none: no crossing, so glue the joints. "
+        "Numbers of crossings may follow, which take one besides: form,12,40.",
         otherwise="form, or all with --joint rivet,slots (fabweave guide fasteners)",
-        brief="Fasteners at: joints, form, rim, all, every:2, none.",
+        brief="Fasteners at: joints, form, rim, all, glue, every:2.",
     ),
     _making(
         "former",

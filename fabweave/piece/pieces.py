@@ -141,6 +141,8 @@ class PieceSet:
         The rings along rims.
     hanging : (X,) bool array or None
         The crossings that carry something besides the weave, if that is known.
+    glued : bool
+        Whether all crossings are glued.
     """
 
     pieces: tuple[Piece, ...]
@@ -154,6 +156,7 @@ class PieceSet:
     fit_mm: float
     rings: tuple[RimRing, ...] = ()
     hanging: BoolArray | None = None
+    glued: bool = False
 
     @property
     def fitted_mm(self) -> FloatArray:
@@ -285,9 +288,8 @@ def joined_pieces(
 ) -> PieceSet:
     """Build the pieces of an object, with their holes and joints; ``hold`` may add fasteners."""
     woven, asked, supplies = joined.woven, brief.pieces, brief.supplies
-    fastened = fastened_crossings(
-        parse_fastening(brief.fasten), woven.weave, woven.halfedges, joined.joints.crossing
-    )
+    asked_for = parse_fastening(brief.fasten)
+    fastened = fastened_crossings(asked_for, woven.weave, woven.halfedges, joined.joints.crossing)
     loops = rim_rungs(woven.halfedges, woven.weave.threads) if woven.source.rim != "none" else []
     fastened |= beside_rims(loops, len(fastened))
     hanging = np.zeros_like(fastened)
@@ -311,7 +313,7 @@ def joined_pieces(
         fit=KIND_PRICES[asked.kinds] is not None,
     )
     rings = plan_rings(woven, brief, loops, piece_set.fastened, piece_set.rules, piece_set.size_mm)
-    return replace(piece_set, rings=rings, hanging=hanging)
+    return replace(piece_set, rings=rings, hanging=hanging, glued=asked_for.kind == "glue")
 
 
 def _joint_kinds(plan: JointPlan, drilled: Drilled) -> list[JointKind]:

@@ -38,10 +38,11 @@ class FastenerRow:
 
 @record
 class GlueRow:
-    """Glued joints, and the area of their laps, each counted once."""
+    """Glued joints, and the area of their laps, each counted once; and glued crossings, if any."""
 
     joints: int
     area_mm2: float
+    crossings: int | None = optional()
 
 
 @record
@@ -152,7 +153,11 @@ def bill_of_materials(
     tape_mm = sum(_breadth(piece_set, joint.pieces[0]) for joint in taped)
     return BillOfMaterials(
         fasteners=tuple(rows),
-        glue=GlueRow(joints=len(glued), area_mm2=round(float(lap_mm2), 3)),
+        glue=GlueRow(
+            joints=len(glued),
+            area_mm2=round(float(lap_mm2), 3),
+            crossings=len(piece_set.fastened) if piece_set.glued else None,
+        ),
         tape=TapeRow(joints=len(taped), length_mm=round(float(tape_mm), 3)),
         hardware=tuple(
             sort for sort in _sorts(hardware) if any(sort.name in (row.fits or ()) for row in rows)
@@ -224,6 +229,9 @@ def buy_lines(bill: BillOfMaterials) -> list[tuple[str, str]]:
     if glue.joints:
         laps = agree(glue.joints, "{n} [lap|laps]")
         lines.append(("Glue", f"glue for {laps}, {glue.area_mm2 / 100:.0f} cm² in all"))
+    if glue.crossings:
+        dabs = f"a dab for each of {glue.crossings} crossings, as soon as it is covered"
+        lines.append(("Glue", dabs))
     if tape.joints:
         seams = agree(tape.joints, "{n} [seam|seams]")
         lines.append(("Tape", f"{tape.length_mm / 1000:.2f} m of tape for {seams}"))
@@ -283,6 +291,8 @@ def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
     if glue.joints:
         laps = f"{glue.area_mm2 / 100:.1f} cm² of laps"
         rows.append(("glue", "", laps, "", "", glue.joints, "", "", ""))
+    if glue.crossings:
+        rows.append(("glue", "", "a dab each", "", "", glue.crossings, "", "", ""))
     if tape.joints:
         seams = f"{tape.length_mm / 1000:.2f} m"
         rows.append(("tape", "", seams, "", "", tape.joints, "", "", ""))

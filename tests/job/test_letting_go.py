@@ -1,51 +1,76 @@
-"""What collapses is told what holds it, and only what did so when it was tried."""
+"""What collapses is told what makes it stand, and only what did so when it was tried."""
 
+import numpy as np
 import pytest
-from jobs import laid, plan_job
+from jobs import laid, plan_job, stations_of
 
 from fabweave.form import woven_net
-from fabweave.job import letting_go as module
+from fabweave.form.body import RIVETED, body_of
+from fabweave.form.hold import pins_of
+from fabweave.job import cures
 from fabweave.job.letting_go import let_job_go
+from fabweave.options.settings import Settings
 from fabweave.ribbon.rules.remedy import Depth
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
+ASKED = Settings.of("shape:octahedron", size_mm=200.0, fasten="all")
 
 
 @pytest.fixture(scope="module")
 def planned():
-    woven, settings, _supplies = laid("shape:octahedron", size_mm=200.0, fasten="all")
+    woven, settings, _supplies = laid(ASKED)
     return plan_job(woven, settings, depth=Depth.ALONG)
 
 
 @pytest.fixture
 def heavy(planned, monkeypatch):
     """Let all weigh so much that it sags by some 15 % of its size."""
-    form = let_job_go(planned).settled.form
+    form = let_job_go(planned, ASKED).settled.form
     times = 0.15 * form.size_mm / form.sags_mm
     monkeypatch.setattr(woven_net, "GRAVITY", times * woven_net.GRAVITY)
     return planned
 
 
 def test_what_stands_wants_no_cure(planned):
-    found = let_job_go(planned)
+    found = let_job_go(planned, ASKED)
     assert found.settled.form.stands
     assert found.cure == ""
 
 
-def test_thicker_material_holds_what_collapses_and_is_named_once_it_did(heavy, monkeypatch):
-    tried, real = [], module._holds
-
-    def holds(planned, settings):
-        tried.append((settings.stock.thickness_mm, real(planned, settings)))
-        return tried[-1][1]
-
-    monkeypatch.setattr(module, "_holds", holds)
-    found = let_job_go(heavy)
+def test_what_is_added_to_the_command_makes_it_stand(heavy):
+    found = let_job_go(heavy, ASKED)
     assert found.settled.form.collapse
-    assert [held for _, held in tried] == [False] * (len(tried) - 1) + [True]
-    assert f"--thickness {tried[-1][0]:g}mm" in found.cure
+    name, value = found.cure.split()[:2]
+    assert name == "--thickness"
+    thicker = ASKED.but(thickness_mm=float(value.removesuffix("mm")))
+    woven, _, _ = laid(thicker)
+    job = stations_of(woven, thicker, Depth.ALONG)
+    body = body_of(job.buildable.woven, job.brief)
+    assert cures.settle(body, pins_of(body, job.piece_set)).form.stands
 
 
-def test_no_cure_is_named_that_did_not_hold(heavy, monkeypatch):
-    monkeypatch.setattr(module, "_holds", lambda *_: False)
-    assert "--" not in let_job_go(heavy).cure
+def test_no_cure_is_named_that_does_not_stand_as_it_is_made(heavy, monkeypatch):
+    monkeypatch.setattr(cures, "_stands_as_made", lambda *_: False)
+    monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
+    assert "makes it stand" not in let_job_go(heavy, ASKED).cure
+
+
+def test_only_a_former_is_left_where_nothing_stands(heavy, monkeypatch):
+    monkeypatch.setattr(cures, "_stands", lambda *_: False)
+    monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
+    assert let_job_go(heavy, ASKED).cure.startswith("--former auto")
+
+
+def test_glue_keeps_all_crossings_from_turning_and_takes_a_dab_each():
+    asked = ASKED.but(fasten="glue")
+    woven, *_ = laid(asked)
+    job = stations_of(woven, asked, Depth.ALONG)
+    pieces, count = job.piece_set, job.n_crossings
+    # Joints have their fasteners; nothing else has a hole for one.
+    joints = {joint.crossing for joint in pieces.joints}
+    assert set(np.flatnonzero(pieces.fastened).tolist()) <= joints
+    assert np.all(pins_of(body_of(job.planned.woven, job.brief), pieces) == RIVETED)
+    bare = stations_of(woven, ASKED.but(fasten="joints"), Depth.ALONG)
+    more = job.costs.assembly.practised_h - bare.costs.assembly.practised_h
+    assert job.costs.assembly.often("dab") >= count
+    assert more == pytest.approx(12.0 / 3600.0 * job.costs.assembly.often("dab"), abs=2e-4)

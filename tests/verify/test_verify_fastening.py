@@ -7,6 +7,7 @@ from replacing import replace
 from sealing import result_of, verify_job
 
 from fabweave.verify.check.fastening import check_fastening
+from fabweave.verify.check.form import check_form
 from fabweave.verify.read.job_files import Job, load_job
 from fabweave.verify.report import Tally
 
@@ -101,3 +102,14 @@ def test_to_keep_a_form_joints_and_ends_are_fastened_and_more_may_be(finished):
         crossings[at] = replace(crossing, fastened=not crossing.fastened)
         (found,) = findings(with_map(job, crossings=tuple(crossings)))
         assert f"crossing {crossing.id}" in found
+
+
+def test_glue_holds_every_crossing_and_has_no_holes_but_at_joints(finished):
+    words = "shape:tube?m=8&n=4 --size 200mm --fasten glue --holes fastened --effort quick"
+    job = load_job(finished(*words.split()), Tally("files"))
+    assert findings(job) == result_of(check_form, job).findings == ()
+    assert {one.id for one in job.map.crossings if one.fastened} <= {
+        joint.crossing for joint in job.map.joints
+    }
+    (spoilt,) = result_of(check_form, with_options(job, fasten="joints")).findings
+    assert "resist turning" in spoilt

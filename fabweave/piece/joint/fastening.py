@@ -14,7 +14,7 @@ from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
 
 _TEXT = re.compile(
-    r"((?P<kind>joints|form|all|rim|none)|form:(?P<bound>[^,]{1,20})|every:(?P<count>\d{1,4}))"
+    r"((?P<kind>joints|form|all|rim|glue|none)|form:(?P<bound>[^,]{1,20})|every:(?P<count>\d{1,4}))"
     r"(?P<also>(,\d{1,9})*)",
     re.ASCII,
 )
@@ -26,7 +26,8 @@ class Fastening:
 
     Parameters
     ----------
-    kind : "joints", "form", "all", "rim", "none" or "every"
+    kind : "joints", "form", "all", "rim", "glue", "none" or "every"
+        ``glue`` is glue at all crossings, and fasteners at joints.
     every : int
         For ``every``.
     bound_mm : float or None
@@ -60,8 +61,8 @@ def parse_fastening(text: str) -> Fastening:
     if match is None or (match["count"] and int(match["count"]) < 2):
         raise InputError(
             f"{text[:40]!r} does not say which crossings take a fastener: write joints, form, "
-            "form:3mm to go no farther than that, all, rim, none, or every:2 for one crossing of "
-            "two; numbers of crossings may follow, as in form,12,40"
+            "form:3mm to go no farther than that, all, rim, glue, none, or every:2 for one "
+            "crossing of two; numbers of crossings may follow, as in form,12,40"
         )
     also = tuple(sorted({int(number) for number in match["also"].split(",")[1:]}))
     if match["bound"]:

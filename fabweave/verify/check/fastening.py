@@ -125,7 +125,7 @@ def _wanted(asked: str, plan: CrossingMap, job: Job) -> set[int] | None:
         for thread in plan.threads:
             wanted |= set() if thread.closed else {*thread.crossings[:1], *thread.crossings[-1:]}
         wanted |= {one.id for one in plan.crossings if one.fastened}
-    elif asked != "joints":
+    elif asked not in ("joints", "glue"):
         return None
     return wanted
 

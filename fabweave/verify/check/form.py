@@ -255,6 +255,8 @@ def _pins(job: Job, plan: CrossingMap) -> list[float]:
         entry = own.get(name) if isinstance(own, dict) else None
         turning.append(tuple((entry or {}).get("turning_nmm", (BARE, ONE))))
     bare, one_nmm = map(min, zip(*turning, strict=True))
+    if str(job.options.get("fasten")).partition(",")[0] == "glue":
+        return [MORE] * len(plan.crossings)
     riveted = {joint.crossing for joint in plan.joints if len(joint.holes) > 1}
     return [
         MORE if one.id in riveted else one_nmm if one.fastened else bare for one in plan.crossings

@@ -1,0 +1,144 @@
+"""Find what makes an object stand that collapses when it is let go."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.form.body import ElasticBody, body_of, elastic
+from fabweave.form.hold import Foresight, pins_of
+from fabweave.form.settle import STANDS, Closely, settle
+from fabweave.job.former import former_of
+from fabweave.job.planned import PlannedJob
+from fabweave.job.stations import Stations
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.remesh.request import parse_remesh
+from fabweave.options.command import changed_options
+from fabweave.options.settings import Settings
+from fabweave.piece.pieces import PieceSet
+from fabweave.ribbon.rules.remedy import Depth
+from fabweave.stock.material import Material, machine_of, material_library
+
+#: Of larger objects, no cure is looked for: each that is tried takes as long as letting them go.
+_MOST_TRIED = 1500
+#: So many times thicker material is tried, and so many stiffer ones.
+_THICKER, _STIFFER = (1.5, 2.0), 6
+#: So many times as many faces make a denser mesh.
+_DENSER = 2
+#: So many that stand to first order are planned anew, at most.
+_MOST_PLANNED = 4
+#: Near enough to rest to know whether it stands.
+_ABOUT = Closely(gain=1e-3, sag_gain=1e-7, steps=60)
+
+_Changes = Mapping[str, Any]
+
+
+def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None) -> str:
+    """Return what makes the object of a job stand, as options to add to its command.
+
+    Thicker and stiffer material is tried, more fasteners, glue, and both; then other meshes; at
+    last a former: what takes fewer hours goes first. Each is let go; what stands is planned anew
+    and let go as it would be made. What cannot be built is no cure.
+
+    Parameters
+    ----------
+    planned : PlannedJob
+        It collapses.
+    asked : Settings
+        What it was planned by, as was asked: to these the options are added.
+    given : PolyMesh, optional
+        A mesh from memory, in place of the file that the settings name.
+    """
+    if planned.weave.threads.n_crossings > _MOST_TRIED:
+        return "no cure was looked for, as that would take long"
+    asked = asked.but(force=False)
+    # Threads are cut to the length that was found best for it, in a hurry.
+    tried = asked.but(effort="quick", max_length_mm=planned.split_plan.length_mm)
+    source = replace(planned.woven.source, mesh=planned.woven.wished)
+    woven = replace(planned.woven, source=source)
+    begun = Stations(tried, given, depth=Depth.ALONG).know(loaded=source, weave=woven)
+    likely = _on_this_mesh(planned, begun), iter(_on_other_meshes(planned, asked))
+    for some in likely:
+        for changes in islice(some, _MOST_PLANNED):
+            if _stands_as_made(begun.instead(tried.but(**changes))):
+                return f"{changed_options(asked.but(**changes), asked)} makes it stand, as tried"
+    former = {"former": "auto"}
+    with suppress(InputError, CannotMakeError):
+        if former_of(begun.instead(tried.but(**former)).buildable) is not None:
+            return "--former auto holds it, while the former stays inside"
+    return "no cure was found among fasteners, glue, material, other meshes and a former"
+
+
+def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
+    """Yield what makes an object stand whose pieces are cut as they are, of whatever they are."""
+    held: list[_Changes] = [{"fasten": more} for more in ("all", "glue") if more != planned.fasten]
+    stiffer = _stiffer(planned, begun.asked)
+    both = [{**one, **other} for one in held for other in stiffer]
+    every = np.ones_like(planned.piece_set.fastened)
+    for changes in (*stiffer, *held, *both):
+        more = changes.get("fasten")
+        pieces = replace(
+            planned.piece_set,
+            glued=more == "glue" or planned.piece_set.glued,
+            fastened=every if more == "all" else planned.piece_set.fastened,
+        )
+        with suppress(InputError, CannotMakeError):
+            job = begun.instead(begun.asked.but(**changes))
+            if not job.foreseen and _stands(body_of(planned.woven, job.brief), pieces):
+                yield changes
+
+
+def _stiffer(planned: PlannedJob, asked: Settings) -> list[_Changes]:
+    """Return thicker material, and some that sags less, by its price; none where there are more."""
+    if planned.supplies.several:
+        return []
+    own = planned.supplies.only
+
+    def sags(one: Material) -> float:
+        # A strip sags under its own weight by its density over E t², its length apart.
+        stuff = elastic(one, grain=False)
+        return stuff.density_kg_m3 / (stuff.young_mpa * one.thickness_mm**2)
+
+    less = [
+        one
+        for one in material_library()
+        if asked.stock.thickness_mm is None and machine_of(one).name == machine_of(own).name
+        and sags(one) < sags(own) / 2.0
+    ]  # fmt: skip
+    less = sorted(less, key=sags, reverse=True)[:_STIFFER]
+    less.sort(key=lambda one: np.max(one.price_per_m2 or np.inf))
+    thicker = [{"thickness_mm": round(times * own.thickness_mm, 2)} for times in _THICKER]
+    return [*thicker, *({"material": one.name} for one in less)]
+
+
+def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
+    """Return what may make an object stand on another mesh: triangles brace themselves."""
+    faces = planned.woven.mesh.n_faces
+    denser: _Changes = {"refine": "catmull-clark:1"}
+    if asked.mesh.remeshed:
+        denser = {"remesh": f"{parse_remesh(str(asked.mesh.remesh)).kind}:{_DENSER * faces}"}
+    kagome = {"remesh": f"triangles:{_DENSER * faces}", "pattern": "kagome"}
+    return [denser, kagome, {**denser, "fasten": "glue"}]
+
+
+def _stands_as_made(job: Stations) -> bool:
+    """Return whether a job can be built, and its object stands."""
+    try:
+        few = job.n_crossings <= _MOST_TRIED
+        return few and _stands(body_of(job.buildable.woven, job.brief), job.piece_set)
+    except (InputError, CannotMakeError):
+        return False
+
+
+def _stands(body: ElasticBody | None, pieces: PieceSet) -> bool:
+    """Return whether an object stands when it is let go."""
+    if body is None:
+        return False
+    pins = pins_of(body, pieces)
+    # What goes too far to first order takes long to be let go, and collapses.
+    far_mm = Foresight(body)(pins, body.size_mm).most_mm
+    return far_mm <= STANDS * body.size_mm and settle(body, pins, how=_ABOUT).form.stands
