@@ -12,7 +12,7 @@ import secrets
 import signal
 import socket
 import webbrowser
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -35,9 +35,12 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.io.files import READABLE
+from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
-from fabweave.studio.state import FIRST, SIZE, State, opened
-from fabweave.studio.work import designs, look, make, plan
+from fabweave.studio.choosing import choose
+from fabweave.studio.sessions import Sessions
+from fabweave.studio.state import SIZE, State, opened
+from fabweave.studio.work import look, make, plan, warm
 from fabweave.studio.worker import Told, Work, Worker, framed
 
 #: Pages of other machines cannot reach this address.
@@ -46,8 +49,8 @@ _HOST = "127.0.0.1"
 _PING_S, _LONGEST = 30.0, 2**20
 
 
-def first_state(model: str | None) -> State:
-    """Return what the page shows at first.
+def first_state(model: str | None) -> State | None:
+    """Return what the page shows at first; None where it is to be asked.
 
     Raises
     ------
@@ -55,7 +58,7 @@ def first_state(model: str | None) -> State:
         If there is no such file or shape.
     """
     if model is None:
-        return State(FIRST, {"size": SIZE})
+        return None
     if is_shape(model):
         shape_title(model)
         return State(model, {"size": SIZE})
@@ -115,6 +118,10 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
 _MOST_BYTES, _LONGEST_WISH = 256 * 2**20, 2**20
 #: What is under way is interrupted for a newer wish of the same page once it took so long, seconds.
 _PATIENCE_S = 0.8
+#: So many meshes are known to all desks.
+_KEPT_MESHES = 12
+#: What a wish may say of how it is to be shown.
+_VIEW = ("have", "yarns", "radius", "faces", "finer", "more", "examples")
 #: What may be dropped on a page.
 _TAKEN = (*READABLE, "toml")
 #: Folders of the package that pages are served from, under the same names, so that modules find one
@@ -163,11 +170,14 @@ class Desk:
         What its worker does with a wish.
     patience_s : float or None
         When a newer wish of a page ends the one before; None for never.
+    meshes : dict
+        Meshes that some desk made, for all of them; see ``keep`` of what workers tell.
     """
 
     name: str
     work: Work
     patience_s: float | None
+    meshes: dict[str, LoadedMesh]
     worker: Worker = field(default_factory=Worker)
     waiting: dict[Page, dict[str, Any]] = field(default_factory=dict)
     busy: tuple[Page, int] | None = None
@@ -196,6 +206,10 @@ class Desk:
     async def serve(self) -> None:
         """Do what is wished, for one page after another, until it is cancelled."""
         try:
+            if self.patience_s is not None:
+                # Its process starts before anybody waits for it.
+                async for _ in self.worker.do(warm, {}):
+                    pass
             while True:
                 await self._woken.wait()
                 if not self.waiting:
@@ -205,12 +219,22 @@ class Desk:
                 wish = self.waiting.pop(page)
                 number = wish["n"]
                 self.busy, self.since = (page, number), asyncio.get_running_loop().time()
+                new = self.meshes.keys() - self.worker.given
+                wish["known"] = {key: self.meshes[key] for key in new}
+                self.worker.given |= new
                 async for told in self.worker.do(self.work, wish):
+                    self._keep(told[0].pop("keep", {}))
                     await page.tell(self.name, number, told)
                 self.busy = None
                 await page.tell(self.name, number, ({"done": True}, {}))
         finally:
             self.worker.end()
+
+    def _keep(self, meshes: dict[str, LoadedMesh]) -> None:
+        """Keep some meshes for all desks, the last ones."""
+        self.meshes.update(meshes)
+        while len(self.meshes) > _KEPT_MESHES:
+            del self.meshes[next(iter(self.meshes))]
 
 
 class Guard:
@@ -251,14 +275,19 @@ class Guard:
 
 
 def studio_app(
-    state: State, folder: Path, *, token: str, hosts: frozenset[str], stop: Callable[[], None]
+    state: State | None,
+    folder: Path,
+    *,
+    token: str,
+    hosts: frozenset[str],
+    stop: Callable[[], None],
 ) -> ASGIApp:
     """Return the studio as a web application.
 
     Parameters
     ----------
-    state : State
-        What a new page shows.
+    state : State or None
+        What a new page shows; None where it asks.
     folder : Path
         Where jobs and dropped files go; nothing is written elsewhere.
     token : str
@@ -268,12 +297,14 @@ def studio_app(
     stop : callable
         Ends the server.
     """
+    meshes: dict[str, LoadedMesh] = {}
     desks = {
-        "look": Desk("look", look, _PATIENCE_S),
-        "plan": Desk("plan", plan, 0.0),
-        "designs": Desk("designs", designs, None),
-        "make": Desk("make", make, None),
+        "look": Desk("look", look, _PATIENCE_S, meshes),
+        "plan": Desk("plan", plan, 0.0, meshes),
+        "choose": Desk("choose", choose, 0.0, meshes),
+        "make": Desk("make", make, None, meshes),
     }
+    sessions = Sessions(folder / "sessions")
 
     @asynccontextmanager
     async def running(_app: Starlette) -> AsyncIterator[None]:
@@ -299,21 +330,37 @@ def studio_app(
             for desk in desks.values():
                 desk.stop(page)
 
-    async def take(request: Request) -> Response:
+    async def answered(work: Awaitable[Any]) -> Response:
         try:
-            return JSONResponse(await _taken(request, folder))
+            return JSONResponse(await work)
         except FabweaveError as error:
             return JSONResponse({"error": str(error)}, 400)
         except OSError as error:
             why = f"{folder} cannot take the file: {error.strerror or error}"
             return JSONResponse({"error": why}, 507)
 
+    async def take(request: Request) -> Response:
+        return await answered(_taken(request, folder))
+
+    async def listed(_request: Request) -> Response:
+        return JSONResponse(await asyncio.to_thread(sessions.listed))
+
+    async def session(request: Request) -> Response:
+        name = request.path_params["name"]
+        if request.method == "POST":
+            data = bytes(await _body(request, "the session"))
+            return await answered(asyncio.to_thread(sessions.save, name, data))
+        if request.method == "DELETE":
+            return await answered(asyncio.to_thread(sessions.forget, name))
+        return await answered(asyncio.to_thread(sessions.read, name))
+
     async def end(_request: Request) -> Response:
         asyncio.get_running_loop().call_later(0.2, stop)
         return JSONResponse({})
 
     async def first(_request: Request) -> Response:
-        return JSONResponse({**state.to_json(), "folder": str(folder)})
+        known = {"mesh": None, "options": {}} if state is None else state.to_json()
+        return JSONResponse({**known, "folder": str(folder), "takes": _TAKEN})
 
     (folder / "jobs").mkdir(parents=True, exist_ok=True)
     app = Starlette(
@@ -324,6 +371,8 @@ def studio_app(
                     Route("/", partial(_file, "studio/page", "studio.html")),
                     Route("/state", first),
                     Route("/take", take, methods=["POST"]),
+                    Route("/sessions", listed),
+                    Route("/session/{name}", session, methods=["GET", "POST", "DELETE"]),
                     Route("/end", end, methods=["POST"]),
                     WebSocketRoute("/live", live),
                     Mount("/jobs", StaticFiles(directory=folder / "jobs", html=True)),
@@ -345,14 +394,14 @@ async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) ->
         if asked.get("stop"):
             desk.stop(page)
             return
-        state = State.of(asked)
+        state = State.of({"mesh": "", "options": {}} if asked.get("examples") else asked)
     except FabweaveError as error:
         await page.tell(asked["to"], number, ({"error": str(error), "done": True}, {}))
         return
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         await page.tell("look", number, ({"error": f"no wish: {error}", "done": True}, {}))
         return
-    view = {name: asked.get(name) for name in ("have", "yarns", "faces", "finer")}
+    view = {name: asked.get(name) for name in _VIEW}
     desk.ask(page, {**state.to_json(), **view, "n": number, "folder": str(folder / "jobs")})
 
 
@@ -366,16 +415,22 @@ async def _taken(request: Request, folder: Path) -> dict[str, Any]:
         raise InputError(
             f"{name or 'this'} is no mesh or job.toml; drop one of {', '.join(_TAKEN)}"
         )
-    data = bytearray()
-    async for part in request.stream():
-        data += part
-        if len(data) > _MOST_BYTES:
-            raise InputError(f"{name} has more than {_MOST_BYTES >> 20} MB; simplify the mesh")
+    data = await _body(request, name)
     digest = hashlib.sha256(data).hexdigest()[:8]
     path = folder / "models" / digest / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(data)
     return (await asyncio.to_thread(opened, path)).to_json()
+
+
+async def _body(request: Request, name: str) -> bytearray:
+    """Return what was sent; InputError is raised if it is too large."""
+    data = bytearray()
+    async for part in request.stream():
+        data += part
+        if len(data) > _MOST_BYTES:
+            raise InputError(f"{name} has more than {_MOST_BYTES >> 20} MB; simplify the mesh")
+    return data
 
 
 async def _named(place: str, request: Request) -> Response:
