@@ -43,8 +43,12 @@ from fabweave.studio.state import SIZE, State, opened
 from fabweave.studio.work import look, make, plan, warm
 from fabweave.studio.worker import Told, Work, Worker, framed
 
-#: Pages of other machines cannot reach this address.
-_HOST = "127.0.0.1"
+#: Pages of other machines cannot reach this address; those of the network reach any.
+_HOST, _ANY = "127.0.0.1", "0.0.0.0"  # noqa: S104 - where --lan asks for it
+#: An address that is in no network of a house (RFC 5737), to ask by which way it would be reached.
+_ELSEWHERE = ("192.0.2.1", 9)
+#: A code that is typed has so many of these letters, which none takes for one another: 60 bits.
+_LETTERS, _CODE = "abcdefghijkmnpqrstuvwxyz23456789", 12
 #: A page that sends nothing for long is asked whether it is there, seconds; wishes are short.
 _PING_S, _LONGEST = 30.0, 2**20
 
@@ -67,18 +71,21 @@ def first_state(model: str | None) -> State | None:
     return opened(Path(model))
 
 
-def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
+def serve(model: str | None, output: Path, port: int, *, browser: bool, lan: bool = False) -> None:
     """Serve the studio, and return when it is ended.
+
+    With ``lan``, whoever is in the network and knows the code may open it, too.
 
     Raises
     ------
     InputError
-        If there is no such model, no room for the folder, or the port is taken.
+        If there is no such model, no room for the folder, no network, or the port is taken.
     """
     state, folder = first_state(model), folder_at(output).absolute()
+    address = _own_address() if lan else _HOST
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        listener.bind((_HOST, port))
+        listener.bind((_ANY if lan else _HOST, port))
         # Browsers wait until it serves.
         listener.listen()
     except OSError as error:
@@ -86,8 +93,8 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
             f"port {port} cannot be had: {error.strerror}; leave out --port"
         ) from error
     port = listener.getsockname()[1]
-    token = secrets.token_urlsafe(24)
-    hosts = frozenset(f"{name}:{port}" for name in (_HOST, "localhost"))
+    token = _code() if lan else secrets.token_urlsafe(24)
+    hosts = frozenset(f"{name}:{port}" for name in (_HOST, "localhost", address))
     app = studio_app(
         state, folder, token=token, hosts=hosts, stop=partial(signal.raise_signal, signal.SIGINT)
     )
@@ -104,14 +111,37 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
             timeout_graceful_shutdown=2,
         )
     )
-    address = f"http://{_HOST}:{port}/{token}/"
-    click.echo(f"The studio is at {address}\nJobs go to {folder / 'jobs'}. Ctrl-C ends it.")
+    own = f"http://{_HOST}:{port}/{token}/"
+    click.echo(f"The studio is at {own}\nJobs go to {folder / 'jobs'}. Ctrl-C ends it.")
+    if lan:
+        click.echo(
+            f"\nOn a tablet or phone of this network, type:\n\n    {address}:{port}/{token}\n\n"
+            "Whoever knows that address can see this work, change it, and make jobs in this "
+            "folder.\nWhat is sent is not encrypted: do this in a network that you trust."
+        )
     if browser:
-        webbrowser.open(address)
+        webbrowser.open(own)
     try:
         server.run(sockets=[listener])
     except KeyboardInterrupt:
         click.echo("The studio has ended.")
+
+
+def _own_address() -> str:
+    """Return the address that other machines of the network have for this one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            # Nothing is sent: the system says from where it would be.
+            asked.connect(_ELSEWHERE)
+        except OSError as error:
+            raise InputError(f"--lan finds no network: {error.strerror}") from error
+        return str(asked.getsockname()[0])
+
+
+def _code() -> str:
+    """Return a secret that is typed with ease."""
+    letters = "".join(secrets.choice(_LETTERS) for _ in range(_CODE))
+    return "-".join(letters[at : at + 4] for at in range(0, _CODE, 4))
 
 
 #: No larger file is taken; and no longer wish.

@@ -50,11 +50,14 @@ def trouble(
         counts[rule] = int((margins < 1.0).sum())
         add(rule, worst)
     if foretold is not None and foretold.moves is not None:
-        moves = foretold.moves[woven.weave.threads.crossing]
-        far = np.linalg.norm(moves, axis=1)
+        crossing = woven.weave.threads.crossing
+        # What is made to settle onto the mesh is off it by a part of how far crossings go.
+        far = np.linalg.norm(foretold.moves, axis=1)
+        far *= foretold.off_mm / max(float(far.max(initial=0.0)), 1e-9)
         margins = BOUND * woven.size_mm / np.maximum(far, 1e-9)
         counts["form"] = int((margins < 1.0).sum())
-        add("form", margins)
+        add("form", margins[crossing])
+        moves = foretold.moves[crossing]
         arrays["moves"] = np.column_stack(
             [rungs_of_passes(woven, moves[:, axis]) for axis in range(3)]
         ).astype("<f4")

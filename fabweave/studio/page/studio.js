@@ -393,11 +393,12 @@ class Studio {
   /** Go on with the mesh on which make would weave the model. @param {Values} choice */
   #chose({ options, why, roles }) {
     this.cards.name(roles);
+    const usual = this.cards.all.find(({ role }) => role === "usual");
+    this.#why = usual ? `Taken: ${usual.name}, the best of what was tried. Choices has others.` : why;
     // Undo goes to what was before the model, not to a model that is to be chosen for again.
     this.state = cleaned({ mesh: this.state.mesh, options: { ...this.state.options, ...options } });
     this.session.replace(this.state);
     this.change(this.state, false);
-    this.#why = why;
   }
 
   // Why the mesh is what it is, to be told with the object.
