@@ -348,18 +348,20 @@ def _figures(stations: Stations) -> Told:
     }, {}  # fmt: skip
 
 
-def _cut(stations: Stations) -> Told:
-    """Return ribbons as they are cut, whose piece each rung is, and where there is trouble."""
+def cut_ribbons(stations: Stations) -> dict[str, np.ndarray[Any, Any]]:
+    """Return ribbons as they are cut, and whose piece each rung is."""
     planned = stations.planned
-    woven = planned.woven
-    arrays = strips(woven, planned.colours)
-    stretches = piece_stretches(woven.ribbons, woven.weave, planned.piece_set.pieces)
+    woven, pieces = planned.woven, planned.piece_set.pieces
+    stretches = piece_stretches(woven.ribbons, woven.weave, pieces)
     owner = np.zeros(woven.ribbons.n_rungs, dtype="<u4")
-    owner[stretches.rung] = np.repeat(
-        np.arange(len(planned.piece_set.pieces)), np.diff(stretches.offsets)
-    )
-    counts, more = trouble(planned, stations.foretold)
-    return _packed({"cut": True, "trouble": counts}, arrays | {"owner": owner} | more)
+    owner[stretches.rung] = np.repeat(np.arange(len(pieces)), np.diff(stretches.offsets))
+    return strips(woven, planned.colours) | {"owner": owner}
+
+
+def _cut(stations: Stations) -> Told:
+    """Return ribbons as they are cut, and where there is trouble."""
+    counts, more = trouble(stations.planned, stations.foretold)
+    return _packed({"cut": True, "trouble": counts}, cut_ribbons(stations) | more)
 
 
 def _sheets(stations: Stations) -> Told:

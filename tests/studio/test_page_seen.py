@@ -113,7 +113,7 @@ def test_a_number_beyond_the_slider_is_honoured_and_a_bad_one_refused_in_words(t
     size.fill("2600")
     size.press("Enter")
     assert tab.state()["options"]["size"] == "2600mm"
-    tab.settle()
+    tab.until("studio.seen.controls.find((one) => one.option === 'size').value > 2599")
     size.fill("-4")
     size.press("Enter")
     assert tab.page.locator("#hint.wrong").is_visible()

@@ -223,6 +223,7 @@ export class Fabric {
       const far = hit.point.distanceToSquared(from.fromArray(this.#crossings, k));
       if (far < least) [least, crossing] = [far, k / 3];
     }
-    return { point: hit.point, piece: attributes.owner.array[index.array[3 * hit.triangle]], crossing };
+    const corner = index.array[3 * hit.triangle];
+    return { point: hit.point, piece: attributes.owner.array[corner], crossing, rung: corner >> 1 };
   }
 }

@@ -25,6 +25,7 @@ const RUN_MS = 2200;
  * @property {number} [piece]
  * @property {number} [crossing] The nearest one.
  * @property {number} [face]
+ * @property {number} [rung]
  */
 
 /** The object in space: drawn anew whenever something tells how it is. */

@@ -18,7 +18,7 @@ import { Wishes } from "./wishes.js";
 export const TABS = ["choices", "strips", "sheets", "steps", "kept"];
 /** What a tap does, and how that is told. @type {Record<string, string>} */
 const TOOLS = {
-  choose: "",
+  choose: "Drag to turn, scroll or pinch to come nearer, tap a strand to see its piece.",
   leave: "Tap faces to leave them out; red ones are left out. Keys: N and P go on and back, Enter takes one.",
   fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand. Keys: N, P, Enter.",
   up: "Drag the arrow to what is to point up; it stops at the axes of the file. Tap it twice to have it as read.",
@@ -53,7 +53,6 @@ function hint(text, wrong = false, fixes = []) {
   by("hint").textContent = text;
   by("hint").classList.toggle("wrong", wrong);
   by("cures").innerHTML = curesOf(fixes);
-  by("message").hidden = !text;
 }
 
 /** The page: it shows one state, as far as the server has worked it out. */
