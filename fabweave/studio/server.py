@@ -227,11 +227,15 @@ class Desk:
         if self.busy == about and about[0] in self.waiting:
             self.worker.interrupt()
 
-    def stop(self, page: Page) -> None:
-        """Forget what a page wished, and stop what is done for it."""
-        self.waiting.pop(page, None)
+    def stop(self, page: Page) -> int | None:
+        """Forget what a page wished, and stop what is done for it; the number of what never began.
+
+        What was begun is told to have stopped once it has.
+        """
+        forgotten = self.waiting.pop(page, None)
         if self.busy and self.busy[0] is page:
             self.worker.interrupt()
+        return None if forgotten is None else int(forgotten["n"])
 
     async def serve(self) -> None:
         """Do what is wished, for one page after another, until it is cancelled."""
@@ -422,7 +426,8 @@ async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) ->
         asked = json.loads(told)
         number, desk = int(asked["n"]), desks[asked["to"]]
         if asked.get("stop"):
-            desk.stop(page)
+            if (forgotten := desk.stop(page)) is not None:
+                await page.tell(desk.name, forgotten, ({"stopped": True, "done": True}, {}))
             return
         state = State.of({"mesh": "", "options": {}} if asked.get("examples") else asked)
     except FabweaveError as error:

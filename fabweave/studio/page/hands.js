@@ -29,7 +29,7 @@ function connectButtons(studio) {
   click("keep", () => studio.keep());
   click("undo", () => studio.go(-1));
   click("redo", () => studio.go(1));
-  click("home", () => location.assign(location.pathname + location.search + "#"));
+  click("home", () => (location.hash = "home"));
   window.addEventListener("hashchange", () => location.hash.slice(1) !== studio.session.name && location.reload());
   click("stop", () => studio.wishes.stop("look", "plan", "choose"));
   click("copy", () => studio.copyCommand());

@@ -32,6 +32,8 @@ const DOING = {
 };
 /** Pictures of variants and of recent work are so many pixels wide. */
 const KEPT_PX = 320;
+/** What takes longer has a bar. */
+const BUSY_MS = 350;
 /** A picture that is passed on. */
 const SHARED_PX = 2000;
 /** How far it goes when it is let go is shown larger, so that the most is such a share of its size. */
@@ -72,6 +74,7 @@ class Studio {
   #trouble = "";
   #zoom = 1;
   #choicesOf = "";
+  #busy = 0;
   cards = new Cards();
 
   /** @param {string} base @param {{ folder: string }} given @param {Session} session */
@@ -128,7 +131,11 @@ class Studio {
   #ended(to, stopped) {
     if (to === "make") this.making.ended();
     if (to === "choose") this.drawCards();
-    if (!this.wishes.waits("look", "plan", "choose")) by("busy").hidden = true;
+    if (!this.wishes.waits("look", "plan", "choose")) {
+      clearTimeout(this.#busy);
+      this.#busy = 0;
+      by("busy").hidden = true;
+    }
     if (stopped && to !== "make" && !this.wishes.waits("look", "plan", "choose")) this.#rested();
   }
 
@@ -154,7 +161,8 @@ class Studio {
     else bar.removeAttribute("value");
     const words = `${DOING[what] ?? what[0].toUpperCase() + what.slice(1)} …`;
     (make ? by("job-text") : by("busy").querySelector("span")).textContent = words;
-    if (!make) by("busy").hidden = false;
+    // What is there in a moment needs no bar.
+    if (!make) this.#busy ||= setTimeout(() => (by("busy").hidden = false), BUSY_MS);
     if (!this.seen) this.#wait(words);
   }
 
@@ -606,7 +614,7 @@ class Studio {
 }
 
 const given = await (await fetch("state")).json(), named = await Session.named(), session = named ?? new Session();
-if (!named && given.mesh) session.add({ mesh: given.mesh, options: given.options });
+if (!named && given.mesh && location.hash !== "#home") session.add({ mesh: given.mesh, options: given.options });
 const studio = new Studio(location.pathname, given, session);
 connect(studio);
 listen(studio);
