@@ -83,15 +83,19 @@ def reddish(picture):
 
 @pytest.mark.slow
 def test_trouble_is_coloured_on_the_object_and_a_button_mends_it(tab):
-    size = tab.page.locator('input[type=number][data-field="size-Size"]')
-    size.fill("90")
-    size.press("Enter")
+    for field, value in (("size-Size", "90"), ("thickness-Thickness", "0.8")):
+        number = tab.page.locator(f'input[type=number][data-field="{field}"]')
+        number.fill(value)
+        number.press("Enter")
     tab.settle()
-    calm = reddish(still(tab.page))
-    tab.page.locator('[data-trouble="bend"]').click()
+    calm, counts = reddish(still(tab.page)), tab.page.evaluate("studio.plan.trouble")
+    chip = tab.page.locator('[data-trouble="bend"]')
+    assert counts["bend"] > 0
+    assert str(counts["bend"]) in chip.inner_text()
+    chip.click()
     assert tab.page.locator("#legend").is_visible()
     assert reddish(still(tab.page)) > calm + 800
-    tab.page.locator('[data-trouble="bend"]').click()
+    chip.click()
     assert reddish(still(tab.page)) < calm + 200
     before = tab.page.evaluate("studio.plan.verdict.reasons.length")
     cure = tab.page.locator("[data-fix]").first
@@ -102,7 +106,7 @@ def test_trouble_is_coloured_on_the_object_and_a_button_mends_it(tab):
     assert tab.page.evaluate("studio.plan.verdict.reasons.length") < before
     # The page says what that came to.
     assert tab.page.locator("#change").inner_text()
-    for _ in range(2):
+    for _ in range(3):
         tab.page.locator("#undo").click()
     tab.settle()
 
@@ -148,8 +152,13 @@ def test_a_piece_that_is_dropped_over_the_edge_stays_on_its_sheet(tab):
     tab.page.mouse.up()
     assert "pin" in tab.state()["options"]
     tab.settle()
-    box = tab.page.locator("#panel-sheets .pinned").first.bounding_box()
-    assert box["x"] + box["width"] <= sheet["x"] + sheet["width"] + 1
+    plan = tab.page.evaluate("studio.plan")
+    name = tab.state()["options"]["pin"].partition("@")[0]
+    number = [one["id"] for one in plan["pieces"]].index(name)
+    _, _, x_mm, _, turn = next(place for place in plan["placed"] if place[0] == number)
+    outline = np.array(plan["pieces"][number]["outline"])
+    way = np.array([np.cos(np.radians(turn)), -np.sin(np.radians(turn))])
+    assert (outline @ way + x_mm).max() <= plan["sheets"][0]["width"] - 9.9
     tab.page.locator("#undo").click()
     tab.settle()
 
