@@ -14,12 +14,20 @@ from fabweave.design.tried import Tried
 from fabweave.design.variety import is_free, variety
 from fabweave.design.wishes import NO_WISHES, rank
 from fabweave.estimate.texts import hours_text
-from fabweave.job.stations import Stations, views
+from fabweave.job.stations import Stations
 from fabweave.mesh.load import LoadedMesh
 from fabweave.options.settings import Settings
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.studio.state import SIZE, State, state_of
-from fabweave.studio.work import Tell, progress_of, seen_colours, stations_for, strips
+from fabweave.studio.work import (
+    Tell,
+    mesh_key,
+    progress_of,
+    seen_colours,
+    stations_for,
+    stations_key,
+    strips,
+)
 
 #: So many designs are tried, which are free in these options.
 _DESIGNS, _FREE = 12, ("remesh", "refine", "pattern", "width")
@@ -34,11 +42,6 @@ EXAMPLES = {
     "Canopy": ("shape:hypar?m=12&n=12", {}),
     "Ring of three holes": ("shape:slit?genus=3", {}),
 }
-
-
-def mesh_key(settings: Settings) -> str:
-    """Return what the mesh of a job depends on, as a key."""
-    return repr(views(settings)[:2])
 
 
 def choose(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
@@ -84,7 +87,8 @@ def choose(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         "why": choice.text,
         "roles": {role: state_of(_stated(one)).to_json() for role, one in roles.items()},
     }
-    tell(({"choice": told, "keep": {mesh_key(design): choice.job.loaded}}, {}))
+    keep = {mesh_key(design): choice.job.loaded, stations_key(design): choice.job.made}
+    tell(({"choice": told, "keep": keep}, {}))
 
 
 def _workers() -> int:

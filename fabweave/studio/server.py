@@ -35,7 +35,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.io.files import READABLE
-from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
 from fabweave.studio.choosing import choose
 from fabweave.studio.sessions import Sessions
@@ -201,13 +200,13 @@ class Desk:
     patience_s : float or None
         When a newer wish of a page ends the one before; None for never.
     meshes : dict
-        Meshes that some desk made, for all of them; see ``keep`` of what workers tell.
+        Meshes and stations that some desk made, for all of them; see ``keep`` of what workers tell.
     """
 
     name: str
     work: Work
     patience_s: float | None
-    meshes: dict[str, LoadedMesh]
+    meshes: dict[str, Any]
     worker: Worker = field(default_factory=Worker)
     waiting: dict[Page, dict[str, Any]] = field(default_factory=dict)
     busy: tuple[Page, int] | None = None
@@ -264,7 +263,7 @@ class Desk:
         finally:
             self.worker.end()
 
-    def _keep(self, meshes: dict[str, LoadedMesh]) -> None:
+    def _keep(self, meshes: dict[str, Any]) -> None:
         """Keep some meshes for all desks, the last ones."""
         self.meshes.update(meshes)
         while len(self.meshes) > _KEPT_MESHES:
@@ -331,7 +330,7 @@ def studio_app(
     stop : callable
         Ends the server.
     """
-    meshes: dict[str, LoadedMesh] = {}
+    meshes: dict[str, Any] = {}
     desks = {
         "look": Desk("look", look, _PATIENCE_S, meshes),
         "plan": Desk("plan", plan, 0.0, meshes),

@@ -54,23 +54,35 @@ _TELL_S = 0.1
 Tell = Callable[[Told], None]
 
 
+def mesh_key(settings: Settings) -> str:
+    """Return what the mesh of a job depends on, as a key."""
+    return repr(views(settings)[:2])
+
+
+def stations_key(settings: Settings) -> str:
+    """Return what stations depend on that were made elsewhere, as a key."""
+    return f"stations {settings!r}"
+
+
 def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
     """Return the stations of a wish, with what is known of the last ones and of earlier meshes."""
     before: Stations | None = kept.get("stations")
     now = Stations.read(wish["mesh"], wish["options"])
     now.depth = Depth.NEAR
-    _known(kept, wish)
+    known = _known(kept, wish).get(stations_key(now.asked), {})
     if before is not None:
         now = before.instead(now.asked, now.options)
+    if before is None or before.asked != now.asked:
+        now.know(**known)
     if "loaded" not in vars(now):
         now.know(loaded=_loaded(kept, now))
     kept["stations"] = now
     return now
 
 
-def _known(kept: dict[str, Any], wish: dict[str, Any]) -> dict[str, LoadedMesh]:
-    """Return the meshes that are known, with those that a wish brings."""
-    meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
+def _known(kept: dict[str, Any], wish: dict[str, Any]) -> dict[str, Any]:
+    """Return the meshes and stations that are known, with those that a wish brings."""
+    meshes: dict[str, Any] = kept.setdefault("meshes", {})
     meshes.update(wish.get("known") or {})
     while len(meshes) > _KEPT_MESHES:
         del meshes[next(iter(meshes))]
@@ -79,7 +91,7 @@ def _known(kept: dict[str, Any], wish: dict[str, Any]) -> dict[str, LoadedMesh]:
 
 def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
     """Return the mesh of some stations, which may be one of those that were loaded last."""
-    meshes, key = _known(kept, {}), repr(views(stations.asked)[:2])
+    meshes, key = _known(kept, {}), mesh_key(stations.asked)
     found = meshes[key] = meshes.get(key) or stations.loaded
     return found
 
@@ -394,7 +406,7 @@ def make(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Make the job of a wish in a new folder, as the command line does, and tell where it is."""
     job = Stations.read(wish["mesh"], wish["options"])
     job.progress = progress_of(tell, "make")
-    known = _known(kept, wish).get(repr(views(job.asked)[:2]))
+    known = _known(kept, wish).get(mesh_key(job.asked))
     if known is not None:
         job.know(loaded=known)
     folder = new_folder(Path(wish["folder"]), job.asked)
