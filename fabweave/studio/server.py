@@ -213,6 +213,10 @@ class Desk:
     since: float = 0.0
     _woken: asyncio.Event = field(default_factory=asyncio.Event)
 
+    def expect(self) -> None:
+        """Let its process start before anybody waits for it."""
+        self._woken.set()
+
     def ask(self, page: Page, wish: dict[str, Any]) -> None:
         """Take a wish; an older one of the same page is forgotten."""
         self.waiting[page] = wish
@@ -239,14 +243,13 @@ class Desk:
     async def serve(self) -> None:
         """Do what is wished, for one page after another, until it is cancelled."""
         try:
-            if self.patience_s is not None:
-                # Its process starts before anybody waits for it.
-                async for _ in self.worker.do(warm, {}):
-                    pass
             while True:
                 await self._woken.wait()
                 if not self.waiting:
                     self._woken.clear()
+                    if not self.worker.started:
+                        async for _ in self.worker.do(warm, {}):
+                            pass
                     continue
                 page = next(iter(self.waiting))
                 wish = self.waiting.pop(page)
@@ -261,7 +264,7 @@ class Desk:
                 self.busy = None
                 await page.tell(self.name, number, ({"done": True}, {}))
         finally:
-            self.worker.end()
+            self.worker.close()
 
     def _keep(self, meshes: dict[str, Any]) -> None:
         """Keep some meshes for all desks, the last ones."""
@@ -352,6 +355,8 @@ def studio_app(
     async def live(socket: WebSocket) -> None:
         await socket.accept()
         page = Page(socket)
+        for name in ("look", "choose", "plan"):
+            desks[name].expect()
         try:
             # A page that is gone is found out by what is sent to it, too.
             with suppress(WebSocketDisconnect, RuntimeError):

@@ -55,9 +55,14 @@ class Worker:
         """Start nothing yet."""
         self._process: BaseProcess | None = None
         self._link: Connection | None = None
-        self._busy, self._since, self._stopped = False, 0.0, False
+        self._busy, self._since, self._stopped, self._closed = False, 0.0, False, False
         #: The meshes that its process was given, by their keys.
         self.given: set[str] = set()
+
+    @property
+    def started(self) -> bool:
+        """Whether it has a process."""
+        return self._link is not None
 
     async def do(self, work: Work, wish: dict[str, Any]) -> AsyncIterator[Told]:
         """Yield what the work tells, until it ends.
@@ -72,7 +77,7 @@ class Worker:
                     yield told
             except (EOFError, OSError):
                 self.end()
-                if self._stopped:
+                if self._stopped or self._closed:
                     yield {"stopped": True}, {}
                 elif not again:
                     continue
@@ -93,8 +98,12 @@ class Worker:
             self._busy = False
 
     def _start(self) -> Connection:
-        self._process, link = start_process(_serve, daemon=False)
-        self._link = link
+        process, link = start_process(_serve, daemon=False)
+        self._process, self._link = process, link
+        if self._closed:
+            # Nobody waits for it any more, and this process would wait for its end.
+            self.end()
+            raise EOFError
         return link
 
     def interrupt(self) -> None:
@@ -116,6 +125,11 @@ class Worker:
         if self._busy and process is self._process and self._since < since:
             self._stopped = True
             process.kill()
+
+    def close(self) -> None:
+        """End the process, and start none any more."""
+        self._closed = True
+        self.end()
 
     def end(self) -> None:
         """End the process, if there is one."""
