@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 from posixpath import dirname, join, normpath
 
@@ -276,9 +277,11 @@ def test_others_of_the_network_get_in_by_the_code_alone_and_only_where_that_is_a
     studio, tmp_path
 ):
     def status(host, path, **headers):
-        link = http.client.HTTPConnection(host, timeout=10)
-        link.request("GET", path, headers=headers)
-        return link.getresponse().status
+        with closing(http.client.HTTPConnection(host, timeout=10)) as link:
+            link.request("GET", path, headers=headers)
+            answer = link.getresponse()
+            answer.read()
+            return answer.status
 
     try:
         open_ = Studio(tmp_path / "studio", TORUS, "--lan")
