@@ -24,9 +24,11 @@ from fabweave.job.figures import figures_of, foretold_grade
 from fabweave.job.model import YarnOptions, spin_object
 from fabweave.job.planned import PlannedJob, order_of
 from fabweave.job.stations import Stations, views
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import is_shape
-from fabweave.mesh.upright import turn_of
+from fabweave.mesh.upright import guess_up, turn_of, turn_upright
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
@@ -44,6 +46,8 @@ from fabweave.studio.worker import Told, Work
 
 #: Meshes that are kept, so that what is undone is there at once; and bars of the histogram.
 _KEPT_MESHES, _BARS, _LEAST_SPAN_MM = 8, 24, 0.1
+#: The checks of a model of so many faces take a while: it is shown before.
+_LARGE = 10_000
 #: A model that is not woven yet has this grey.
 _CLAY = (188, 186, 181)
 #: The thinnest yarn that is shown, as a share of what has room.
@@ -122,6 +126,9 @@ def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     may not exist, the vote of the paper is shown until the search ends; where strips are straight,
     wavy ones are until these are found.
     """
+    before = kept.get("stations")
+    if (before is None or before.asked.mesh.source != wish["mesh"]) and (glance := _glance(wish)):
+        tell(glance)
     stations = stations_for(kept, wish)
     stations.progress = progress_of(tell, "look")
     if is_free(stations.asked):
@@ -154,34 +161,50 @@ def _colours(stations: Stations, woven: WovenObject, kept: dict[str, Any]) -> Co
     return np.asarray(known[2])
 
 
-def _raw(stations: Stations, wish: dict[str, Any], kept: dict[str, Any]) -> Told:
-    """Return a model as it comes, as a page shows it."""
-    loaded, settings = stations.loaded, stations.asked
-    points, triangles, _, _ = polygon_triangles(loaded.mesh)
+def _glance(wish: dict[str, Any]) -> Told | None:
+    """Return a large model as its file has it, before anything is checked; None of a small one."""
+    settings = Stations.read(wish["mesh"], wish["options"]).asked
+    if not is_free(settings):
+        return None
+    file = read_mesh(settings.mesh.source)
+    if file.mesh.n_faces < _LARGE:
+        return None
+    try:
+        up = settings.mesh.up or file.up or (guess_up(file.mesh) or ("z", ""))[0]
+        return {"glance": True, "faces": file.mesh.n_faces}, _clay(turn_upright(file.mesh, up))
+    except (FabweaveError, ValueError):
+        return None  # the checks say what is wrong with it
+
+
+def _clay(mesh: PolyMesh) -> dict[str, np.ndarray[Any, Any]]:
+    """Return a mesh as a page shows it in grey, smooth where its corners are."""
+    points, triangles, _, _ = polygon_triangles(mesh)
     corner = points[triangles]
-    normal, area = (
-        np.zeros_like(points),
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]),
-    )
-    for side in range(3):
-        np.add.at(normal, triangles[:, side], area)
+    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    sides, areas = triangles.T.ravel(), np.tile(area, (3, 1))
+    normal = np.zeros((len(points), 3))
+    for axis in range(3):
+        normal[:, axis] = np.bincount(sides, areas[:, axis], len(points))
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     shade = np.zeros((len(points), 4), dtype=np.int8)
     shade[:, :3] = (normal * 127.0).round()
+    return {
+        "position": points.astype("<f4"), "shade": shade,
+        "colour": np.tile(np.array(_CLAY, dtype=np.uint8), (len(points), 1)),
+        "index": triangles.astype("<u4"),
+    }  # fmt: skip
+
+
+def _raw(stations: Stations, wish: dict[str, Any], kept: dict[str, Any]) -> Told:
+    """Return a model as it comes, as a page shows it."""
+    loaded, settings = stations.loaded, stations.asked
     told = {
         "raw": True, "title": loaded.title, "faces": loaded.mesh.n_faces, "notes": [],
         "better": False, "turn": turn_of(loaded.upward).tolist(),
         "command": long_command(settings), "toml": job_toml(settings, {}),
         "controls": [asdict(one) for one in controls(settings, stations.completed[0], loaded)],
     }  # fmt: skip
-    arrays = {
-        "position": points.astype("<f4"), "shade": shade,
-        "colour": np.tile(np.array(_CLAY, dtype=np.uint8), (len(points), 1)),
-        "index": triangles.astype("<u4"),
-    }  # fmt: skip
-    if wish.get("faces"):
-        arrays |= _faces(stations, kept)
-    return told, arrays
+    return told, _clay(loaded.mesh) | (_faces(stations, kept) if wish.get("faces") else {})
 
 
 def _seen(

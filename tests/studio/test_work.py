@@ -226,7 +226,7 @@ def test_a_model_is_shown_on_the_mesh_on_which_make_and_inspect_weave_it(tmp_pat
     write_mesh(path, mesh.with_vertices(mesh.vertices / away))
     options = {"size": "90mm", "effort": "quick"}
     # It is shown as it comes, and no hairnet of strips that nobody could cut.
-    (raw,) = told(look, str(path), **options)
+    *_, raw = told(look, str(path), **options)
     assert raw["raw"]
     assert len(raw["index"]) == mesh.n_faces
     found, kept = told(choose, str(path), **options), {}
@@ -295,6 +295,21 @@ def test_trouble_is_where_rules_are_broken_and_nowhere_else():
     assert moves.max() == pytest.approx(
         np.linalg.norm(planned.foretold.moves, axis=1).max(), rel=1e-4
     )
+
+
+def test_a_large_model_is_shown_before_it_is_checked_and_upright(tmp_path):
+    mesh = parse_shape("shape:torus?m=110&n=100")
+    path = tmp_path / "lying.obj"
+    write_mesh(path, mesh)
+    glance, raw = told(look, str(path), size="300mm", up="x")
+    assert glance["glance"]
+    assert raw["raw"]
+    assert len(glance["index"]) == 2 * mesh.n_faces
+    first, last = (np.ptp(one["position"].reshape(-1, 3), axis=0) for one in (glance, raw))
+    assert np.abs(first / first.max() - last / last.max()).max() < 1e-5
+    # What is wrong with a model is said by its checks.
+    path.write_text(path.read_text() + "f 1 2 3\n" * 3)
+    assert any("error" in one or "raw" in one for one in told(look, str(path), size="300mm"))
 
 
 def test_yarns_are_as_thick_as_is_asked():

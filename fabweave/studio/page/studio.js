@@ -119,6 +119,7 @@ class Studio {
     if (!this.wishes.wanted(to, n)) return;
     if (head.progress) this.#progress(to, head.progress);
     else if (head.error) this.#failed(to, head);
+    else if (head.glance && found) this.#glanced(found);
     else if (to === "look" && found) this.#looked(head, found);
     else if (head.card) this.#tried(head.card, found ?? {});
     else if (head.choice) this.#chose(head.choice);
@@ -209,6 +210,14 @@ class Studio {
     if (head.raw) this.#begun(head);
     this.#mark();
     document.body.dataset.seen = head.n;
+  }
+
+  /** A large model as its file has it, while it is checked. @param {Values} found */
+  #glanced(found) {
+    this.#wait("");
+    hint("The model as its file has it. It is being checked …");
+    this.scene?.show(found);
+    document.body.dataset.glance = "1";
   }
 
   /** A model is there, and its mesh is to be chosen. @param {Values} head */
