@@ -137,7 +137,7 @@ def test_the_latest_wish_wins(page):
 
 @pytest.mark.slow
 def test_a_process_that_is_killed_is_replaced_and_the_wish_done_once_more(studio, page):
-    wish = page.wish("plan", "shape:torus?m=30&n=16", {"size": "900mm"})
+    wish = page.wish("plan", "shape:torus?m=20&n=12", {"size": "600mm"})
     for again in range(2):
         while "progress" not in page.told():
             pass
@@ -157,7 +157,7 @@ def test_a_process_that_is_killed_is_replaced_and_the_wish_done_once_more(studio
 
 @pytest.mark.slow
 def test_a_wish_outlives_its_process(studio, page):
-    page.wish("plan", "shape:torus?m=30&n=16", {"size": "900mm"})
+    page.wish("plan", "shape:torus?m=20&n=12", {"size": "600mm"})
     while "progress" not in page.told():
         pass
     before = {pid: cpu(pid) for pid in children(studio.process.pid)}
