@@ -15,10 +15,14 @@ from fabweave.core.parallel.interrupt import held_back
 )  # fmt: skip
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port; 0 for a free one.")
 @click.option("--browser/--no-browser", default=True, help="Whether to open a browser.")
-def studio(model: str | None, output: Path, port: int, browser: bool) -> None:
+@click.option(
+    "--lan", is_flag=True,
+    help="Let tablets and phones of your network in, by an address that the terminal prints.",
+)  # fmt: skip
+def studio(model: str | None, output: Path, port: int, browser: bool, lan: bool) -> None:
     """Open a page on which MESH is changed and seen at once: form, weave, pieces, sheets, hours.
 
-    Only this machine can open it. Ctrl-C, or the button End, ends it.
+    Only this machine can open it, unless --lan says otherwise. Ctrl-C, or the button End, ends it.
 
     \b
     Examples:
@@ -29,4 +33,4 @@ def studio(model: str | None, output: Path, port: int, browser: bool) -> None:
     with held_back():
         from fabweave.studio.server import serve
 
-    serve(model, output, port, browser=browser)
+    serve(model, output, port, browser=browser, lan=lan)

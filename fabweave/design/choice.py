@@ -1,7 +1,8 @@
 """Choose the mesh on which a job is woven: the model's own, or a coarser one of its surface."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -67,17 +68,19 @@ _MORE, _LESS = 1.25, 0.75
 class Choice(NamedTuple):
     """A job, on the mesh that was chosen for it.
 
-    ``why`` is empty where all is as it was asked; ``others`` are lines on what else could be made.
+    ``why`` is empty where all is as it was asked; ``beside`` are a finer and a quicker design, by
+    these names, where there are such.
     """
 
     job: Stations
     why: str = ""
-    others: tuple[str, ...] = ()
+    beside: Mapping[str, Tried] = MappingProxyType({})
 
     @property
     def text(self) -> str:
         """All of that, in lines."""
-        return "\n".join(filter(None, (self.why, *self.others)))
+        others = (f"  {name}: {one.brief}" for name, one in self.beside.items())
+        return "\n".join(filter(None, (self.why, *others)))
 
 
 def choose_mesh(
@@ -299,21 +302,20 @@ def _made(search: Search, way: str) -> bool:
     return any(one.loaded is not None for one in search.tried if density(one.design)[0] == way)
 
 
-def beside_it(search: Search, chosen: Tried) -> tuple[str, ...]:
-    """Return lines on the next best that were tried: one that is finer, and one that is quicker."""
-    mine = chosen.figures
+def beside_it(search: Search, chosen: Tried) -> Mapping[str, Tried]:
+    """Return the next best that were tried: one that is finer, and one that is quicker."""
+    mine, found = chosen.figures, dict[str, Tried]()
     if mine is None:
-        return ()
-    lines: dict[str, str] = {}
+        return found
     for one in search.ranked:
         other = one.figures
         if other is None or not one.like or one.daunting:
             continue
         if other.crossings > _MORE * mine.crossings:
-            lines.setdefault("finer", one.brief)
+            found.setdefault("finer", one)
         elif max(other.hours or (0.0,)) < _LESS * max(mine.hours or (0.0,)):
-            lines.setdefault("quicker", one.brief)
-    return tuple(f"  {name}: {brief}" for name, brief in lines.items())
+            found.setdefault("quicker", one)
+    return found
 
 
 def shelf(

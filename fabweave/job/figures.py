@@ -15,7 +15,7 @@ from fabweave.job.planned import PlannedJob
 from fabweave.job.stations import Stations
 from fabweave.mesh.one_rings import irregular_share
 from fabweave.piece.stock_fit import rough_nesting
-from fabweave.plan.grade import grade
+from fabweave.plan.grade import Grade, grade
 from fabweave.stock.material import Material
 
 #: By the area of what is cut so few sheets are foretold to one, or any of so many small pieces.
@@ -71,15 +71,9 @@ def figures_of(stations: Stations) -> Figures:
     sheets, sheets_mm2 = _sheets(planned)
     like = planned.woven.source.likeness
     machine, form = costs.machine_s, stations.foretold
-    woven_mm = planned.woven.size_mm
-    most_mm = STANDS * woven_mm
+    most_mm = STANDS * planned.woven.size_mm
     collapses = form is not None and form.most_mm > most_mm
-    far = None
-    if form is not None:
-        settles_mm = form.settles_mm if form.left_mm is None else form.left_mm
-        far = settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
-    irregular = irregular_share(planned.woven.mesh)
-    found = grade(pieces, planned.verdict, like, foretold=far, irregular=irregular)
+    found = foretold_grade(stations)
     return Figures(
         faces=planned.woven.mesh.n_faces,
         threads=planned.weave.threads.n_threads,
@@ -105,6 +99,19 @@ def figures_of(stations: Stations) -> Figures:
         cutting_h=None if machine is None else _rounded((machine[0] / 3600.0, machine[1] / 3600.0)),
         price=_price(costs, sheets_mm2, planned.supplies.materials),
     )
+
+
+def foretold_grade(stations: Stations) -> Grade:
+    """Return the grade that a job whose pieces are planned is to have, with what takes from it."""
+    planned, form = stations.planned, stations.foretold
+    woven_mm, far = planned.woven.size_mm, None
+    if form is not None:
+        settles_mm = form.settles_mm if form.left_mm is None else form.left_mm
+        far = settles_mm / (BOUND * woven_mm), form.sags_mm / woven_mm
+    return grade(
+        planned.piece_set.pieces, planned.verdict, planned.woven.source.likeness, foretold=far,
+        irregular=irregular_share(planned.woven.mesh),
+    )  # fmt: skip
 
 
 def _rounded(span: tuple[float, float]) -> tuple[float, float]:

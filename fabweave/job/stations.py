@@ -159,6 +159,12 @@ class Stations:
             other.know(**{name: vars(self)[name] for name in names if name in vars(self)})
         return other
 
+    @property
+    def made(self) -> dict[str, Any]:
+        """The stations that were made so far, by their names, for others of the same settings."""
+        names = (name for _, some in views(self.asked) for name in some)
+        return {name: vars(self)[name] for name in names if name in vars(self)}
+
     def know(self, **stations: Any) -> "Stations":
         """Take stations that were made elsewhere, so that they are not made here."""
         vars(self).update(stations)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.shapes.catalogue import SHAPES, described, is_shape
 from fabweave.mesh.upright import AXES
@@ -20,6 +21,17 @@ _SIZES_MM, _FACES, _COUNT = (60.0, 1500.0), (60, 2000), 64.0
 _PATTERNS = ("plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2")
 _BOUNDARIES = ("auto", "end", "turn")
 _REFINED = ("catmull-clark:1", "catmull-clark:2", "doo-sabin:1", "loop:1", "mid-edge:1")
+#: What people call some values.
+_WORDS = {
+    "plain": "plain", "kagome": "kagome, open",
+    "twill": "twill 2/2", "triaxial": "triaxial, dense",
+    "3/1": "twill 3/1", "2/2/1": "twill 2/2/1",
+    "satin:5/2": "satin of 5", "end": "end at rims", "turn": "turn at rims",
+    "catmull-clark:1": "once, rounded", "catmull-clark:2": "twice, rounded",
+    "doo-sabin:1": "corners cut off", "loop:1": "triangles, rounded",
+    "mid-edge:1": "edges halved", "joints": "at joints", "form": "for the form",
+    "rim": "along rims", "every:2": "every other", "all": "all crossings",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -58,26 +70,29 @@ class Control:
     help: str = ""
 
 
-def controls(settings: Settings, complete: Settings, woven: WovenObject) -> list[Control]:
+def controls(
+    settings: Settings, complete: Settings, loaded: LoadedMesh, woven: WovenObject | None = None
+) -> list[Control]:
     """Return the controls of a job, each with the range that makes sense for its model.
 
     Parameters
     ----------
     settings, complete : Settings
         As they are asked for, and with what was left to fabweave.
-    woven : WovenObject
-        With ribbons as wide as asked.
+    loaded : LoadedMesh
+    woven : WovenObject, optional
+        With ribbons as wide as asked, once there are any.
     """
     return [
-        *_model(settings, woven),
-        *_density(settings, woven),
+        *_model(settings, loaded),
+        *_density(settings, loaded),
         _choice("Weave", "Pattern", "pattern", settings.weave.pattern, _PATTERNS),
         *(
             [_choice("Weave", "Boundary", "boundary", settings.weave.boundary, _BOUNDARIES)]
-            if np.any(woven.halfedges.twin < 0)
+            if np.any(loaded.halfedges.twin < 0)
             else []
         ),
-        *_widths(settings, woven),
+        *([] if woven is None else _widths(settings, woven)),
         *_stock(settings, complete),
         _own("Joints", "Joint", settings.pieces.joint,
              ("rivet", "rivet:2", "glue", "tuck", "dovetail", "slot", "none"), "joint"),
@@ -92,14 +107,15 @@ def controls(settings: Settings, complete: Settings, woven: WovenObject) -> list
 def _choice(group: str, label: str, option: str, value: str, words: Sequence[str]) -> Control:
     """Return a choice of words; that which is in force is among them."""
     known = tuple(words) if value in words else (*words, value)
-    return Control(group, label, option, "choice", value, choices=tuple((w, w) for w in known),
+    choices = tuple((w, _WORDS.get(w, w)) for w in known)
+    return Control(group, label, option, "choice", value, choices=choices,
                    help=option_named(option).text)  # fmt: skip
 
 
 def _own(group: str, label: str, value: str | None, words: Sequence[str], option: str) -> Control:
     """Return a choice that can be left to fabweave."""
     known = [*words, *([value] if value and value not in words else [])]
-    choices = (("", _usual(option)), *((w, w) for w in known))
+    choices = (("", _usual(option)), *((w, _WORDS.get(w, w)) for w in known))
     return Control(group, label, option, "choice", value or "", choices=choices,
                    help=option_named(option).text)  # fmt: skip
 
@@ -110,17 +126,17 @@ def _usual(option: str) -> str:
     return f"as usual: {usual}" if usual else "none"
 
 
-def _model(settings: Settings, woven: WovenObject) -> list[Control]:
+def _model(settings: Settings, loaded: LoadedMesh) -> list[Control]:
     mesh = settings.mesh.source
     names = [f"shape:{shape.name}" for shape in SHAPES]
     known = [(name, name.removeprefix("shape:").capitalize()) for name in names]
     own = mesh.partition("?")[0]
     if own not in names:
-        known.insert(0, (mesh, woven.source.title))
-    read = f"as read: {woven.source.up}" if woven.source.up else "as read"
+        known.insert(0, (mesh, loaded.title))
+    read = f"as read: {loaded.up}" if loaded.up else "as read"
     up = settings.mesh.up or ""
     turned = {"": read, **{way: way for way in (*AXES, up) if way}}
-    size = float(np.ptp(woven.mesh.vertices, axis=0).max())
+    size = float(np.ptp(loaded.mesh.vertices, axis=0).max())
     return [
         Control("Model", "Model", "mesh", "choice", own if own in names else mesh,
                 choices=tuple(known)),
@@ -132,7 +148,7 @@ def _model(settings: Settings, woven: WovenObject) -> list[Control]:
     ]  # fmt: skip
 
 
-def _density(settings: Settings, woven: WovenObject) -> list[Control]:
+def _density(settings: Settings, loaded: LoadedMesh) -> list[Control]:
     """Return how fine the mesh is: by the parameters of a shape, or by a new mesh."""
     mesh, asked = settings.mesh.source, settings.mesh.remesh
     found: list[Control] = []
@@ -154,12 +170,12 @@ def _density(settings: Settings, woven: WovenObject) -> list[Control]:
             )  # fmt: skip
     else:
         kind = "" if asked is None else str(asked).partition(":")[0]
-        faces = float(woven.mesh.n_faces)
+        faces = float(loaded.mesh.n_faces)
         known = ("quads", "tubes", "rings", "triangles")
         kinds = [(f"{name}:300", name) for name in known if not lacking(name)]
-        words = (("", "the model's own"), *kinds)
+        words = (("", "chosen for it"), ("none", "the model's own"), *kinds)
         lacks = filter(None, map(lacking, known))
-        now = "" if not kind else f"{kind}:300"
+        now = kind if kind in ("", "none") else f"{kind}:300"
         found.append(
             Control("Mesh", "New mesh", "remesh", "choice", now,
                     choices=words if now in dict(words) else (*words, (now, kind)),
@@ -181,7 +197,10 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
     own = np.linalg.norm(ribbons.right - ribbons.left, axis=1)[ribbons.entry]
     middle = round(float(np.median(own)), 1) if len(own) else 1.0
     room = max(middle, float(own.max(initial=1.0)))
-    ways = (("even", "one width"), ("proportional", "a share of the room"))
+    ways = (("even", "one width"), ("proportional", "by its room"))
+    drawn = Control("Form", "Comes out", "as_drawn", "choice", settings.pieces.as_drawn,
+                    choices=(("on", "as modelled"), ("off", "as it settles")),
+                    help=option_named("as_drawn").text)  # fmt: skip
     found = [
         Control("Ribbons", "Strips", "strips", "choice", settings.ribbons.strips,
                 choices=(("wavy", "wavy"), ("straight", "straight")),
@@ -192,15 +211,15 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
     if rule.even or rule.constant:
         value = middle if rule.most_mm == np.inf else rule.most_mm
         found.append(
-            Control("Ribbons", "Wide", "width", "range", round(value, 1), "even,{}mm",
+            Control("Ribbons", "Strip width", "width", "range", round(value, 1), "even,{}mm",
                     least=0.5, most=float(np.ceil(max(2.0 * room, value))), step=0.1, unit="mm")
         )  # fmt: skip
     else:
         found.append(
-            Control("Ribbons", "Open", "width", "range", round(1.0 - rule.relative, 3), "open:{}",
+            Control("Ribbons", "Gaps", "width", "range", round(1.0 - rule.relative, 3), "open:{}",
                     least=0.1, most=0.9, step=0.01)
         )  # fmt: skip
-    return found
+    return [*found, drawn]
 
 
 def _stock(settings: Settings, complete: Settings) -> list[Control]:
@@ -217,7 +236,7 @@ def _stock(settings: Settings, complete: Settings) -> list[Control]:
     ]  # fmt: skip
     if isinstance(thick, float):
         found.append(
-            Control("Material", "Thick", "thickness", "range", thick, "{}mm",
+            Control("Material", "Thickness", "thickness", "range", thick, "{}mm",
                     least=min(0.1, thick), most=max(4.0, thick), step=0.05, unit="mm")
         )  # fmt: skip
     sheet = complete.stock.sheets[0] if len(complete.stock.sheets) == 1 else None

@@ -12,7 +12,7 @@ import secrets
 import signal
 import socket
 import webbrowser
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -36,18 +36,24 @@ from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.io.files import READABLE
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
-from fabweave.studio.state import FIRST, SIZE, State, opened
-from fabweave.studio.work import designs, look, make, plan
+from fabweave.studio.choosing import choose
+from fabweave.studio.sessions import Sessions
+from fabweave.studio.state import SIZE, State, opened
+from fabweave.studio.work import look, make, plan, warm
 from fabweave.studio.worker import Told, Work, Worker, framed
 
-#: Pages of other machines cannot reach this address.
-_HOST = "127.0.0.1"
+#: Pages of other machines cannot reach this address; those of the network reach any.
+_HOST, _ANY = "127.0.0.1", "0.0.0.0"  # noqa: S104 - where --lan asks for it
+#: An address that is in no network of a house (RFC 5737), to ask by which way it would be reached.
+_ELSEWHERE = ("192.0.2.1", 9)
+#: A code that is typed has so many of these letters, which none takes for one another: 60 bits.
+_LETTERS, _CODE = "abcdefghijkmnpqrstuvwxyz23456789", 12
 #: A page that sends nothing for long is asked whether it is there, seconds; wishes are short.
 _PING_S, _LONGEST = 30.0, 2**20
 
 
-def first_state(model: str | None) -> State:
-    """Return what the page shows at first.
+def first_state(model: str | None) -> State | None:
+    """Return what the page shows at first; None where it is to be asked.
 
     Raises
     ------
@@ -55,7 +61,7 @@ def first_state(model: str | None) -> State:
         If there is no such file or shape.
     """
     if model is None:
-        return State(FIRST, {"size": SIZE})
+        return None
     if is_shape(model):
         shape_title(model)
         return State(model, {"size": SIZE})
@@ -64,18 +70,21 @@ def first_state(model: str | None) -> State:
     return opened(Path(model))
 
 
-def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
+def serve(model: str | None, output: Path, port: int, *, browser: bool, lan: bool = False) -> None:
     """Serve the studio, and return when it is ended.
+
+    With ``lan``, whoever is in the network and knows the code may open it, too.
 
     Raises
     ------
     InputError
-        If there is no such model, no room for the folder, or the port is taken.
+        If there is no such model, no room for the folder, no network, or the port is taken.
     """
     state, folder = first_state(model), folder_at(output).absolute()
+    address = _own_address() if lan else _HOST
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        listener.bind((_HOST, port))
+        listener.bind((_ANY if lan else _HOST, port))
         # Browsers wait until it serves.
         listener.listen()
     except OSError as error:
@@ -83,8 +92,8 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
             f"port {port} cannot be had: {error.strerror}; leave out --port"
         ) from error
     port = listener.getsockname()[1]
-    token = secrets.token_urlsafe(24)
-    hosts = frozenset(f"{name}:{port}" for name in (_HOST, "localhost"))
+    token = _code() if lan else secrets.token_urlsafe(24)
+    hosts = frozenset(f"{name}:{port}" for name in (_HOST, "localhost", address))
     app = studio_app(
         state, folder, token=token, hosts=hosts, stop=partial(signal.raise_signal, signal.SIGINT)
     )
@@ -101,20 +110,47 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool) -> None:
             timeout_graceful_shutdown=2,
         )
     )
-    address = f"http://{_HOST}:{port}/{token}/"
-    click.echo(f"The studio is at {address}\nJobs go to {folder / 'jobs'}. Ctrl-C ends it.")
+    own = f"http://{_HOST}:{port}/{token}/"
+    click.echo(f"The studio is at {own}\nJobs go to {folder / 'jobs'}. Ctrl-C ends it.")
+    if lan:
+        click.echo(
+            f"\nOn a tablet or phone of this network, type:\n\n    {address}:{port}/{token}\n\n"
+            "Whoever knows that address can see this work, change it, and make jobs in this "
+            "folder.\nWhat is sent is not encrypted: do this in a network that you trust."
+        )
     if browser:
-        webbrowser.open(address)
+        webbrowser.open(own)
     try:
         server.run(sockets=[listener])
     except KeyboardInterrupt:
         click.echo("The studio has ended.")
 
 
+def _own_address() -> str:
+    """Return the address that other machines of the network have for this one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            # Nothing is sent: the system says from where it would be.
+            asked.connect(_ELSEWHERE)
+        except OSError as error:
+            raise InputError(f"--lan finds no network: {error.strerror}") from error
+        return str(asked.getsockname()[0])
+
+
+def _code() -> str:
+    """Return a secret that is typed with ease."""
+    letters = "".join(secrets.choice(_LETTERS) for _ in range(_CODE))
+    return "-".join(letters[at : at + 4] for at in range(0, _CODE, 4))
+
+
 #: No larger file is taken; and no longer wish.
 _MOST_BYTES, _LONGEST_WISH = 256 * 2**20, 2**20
 #: What is under way is interrupted for a newer wish of the same page once it took so long, seconds.
 _PATIENCE_S = 0.8
+#: So many meshes are known to all desks.
+_KEPT_MESHES = 12
+#: What a wish may say of how it is to be shown.
+_VIEW = ("have", "yarns", "radius", "faces", "finer", "more", "examples")
 #: What may be dropped on a page.
 _TAKEN = (*READABLE, "toml")
 #: Folders of the package that pages are served from, under the same names, so that modules find one
@@ -163,16 +199,23 @@ class Desk:
         What its worker does with a wish.
     patience_s : float or None
         When a newer wish of a page ends the one before; None for never.
+    meshes : dict
+        Meshes and stations that some desk made, for all of them; see ``keep`` of what workers tell.
     """
 
     name: str
     work: Work
     patience_s: float | None
+    meshes: dict[str, Any]
     worker: Worker = field(default_factory=Worker)
     waiting: dict[Page, dict[str, Any]] = field(default_factory=dict)
     busy: tuple[Page, int] | None = None
     since: float = 0.0
     _woken: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def expect(self) -> None:
+        """Let its process start before anybody waits for it."""
+        self._woken.set()
 
     def ask(self, page: Page, wish: dict[str, Any]) -> None:
         """Take a wish; an older one of the same page is forgotten."""
@@ -187,11 +230,15 @@ class Desk:
         if self.busy == about and about[0] in self.waiting:
             self.worker.interrupt()
 
-    def stop(self, page: Page) -> None:
-        """Forget what a page wished, and stop what is done for it."""
-        self.waiting.pop(page, None)
+    def stop(self, page: Page) -> int | None:
+        """Forget what a page wished, and stop what is done for it; the number of what never began.
+
+        What was begun is told to have stopped once it has.
+        """
+        forgotten = self.waiting.pop(page, None)
         if self.busy and self.busy[0] is page:
             self.worker.interrupt()
+        return None if forgotten is None else int(forgotten["n"])
 
     async def serve(self) -> None:
         """Do what is wished, for one page after another, until it is cancelled."""
@@ -200,17 +247,30 @@ class Desk:
                 await self._woken.wait()
                 if not self.waiting:
                     self._woken.clear()
+                    if not self.worker.started:
+                        async for _ in self.worker.do(warm, {}):
+                            pass
                     continue
                 page = next(iter(self.waiting))
                 wish = self.waiting.pop(page)
                 number = wish["n"]
                 self.busy, self.since = (page, number), asyncio.get_running_loop().time()
+                new = self.meshes.keys() - self.worker.given
+                wish["known"] = {key: self.meshes[key] for key in new}
+                self.worker.given |= new
                 async for told in self.worker.do(self.work, wish):
+                    self._keep(told[0].pop("keep", {}))
                     await page.tell(self.name, number, told)
                 self.busy = None
                 await page.tell(self.name, number, ({"done": True}, {}))
         finally:
-            self.worker.end()
+            self.worker.close()
+
+    def _keep(self, meshes: dict[str, Any]) -> None:
+        """Keep some meshes for all desks, the last ones."""
+        self.meshes.update(meshes)
+        while len(self.meshes) > _KEPT_MESHES:
+            del self.meshes[next(iter(self.meshes))]
 
 
 class Guard:
@@ -251,14 +311,19 @@ class Guard:
 
 
 def studio_app(
-    state: State, folder: Path, *, token: str, hosts: frozenset[str], stop: Callable[[], None]
+    state: State | None,
+    folder: Path,
+    *,
+    token: str,
+    hosts: frozenset[str],
+    stop: Callable[[], None],
 ) -> ASGIApp:
     """Return the studio as a web application.
 
     Parameters
     ----------
-    state : State
-        What a new page shows.
+    state : State or None
+        What a new page shows; None where it asks.
     folder : Path
         Where jobs and dropped files go; nothing is written elsewhere.
     token : str
@@ -268,12 +333,14 @@ def studio_app(
     stop : callable
         Ends the server.
     """
+    meshes: dict[str, Any] = {}
     desks = {
-        "look": Desk("look", look, _PATIENCE_S),
-        "plan": Desk("plan", plan, 0.0),
-        "designs": Desk("designs", designs, None),
-        "make": Desk("make", make, None),
+        "look": Desk("look", look, _PATIENCE_S, meshes),
+        "plan": Desk("plan", plan, 0.0, meshes),
+        "choose": Desk("choose", choose, 0.0, meshes),
+        "make": Desk("make", make, None, meshes),
     }
+    sessions = Sessions(folder / "sessions")
 
     @asynccontextmanager
     async def running(_app: Starlette) -> AsyncIterator[None]:
@@ -288,6 +355,8 @@ def studio_app(
     async def live(socket: WebSocket) -> None:
         await socket.accept()
         page = Page(socket)
+        for name in ("look", "choose", "plan"):
+            desks[name].expect()
         try:
             # A page that is gone is found out by what is sent to it, too.
             with suppress(WebSocketDisconnect, RuntimeError):
@@ -299,21 +368,37 @@ def studio_app(
             for desk in desks.values():
                 desk.stop(page)
 
-    async def take(request: Request) -> Response:
+    async def answered(work: Awaitable[Any]) -> Response:
         try:
-            return JSONResponse(await _taken(request, folder))
+            return JSONResponse(await work)
         except FabweaveError as error:
             return JSONResponse({"error": str(error)}, 400)
         except OSError as error:
             why = f"{folder} cannot take the file: {error.strerror or error}"
             return JSONResponse({"error": why}, 507)
 
+    async def take(request: Request) -> Response:
+        return await answered(_taken(request, folder))
+
+    async def listed(_request: Request) -> Response:
+        return JSONResponse(await asyncio.to_thread(sessions.listed))
+
+    async def session(request: Request) -> Response:
+        name = request.path_params["name"]
+        if request.method == "POST":
+            data = bytes(await _body(request, "the session"))
+            return await answered(asyncio.to_thread(sessions.save, name, data))
+        if request.method == "DELETE":
+            return await answered(asyncio.to_thread(sessions.forget, name))
+        return await answered(asyncio.to_thread(sessions.read, name))
+
     async def end(_request: Request) -> Response:
         asyncio.get_running_loop().call_later(0.2, stop)
         return JSONResponse({})
 
     async def first(_request: Request) -> Response:
-        return JSONResponse({**state.to_json(), "folder": str(folder)})
+        known = {"mesh": None, "options": {}} if state is None else state.to_json()
+        return JSONResponse({**known, "folder": str(folder), "takes": _TAKEN})
 
     (folder / "jobs").mkdir(parents=True, exist_ok=True)
     app = Starlette(
@@ -324,6 +409,8 @@ def studio_app(
                     Route("/", partial(_file, "studio/page", "studio.html")),
                     Route("/state", first),
                     Route("/take", take, methods=["POST"]),
+                    Route("/sessions", listed),
+                    Route("/session/{name}", session, methods=["GET", "POST", "DELETE"]),
                     Route("/end", end, methods=["POST"]),
                     WebSocketRoute("/live", live),
                     Mount("/jobs", StaticFiles(directory=folder / "jobs", html=True)),
@@ -343,16 +430,17 @@ async def _asked(desks: dict[str, Desk], page: Page, told: str, folder: Path) ->
         asked = json.loads(told)
         number, desk = int(asked["n"]), desks[asked["to"]]
         if asked.get("stop"):
-            desk.stop(page)
+            if (forgotten := desk.stop(page)) is not None:
+                await page.tell(desk.name, forgotten, ({"stopped": True, "done": True}, {}))
             return
-        state = State.of(asked)
+        state = State.of({"mesh": "", "options": {}} if asked.get("examples") else asked)
     except FabweaveError as error:
         await page.tell(asked["to"], number, ({"error": str(error), "done": True}, {}))
         return
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         await page.tell("look", number, ({"error": f"no wish: {error}", "done": True}, {}))
         return
-    view = {name: asked.get(name) for name in ("have", "yarns", "faces", "finer")}
+    view = {name: asked.get(name) for name in _VIEW}
     desk.ask(page, {**state.to_json(), **view, "n": number, "folder": str(folder / "jobs")})
 
 
@@ -366,16 +454,22 @@ async def _taken(request: Request, folder: Path) -> dict[str, Any]:
         raise InputError(
             f"{name or 'this'} is no mesh or job.toml; drop one of {', '.join(_TAKEN)}"
         )
-    data = bytearray()
-    async for part in request.stream():
-        data += part
-        if len(data) > _MOST_BYTES:
-            raise InputError(f"{name} has more than {_MOST_BYTES >> 20} MB; simplify the mesh")
+    data = await _body(request, name)
     digest = hashlib.sha256(data).hexdigest()[:8]
     path = folder / "models" / digest / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(data)
     return (await asyncio.to_thread(opened, path)).to_json()
+
+
+async def _body(request: Request, name: str) -> bytearray:
+    """Return what was sent; InputError is raised if it is too large."""
+    data = bytearray()
+    async for part in request.stream():
+        data += part
+        if len(data) > _MOST_BYTES:
+            raise InputError(f"{name} has more than {_MOST_BYTES >> 20} MB; simplify the mesh")
+    return data
 
 
 async def _named(place: str, request: Request) -> Response:

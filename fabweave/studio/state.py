@@ -13,8 +13,8 @@ from fabweave.options.settings import (
     settings_table,
 )
 
-#: What a new page shows where nothing else is named, and how large models are at first.
-FIRST, SIZE = "shape:torus?m=24&n=12", "300mm"
+#: How large models are at first.
+SIZE = "300mm"
 
 
 @dataclass(frozen=True)

@@ -5,31 +5,30 @@ Each keeps the stations of the last wish, and makes anew only what another wish 
 
 import hashlib
 import time
-from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fabweave.core.colour_space import Colours
-from fabweave.core.errors import CannotMakeError, InputError
+from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import clear_abandoned
 from fabweave.core.records import to_json
-from fabweave.design.choice import choose_mesh
 from fabweave.design.making import make_or_advise
-from fabweave.design.search import Search
-from fabweave.design.tried import Tried
-from fabweave.design.variety import is_free, variety
+from fabweave.design.variety import is_free
 from fabweave.estimate.texts import hours_text
-from fabweave.job.figures import figures_of, words
+from fabweave.job.figures import figures_of, foretold_grade
 from fabweave.job.model import YarnOptions, spin_object
 from fabweave.job.planned import PlannedJob, order_of
 from fabweave.job.stations import Stations, views
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import is_shape
-from fabweave.mesh.upright import turn_of
+from fabweave.mesh.upright import guess_up, turn_of, turn_upright
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
@@ -41,17 +40,32 @@ from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.stock.hardware import sort_asked
 from fabweave.studio.controls import controls
-from fabweave.studio.state import state_of
-from fabweave.studio.worker import Told
+from fabweave.studio.fixes import fixes, reasons_fixed
+from fabweave.studio.trouble import trouble
+from fabweave.studio.worker import Told, Work
 
 #: Meshes that are kept, so that what is undone is there at once; and bars of the histogram.
 _KEPT_MESHES, _BARS, _LEAST_SPAN_MM = 8, 24, 0.1
-#: So many designs are tried, which are free in these options.
-_DESIGNS, _FREE = 12, ("remesh", "refine", "pattern", "width")
+#: The checks of a model of so many faces take a while: it is shown before.
+_LARGE = 10_000
+#: A model that is not woven yet has this grey.
+_CLAY = (188, 186, 181)
+#: The thinnest yarn that is shown, as a share of what has room.
+_THINNEST = 0.05
 #: Progress is told so often at the most, seconds.
 _TELL_S = 0.1
 
 Tell = Callable[[Told], None]
+
+
+def mesh_key(settings: Settings) -> str:
+    """Return what the mesh of a job depends on, as a key."""
+    return repr(views(settings)[:2])
+
+
+def stations_key(settings: Settings) -> str:
+    """Return what stations depend on that were made elsewhere, as a key."""
+    return f"stations {settings!r}"
 
 
 def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
@@ -59,31 +73,67 @@ def stations_for(kept: dict[str, Any], wish: dict[str, Any]) -> Stations:
     before: Stations | None = kept.get("stations")
     now = Stations.read(wish["mesh"], wish["options"])
     now.depth = Depth.NEAR
+    known = _known(kept, wish).get(stations_key(now.asked), {})
     if before is not None:
         now = before.instead(now.asked, now.options)
+    if before is None or before.asked != now.asked:
+        now.know(**known)
     if "loaded" not in vars(now):
         now.know(loaded=_loaded(kept, now))
     kept["stations"] = now
     return now
 
 
-def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
-    """Return the mesh of some stations, which may be one of those that were loaded last."""
-    meshes: dict[str, LoadedMesh] = kept.setdefault("meshes", {})
-    key = repr(views(stations.asked)[:2])
-    found = meshes[key] = meshes.get(key) or stations.loaded
+def _known(kept: dict[str, Any], wish: dict[str, Any]) -> dict[str, Any]:
+    """Return the meshes and stations that are known, with those that a wish brings."""
+    meshes: dict[str, Any] = kept.setdefault("meshes", {})
+    meshes.update(wish.get("known") or {})
     while len(meshes) > _KEPT_MESHES:
         del meshes[next(iter(meshes))]
+    return meshes
+
+
+def _loaded(kept: dict[str, Any], stations: Stations) -> LoadedMesh:
+    """Return the mesh of some stations, which may be one of those that were loaded last."""
+    meshes, key = _known(kept, {}), mesh_key(stations.asked)
+    found = meshes[key] = meshes.get(key) or stations.loaded
     return found
 
 
+def warm(_kept: dict[str, Any], _wish: dict[str, Any], _tell: Tell) -> None:
+    """Do nothing: the process that is asked for it has then loaded what it works with."""
+
+
+def cured(work: Callable[[dict[str, Any], dict[str, Any], Tell], None]) -> Work:
+    """Return work that tells what cures an error, as options, where the error names some."""
+
+    @wraps(work)
+    def tried(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+        try:
+            work(kept, wish, tell)
+        except FabweaveError as error:
+            found = fixes(wish["mesh"], wish["options"], str(error))
+            tell(({"error": str(error), "fixes": found}, {}))
+
+    return tried
+
+
+@cured
 def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell what the object of a wish looks like, what makes it, and what can be changed.
 
-    Where an exact twill may not exist, the vote of the paper is shown until the search ends; where
-    strips are straight, wavy ones are until these are found.
+    A model whose mesh is left to fabweave is shown as it is, in grey: ``raw``. Where an exact twill
+    may not exist, the vote of the paper is shown until the search ends; where strips are straight,
+    wavy ones are until these are found.
     """
+    before = kept.get("stations")
+    if (before is None or before.asked.mesh.source != wish["mesh"]) and (glance := _glance(wish)):
+        tell(glance)
     stations = stations_for(kept, wish)
+    stations.progress = progress_of(tell, "look")
+    if is_free(stations.asked):
+        tell(_raw(stations, wish, kept))
+        return
     if "weave" not in vars(stations) and wish["options"].get("pattern") == "twill":
         first = stations.also({"twill_method": "voting"})
         if first.weave.weave.broken.total:
@@ -94,19 +144,67 @@ def look(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     tell(_seen(stations, wish, stations.ribbons, kept))
 
 
-def _colours(stations: Stations, woven: WovenObject, kept: dict[str, Any]) -> Colours:
-    """Return the colours of all passes, which do not change with the width of ribbons.
-
-    Before there are pieces, what is to have a colour for each has one for each direction.
-    """
+def seen_colours(stations: Stations, woven: WovenObject) -> Colours:
+    """Return the colours of all passes; without pieces, one for each direction in their place."""
     if stations.asked.pieces.colours == "piece":
         stations = stations.also({"colours": "direction"})
+    return stations.colours(woven)
+
+
+def _colours(stations: Stations, woven: WovenObject, kept: dict[str, Any]) -> Colours:
+    """Return the colours of all passes, which do not change with the width of ribbons."""
     settings = stations.asked
     what = repr((settings.pieces.colours, settings.stock.material, settings.stock.library))
     known = kept.get("colours")
     if known is None or known[0] is not woven.weave or known[1] != what:
-        known = kept["colours"] = woven.weave, what, stations.colours(woven)
+        known = kept["colours"] = woven.weave, what, seen_colours(stations, woven)
     return np.asarray(known[2])
+
+
+def _glance(wish: dict[str, Any]) -> Told | None:
+    """Return a large model as its file has it, before anything is checked; None of a small one."""
+    settings = Stations.read(wish["mesh"], wish["options"]).asked
+    if not is_free(settings):
+        return None
+    file = read_mesh(settings.mesh.source)
+    if file.mesh.n_faces < _LARGE:
+        return None
+    try:
+        up = settings.mesh.up or file.up or (guess_up(file.mesh) or ("z", ""))[0]
+        return {"glance": True, "faces": file.mesh.n_faces}, _clay(turn_upright(file.mesh, up))
+    except (FabweaveError, ValueError):
+        return None  # the checks say what is wrong with it
+
+
+def _clay(mesh: PolyMesh) -> dict[str, np.ndarray[Any, Any]]:
+    """Return a mesh as a page shows it in grey, smooth where its corners are."""
+    points, triangles, _, _ = polygon_triangles(mesh)
+    corner = points[triangles]
+    area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    sides, areas = triangles.T.ravel(), np.tile(area, (3, 1))
+    normal = np.zeros((len(points), 3))
+    for axis in range(3):
+        normal[:, axis] = np.bincount(sides, areas[:, axis], len(points))
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    shade = np.zeros((len(points), 4), dtype=np.int8)
+    shade[:, :3] = (normal * 127.0).round()
+    return {
+        "position": points.astype("<f4"), "shade": shade,
+        "colour": np.tile(np.array(_CLAY, dtype=np.uint8), (len(points), 1)),
+        "index": triangles.astype("<u4"),
+    }  # fmt: skip
+
+
+def _raw(stations: Stations, wish: dict[str, Any], kept: dict[str, Any]) -> Told:
+    """Return a model as it comes, as a page shows it."""
+    loaded, settings = stations.loaded, stations.asked
+    told = {
+        "raw": True, "title": loaded.title, "faces": loaded.mesh.n_faces, "notes": [],
+        "better": False, "turn": turn_of(loaded.upward).tolist(),
+        "command": long_command(settings), "toml": job_toml(settings, {}),
+        "controls": [asdict(one) for one in controls(settings, stations.completed[0], loaded)],
+    }  # fmt: skip
+    return told, _clay(loaded.mesh) | (_faces(stations, kept) if wish.get("faces") else {})
 
 
 def _seen(
@@ -121,7 +219,9 @@ def _seen(
     settings, complete = stations.asked, stations.completed[0]
     spun = wish.get("yarns", False)
     arrays = (
-        _yarns(stations, woven, kept) if spun else strips(woven, _colours(stations, woven, kept))
+        _yarns(stations, woven, kept, wish.get("radius"))
+        if spun
+        else strips(woven, _colours(stations, woven, kept))
     )
     told = {
         "title": woven.title,
@@ -133,7 +233,7 @@ def _seen(
         "turn": turn_of(woven.source.upward).tolist(),
         "command": long_command(settings),
         "toml": job_toml(settings, {}),
-        "controls": [asdict(one) for one in controls(settings, complete, woven)],
+        "controls": [asdict(one) for one in controls(settings, complete, woven.source, woven)],
     }
     if wish.get("faces"):
         arrays |= _faces(stations, kept)
@@ -162,16 +262,19 @@ def strips(woven: WovenObject, colours: Colours) -> dict[str, np.ndarray[Any, An
         "colour": np.repeat(rung_colours(ribbons, colours), 2, axis=0),
         "index": triangles.astype("<u4"),
         "crossing": ribbons.centre.astype("<f4"),
+        "thread": ribbons.offsets.astype("<u4"),
     }
 
 
 def _yarns(
-    stations: Stations, woven: WovenObject, kept: dict[str, Any]
+    stations: Stations, woven: WovenObject, kept: dict[str, Any], share: float | None
 ) -> dict[str, np.ndarray[Any, Any]]:
-    """Return yarns, as far as they are shown as ribbons are."""
-    bodies = yarn_bodies(
-        spin_object(woven, YarnOptions(None, 8)), woven.labels, _colours(stations, woven, kept)
-    )
+    """Return yarns of a share of the radius that has room, as far as they are shown as ribbons."""
+    yarns = spin_object(woven, YarnOptions(None, 8))
+    if share is not None:
+        thick = float(yarns.radius_mm.max()) * min(max(float(share), _THINNEST), 1.0)
+        yarns = spin_object(woven, YarnOptions(thick, 8))
+    bodies = yarn_bodies(yarns, woven.labels, _colours(stations, woven, kept))
     first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
     normals = [one.vertices * 0.0 if one.normals is None else one.normals for one in bodies]
     shade = np.zeros((int(first[-1]), 4), dtype=np.int8)
@@ -207,18 +310,14 @@ def _packed(told: dict[str, Any], arrays: dict[str, np.ndarray[Any, Any]], have:
     return told, arrays
 
 
+@cured
 def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell what the object of a wish comes to: verdict and figures, then sheets, then steps.
 
-    A wish for what is finer gets the sheets alone, nested as they will be. Of a model that is woven
-    on another mesh than its own, that mesh is told.
+    A wish for what is finer gets the sheets alone, nested as they will be.
     """
     stations = stations_for(kept, wish)
     stations.progress = progress_of(tell, "plan")
-    choice = _choice(stations)
-    if choice is not None:
-        tell((choice, {}))
-        return
     planned = stations.planned
     stations.progress = progress_of(tell, "sheets")
     if wish.get("finer"):
@@ -229,27 +328,10 @@ def plan(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         return
     tell(_figures(stations))
     if not wish.get("yarns"):
-        tell(_cut(planned))
+        tell(_cut(stations))
     quick = replace(planned, settings=planned.settings.but(effort="quick"))
     tell(_sheets(stations.instead(stations.asked, stations.options).know(planned=quick)))
     tell(_steps(planned))
-
-
-def _choice(stations: Stations) -> dict[str, Any] | None:
-    """Return the options of the mesh on which ``make`` would weave a model, if not on its own."""
-    asked = stations.asked
-    if not is_free(asked):
-        return None
-    search = Search(asked, progress=stations.progress)
-    try:
-        choice = choose_mesh(stations, search, advise=False)
-    except CannotMakeError:
-        return None  # it is shown as it is, with the reasons
-    if not choice.why:
-        return None
-    own, other = (state_of(one).options for one in (asked, choice.job.asked))
-    options = {name: value for name, value in other.items() if own.get(name) != value}
-    return {"choice": {"options": options, "why": choice.text}}
 
 
 def progress_of(tell: Tell, of: str) -> Callable[[str, int, int], None]:
@@ -275,10 +357,15 @@ def _figures(stations: Stations) -> Told:
     count, edges = np.histogram(widths, bins=_BARS, range=span)
     pieces = planned.piece_set.pieces
     colours = planned.piece_colours
+    form = stations.foretold
     return {
         "verdict": {"level": verdict.level,
-                    "reasons": [to_json(reason) for reason in verdict.reasons]},
+                    "reasons": [to_json(reason) | {"fixes": cures} for reason, cures in
+                                zip(verdict.reasons, reasons_fixed(stations), strict=True)]},
         "figures": to_json(figures),
+        "lost": [to_json(one) for one in foretold_grade(stations).lost],
+        # Cut as it lies on the mesh, it would go so far.
+        "drawn_mm": None if form is None or form.left_mm is None else round(form.most_mm, 2),
         "hours": "" if figures.hours is None else hours_text(figures.hours),
         "widths": {"from": round(float(edges[0]), 2), "to": round(float(edges[-1]), 2),
                    "count": count.tolist()},
@@ -296,24 +383,32 @@ def _figures(stations: Stations) -> Told:
     }, {}  # fmt: skip
 
 
-def _cut(planned: PlannedJob) -> Told:
-    """Return ribbons as they are cut, and which piece each rung belongs to."""
-    woven = planned.woven
-    arrays = strips(woven, planned.colours)
-    stretches = piece_stretches(woven.ribbons, woven.weave, planned.piece_set.pieces)
+def cut_ribbons(stations: Stations) -> dict[str, np.ndarray[Any, Any]]:
+    """Return ribbons as they are cut, and whose piece each rung is."""
+    planned = stations.planned
+    woven, pieces = planned.woven, planned.piece_set.pieces
+    stretches = piece_stretches(woven.ribbons, woven.weave, pieces)
     owner = np.zeros(woven.ribbons.n_rungs, dtype="<u4")
-    owner[stretches.rung] = np.repeat(
-        np.arange(len(planned.piece_set.pieces)), np.diff(stretches.offsets)
-    )
-    return _packed({"cut": True}, arrays | {"owner": owner})
+    owner[stretches.rung] = np.repeat(np.arange(len(pieces)), np.diff(stretches.offsets))
+    return strips(woven, planned.colours) | {"owner": owner}
+
+
+def _cut(stations: Stations) -> Told:
+    """Return ribbons as they are cut, and where there is trouble."""
+    counts, more = trouble(stations.planned, stations.foretold)
+    return _packed({"cut": True, "trouble": counts}, cut_ribbons(stations) | more)
 
 
 def _sheets(stations: Stations) -> Told:
     """Return where pieces lie on sheets."""
     planned, layout = stations.planned, stations.layout
+    margin = stations.asked.stock.margin_mm
     return {
         "effort": planned.settings.search.effort,
-        "sheets": [{"width": sheet.width_mm, "height": sheet.height_mm} for sheet in layout.sheets],
+        "sheets": [
+            {"width": sheet.width_mm, "height": sheet.height_mm, "margin": margin}
+            for sheet in layout.sheets
+        ],
         "placed": [
             [int(origin), place.sheet, round(place.x_mm, 2), round(place.y_mm, 2),
              round(place.rotation_deg, 4)]
@@ -329,33 +424,14 @@ def _steps(planned: PlannedJob) -> Told:
     return {"steps": [{"pieces": list(step.pieces), "text": step.text} for step in steps]}, {}
 
 
-def designs(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
-    """Try designs of the model of a wish, and tell each that can be built, with its picture.
-
-    What is decided about mesh, pattern and width is left to them; all else they keep.
-    """
-    options = {name: value for name, value in wish["options"].items() if name not in _FREE}
-
-    def show(tried: Tried) -> None:
-        if tried.figures is None or tried.picture is None or not tried.makeable:
-            return
-        told = {
-            "name": tried.name,
-            "words": f"{tried.verdict.level}; {words(tried.figures)}",
-            "state": state_of(tried.design).to_json(),
-            "picture": f"data:image/png;base64,{b64encode(tried.picture).decode()}",
-        }
-        tell(({"design": told}, {}))
-
-    asked = Stations.read(wish["mesh"], options).asked
-    search = Search(asked, progress=progress_of(tell, "designs"), told=show, looks=True)
-    search.add(variety(asked, search.model().mesh, _DESIGNS))
-
-
-def make(_kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
+@cured
+def make(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Make the job of a wish in a new folder, as the command line does, and tell where it is."""
     job = Stations.read(wish["mesh"], wish["options"])
     job.progress = progress_of(tell, "make")
+    known = _known(kept, wish).get(mesh_key(job.asked))
+    if known is not None:
+        job.know(loaded=known)
     folder = new_folder(Path(wish["folder"]), job.asked)
     clear_abandoned(folder)
     finished, _, chosen = make_or_advise(job, folder)

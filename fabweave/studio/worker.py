@@ -55,29 +55,55 @@ class Worker:
         """Start nothing yet."""
         self._process: BaseProcess | None = None
         self._link: Connection | None = None
-        self._busy, self._since = False, 0.0
+        self._busy, self._since, self._stopped, self._closed = False, 0.0, False, False
+        #: The meshes that its process was given, by their keys.
+        self.given: set[str] = set()
+
+    @property
+    def started(self) -> bool:
+        """Whether it has a process."""
+        return self._link is not None
 
     async def do(self, work: Work, wish: dict[str, Any]) -> AsyncIterator[Told]:
         """Yield what the work tells, until it ends.
 
-        What goes wrong is told, too: ``error`` in words, ``stopped`` if it was interrupted.
+        What goes wrong is told, too: ``error`` in words, ``stopped`` if it was interrupted. Where
+        the process is lost, another does the work once more.
         """
+        self._stopped = False
+        for again in (False, True):
+            try:
+                async for told in self._done(work, wish):
+                    yield told
+            except (EOFError, OSError):
+                self.end()
+                if self._stopped or self._closed:
+                    yield {"stopped": True}, {}
+                elif not again:
+                    continue
+                else:
+                    yield {"error": "The process that worked on this ended twice, maybe for lack "
+                           "of memory. A coarser mesh needs less."}, {}  # fmt: skip
+            return
+
+    async def _done(self, work: Work, wish: dict[str, Any]) -> AsyncIterator[Told]:
+        """Yield what the work tells; EOFError or OSError if the process is lost."""
         try:
             link = self._link if self._link is not None else await asyncio.to_thread(self._start)
             self._busy, self._since = True, time.monotonic()
             await asyncio.to_thread(link.send, (work, wish))
             while (told := await asyncio.to_thread(link.recv)) is not None:
                 yield told
-        except (EOFError, OSError):
-            self.end()
-            yield {"error": "The process that worked on this ended, maybe for lack of memory. "
-                   "Change something to try again."}, {}  # fmt: skip
         finally:
             self._busy = False
 
     def _start(self) -> Connection:
-        self._process, link = start_process(_serve)
-        self._link = link
+        process, link = start_process(_serve, daemon=False)
+        self._process, self._link = process, link
+        if self._closed:
+            # Nobody waits for it any more, and this process would wait for its end.
+            self.end()
+            raise EOFError
         return link
 
     def interrupt(self) -> None:
@@ -86,6 +112,7 @@ class Worker:
         if not self._busy or process is None or process.pid is None:
             return
         if sys.platform == "win32":
+            self._stopped = True
             process.terminate()
         else:
             with suppress(ProcessLookupError):
@@ -96,11 +123,18 @@ class Worker:
     def _end_if(self, process: BaseProcess, since: float) -> None:
         """End a process that is still at what it was to stop."""
         if self._busy and process is self._process and self._since < since:
+            self._stopped = True
             process.kill()
+
+    def close(self) -> None:
+        """End the process, and start none any more."""
+        self._closed = True
+        self.end()
 
     def end(self) -> None:
         """End the process, if there is one."""
         process, self._process, self._link = self._process, None, None
+        self.given.clear()
         if process is not None:
             process.terminate()
             process.join(1.0)

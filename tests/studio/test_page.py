@@ -10,52 +10,12 @@ import time
 import numpy as np
 import pytest
 from live_studio import Studio
+from studio_tab import Tab, tap
 
 from fabweave.options.settings import settings_from_options
 
 pytestmark = pytest.mark.apt
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
-
-
-class Tab:
-    """An open page of a studio, with all that went wrong in it."""
-
-    def __init__(self, browser, studio, size=(1280, 800), **options):
-        self.context = browser.new_context(
-            viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce", **options
-        )
-        self.page, self.studio = self.context.new_page(), studio
-        self.wrong, self.requests = [], []
-        self.page.on("console", self._told)
-        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
-        self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.goto(studio.address)
-        self.settle()
-
-    def _told(self, message):
-        if message.type in ("error", "warning") and "GPU stall" not in message.text:
-            self.wrong.append(message.text)
-
-    def until(self, condition, seconds=90.0):
-        """Wait for what is asked of the page; its policy forbids to evaluate texts in it."""
-        late = time.monotonic() + seconds
-        while not self.page.evaluate(condition):
-            assert time.monotonic() < late, condition
-            time.sleep(0.03)
-
-    def settle(self):
-        """Wait until the object and all that it comes to are there."""
-        self.until("Boolean(window.studio && studio.settled)")
-        assert not self.page.locator(".stale").count()
-
-    def state(self):
-        return self.page.evaluate("studio.state")
-
-    def close(self):
-        self.context.close()
-        assert self.wrong == []
-        assert all(self.studio.host in address or address.startswith(("blob:", "data:"))
-                   for address in self.requests)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +43,7 @@ def fields(tab, kind):
 def test_every_slider_changes_one_option_and_undo_takes_it_back(tab):
     first = tab.state()
     names = fields(tab, "input[type=range]")
-    assert {"size-Size", "width-Open", "thickness-Thick"} <= set(names)
+    assert {"size-Size", "width-Gaps", "thickness-Thickness"} <= set(names)
     for name in names:
         slider = tab.page.locator(f'#controls input[type=range][data-field="{name}"]')
         slider.focus()
@@ -138,12 +98,6 @@ def test_fifty_changes_are_undone_and_done_again_and_a_reload_keeps_them(browser
             assert tab.state() == state
     tab.settle()
     tab.close()
-
-
-def tap(tab, x=0.5, y=0.35):
-    """Tap a place of the object, a share of the way across and down."""
-    box = tab.page.locator("#object").bounding_box()
-    tab.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
 
 
 @pytest.mark.slow
@@ -387,7 +341,13 @@ def test_a_job_is_made_and_opens_in_the_page(browser, tmp_path):
         assert "Octahedron" in frame.locator("h1").inner_text()
         assert (studio.folder / "jobs" / "octahedron" / "verify.json").is_file()
         tab.page.locator("#job-close").click()
+        # End asks first, and says where the work is.
         tab.page.locator("#end").click()
+        assert str(studio.folder) in tab.page.locator("#ending").inner_text()
+        tab.page.locator("#ending [data-close]").click()
+        assert studio.process.poll() is None
+        tab.page.locator("#end").click()
+        tab.page.locator("#end-now").click()
         tab.until("document.body.innerText.includes('has ended')")
     finally:
         tab.close()

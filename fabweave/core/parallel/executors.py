@@ -197,15 +197,17 @@ def _context() -> Any:
 
 
 def start_process(
-    serve: "Callable[[Connection], None]",
+    serve: "Callable[[Connection], None]", *, daemon: bool = True
 ) -> "tuple[multiprocessing.process.BaseProcess, Connection]":
     """Start a process that serves a link, and return it with this end of the link.
+
+    One that is no ``daemon`` may start processes of its own; whoever starts it ends it.
 
     ImportError or OSError is raised where none can be started.
     """
     context = _context()
     here, there = context.Pipe()
-    process = context.Process(target=serve, args=(there,), daemon=True)
+    process = context.Process(target=serve, args=(there,), daemon=daemon)
     with _without_main():
         process.start()
     there.close()  # so that the end of the process closes the link

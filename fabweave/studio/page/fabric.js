@@ -30,6 +30,33 @@ export function fill(geometry, name, array, size, normalized = false) {
   } else geometry.setAttribute(name, new THREE.BufferAttribute(array, size, normalized));
 }
 
+/** Three numbers for each rung, for both of its ends. @param {Float32Array} rungs */
+function twice(rungs) {
+  const both = new Float32Array(2 * rungs.length);
+  for (let k = 0; k < rungs.length; k += 3) {
+    both.set(rungs.subarray(k, k + 3), 2 * k);
+    both.set(rungs.subarray(k, k + 3), 2 * k + 3);
+  }
+  return both;
+}
+
+/**
+ * When each corner is there while strands run in one after the other; all at once where none are known.
+ *
+ * @param {Uint32Array | undefined} thread Where each begins among the rungs.
+ * @param {number} count
+ */
+function runs(thread, count) {
+  const found = new Float32Array(count), all = (thread?.length ?? 1) - 1;
+  if (!thread) return found;
+  for (let k = 0; k < all; k++) {
+    const from = thread[k], rungs = thread[k + 1] - from;
+    // Each takes a third of the time.
+    for (let r = 0; r < rungs; r++) found.fill((2 * k) / (3 * all) + r / (3 * rungs), 2 * (from + r), 2 * (from + r) + 2);
+  }
+  return found;
+}
+
 /** Strands, in light and shadow, and the floor that they stand on. */
 export class Fabric {
   #geometry = new THREE.BufferGeometry();
@@ -44,10 +71,11 @@ export class Fabric {
     this.#target = new THREE.WebGLRenderTarget(...(slow ? [SHADOW_SLOW, SHADOW_SLOW] : [SHADOW, SHADOW]));
     const shared = {
       toLight: { value: new THREE.Matrix4() }, depths: { value: this.#target.texture }, shadowing: { value: 1 },
-      texel: { value: 1 / this.#target.width }, lift: { value: 0 },
+      texel: { value: 1 / this.#target.width }, lift: { value: 0 }, form: { value: 0 }, shown: { value: 1 },
     };
     this.uniforms = {
       ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: KEY }, plain: { value: 0 },
+      heating: { value: 0 }, grain: { value: 1 },
     };
     this.ground = { ...shared, middle: { value: new THREE.Vector3() }, reach: { value: 1 } };
     const side = THREE.DoubleSide;
@@ -67,7 +95,7 @@ export class Fabric {
 
   /** Whether there is anything to be seen. */
   get there() {
-    return Boolean(this.#geometry.index);
+    return Boolean(this.#geometry.index) && this.mesh.visible;
   }
 
   /** The middles of crossings, three numbers each. */
@@ -83,15 +111,23 @@ export class Fabric {
    * @param {Ball} ball
    * @param {number} low Where the floor is.
    */
-  show({ position, shade, colour, index, owner, crossing }, widthMm, ball, low) {
-    const geometry = this.#geometry, count = position.length / 3;
+  show({ position, shade, colour, index, owner, crossing, thread, moves }, widthMm, ball, low) {
+    const geometry = this.#geometry, count = position.length / 3, strips = Boolean(thread);
     if (geometry.attributes.position?.count !== count)
       for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
+    this.mesh.visible = true;
     this.#crossings = crossing ?? new Float32Array();
     fill(geometry, "position", position, 3);
     fill(geometry, "shade", shade, 4, true);
     fill(geometry, "colour", colour, 3, true);
     fill(geometry, "owner", Float32Array.from({ length: count }, (_, k) => (owner ? owner[k >> 1] : -9)), 1);
+    fill(geometry, "side", Float32Array.from({ length: count }, (_, k) => (strips ? k & 1 : 0.5)), 1);
+    fill(geometry, "move", moves ? twice(moves) : new Float32Array(3 * count), 3);
+    fill(geometry, "run", runs(thread, count), 1);
+    fill(geometry, "heat", new Float32Array(count), 1);
+    this.uniforms.heating.value = 0;
+    // Fibres are some tenth of a strip apart, or some hundredth of what is no strip.
+    this.uniforms.grain.value = strips && widthMm > 0 ? 14 / widthMm : 120 / ball.radius;
     if (index && geometry.index && geometry.index.array.length === index.length) {
       geometry.index.array.set(index);
       geometry.index.needsUpdate = true;
@@ -101,6 +137,30 @@ export class Fabric {
     this.floor.scale.setScalar(FLOOR * ball.radius);
     this.ground.middle.value.copy(this.floor.position);
     this.ground.reach.value = FLOOR * ball.radius;
+    this.#shadowed = false;
+  }
+
+  /**
+   * Colour each rung by its trouble, 0 to 255; as the material is without any.
+   *
+   * @param {Uint8Array | null} heat
+   */
+  warm(heat) {
+    this.uniforms.heating.value = Number(Boolean(heat));
+    const count = this.#geometry.attributes.position?.count ?? 0;
+    if (heat && 2 * heat.length === count)
+      fill(this.#geometry, "heat", Float32Array.from({ length: count }, (_, k) => heat[k >> 1] / 255), 1);
+  }
+
+  /** Let it go so far; shadows follow. @param {number} form */
+  let(form) {
+    this.uniforms.form.value = form;
+    this.#shadowed = false;
+  }
+
+  /** Show strands as far as they have run in, 0 to 1. @param {number} shown */
+  run(shown) {
+    this.uniforms.shown.value = shown;
     this.#shadowed = false;
   }
 
@@ -163,6 +223,7 @@ export class Fabric {
       const far = hit.point.distanceToSquared(from.fromArray(this.#crossings, k));
       if (far < least) [least, crossing] = [far, k / 3];
     }
-    return { point: hit.point, piece: attributes.owner.array[index.array[3 * hit.triangle]], crossing };
+    const corner = index.array[3 * hit.triangle];
+    return { point: hit.point, piece: attributes.owner.array[corner], crossing, rung: corner >> 1 };
   }
 }

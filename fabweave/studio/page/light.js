@@ -2,18 +2,26 @@
 
 import { PLAIN_LIGHT } from "../../show/scripts/strands.js";
 
-export const FABRIC_VERTEX = `
+// Where a place of a strand is: let go as far as is shown, and apart from the one that it crosses.
+const PLACE = `
 attribute vec4 shade;
+attribute vec3 move;
+attribute float run;
+uniform float lift, form;
+vec3 placed() { return position + form * move + lift * shade.w * shade.xyz; }`;
+
+export const FABRIC_VERTEX = `${PLACE}
 attribute vec3 colour;
-attribute float owner;
-uniform float lift, chosen;
+attribute float owner, heat, side;
+uniform float chosen;
 uniform mat4 toLight;
 varying vec3 vNormal, vColour, vPlace;
 varying vec4 vLight;
-varying float vDip, vChosen;
+varying float vDip, vChosen, vHeat, vSide, vRun;
 void main() {
-  vec3 place = position + lift * shade.w * shade.xyz;
+  vec3 place = placed();
   vNormal = shade.xyz; vColour = colour; vDip = shade.w; vPlace = place;
+  vHeat = heat; vSide = side; vRun = run;
   vChosen = abs(owner - chosen) < 0.5 ? 1.0 : 0.0;
   vLight = toLight * vec4(place, 1.0);
   gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
@@ -38,9 +46,26 @@ float lit(float bias) {
 // The face side has a sheen; the back is dull and paler, as most sheets are.
 export const FABRIC_FRAGMENT = `${UNPACK}${PLAIN_LIGHT}
 uniform vec3 eye, key;
-uniform float plain;
+uniform float plain, heating, shown, grain;
 varying vec3 vNormal, vColour, vPlace;
-varying float vDip, vChosen;
+varying float vDip, vChosen, vHeat, vSide, vRun;
+// Calm where all is at ease, yellow where a rule is just kept, red where it is far from kept.
+vec3 heated() {
+  vec3 calm = vec3(0.80, 0.81, 0.80), warm = vec3(0.97, 0.76, 0.16), hot = vec3(0.83, 0.10, 0.12);
+  return vHeat < 0.38 ? mix(calm, warm, smoothstep(0.0, 0.38, vHeat)) : mix(warm, hot, smoothstep(0.38, 0.8, vHeat));
+}
+// Fibres of the material, as fine as they are seen from here.
+float fibres(vec3 at) {
+  vec3 cell = floor(at), f = smoothstep(0.0, 1.0, fract(at));
+  float sum = 0.0;
+  for (int k = 0; k < 8; k++) {
+    vec3 corner = vec3(float(k & 1), float((k >> 1) & 1), float(k >> 2));
+    float value = fract(sin(dot(cell + corner, vec3(12.99, 78.23, 37.72))) * 43758.55);
+    vec3 near = mix(1.0 - f, f, corner);
+    sum += value * near.x * near.y * near.z;
+  }
+  return sum;
+}
 // A room that is bright above, with two windows.
 vec3 room(vec3 way) {
   vec3 sky = mix(vec3(0.34, 0.33, 0.31), vec3(0.97, 0.98, 1.0), smoothstep(-0.6, 0.9, way.z));
@@ -49,15 +74,22 @@ vec3 room(vec3 way) {
   return sky + 1.6 * window;
 }
 void main() {
+  if (vRun > shown) discard;
   float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 paint = heating > 0.5 ? heated() : vColour;
+  // The cut edge, of which one sees the thickness: dark, and beside it the light that it catches.
+  float far = min(vSide, 1.0 - vSide), pixel = max(fwidth(vSide), 1e-4);
+  float edge = 1.0 - smoothstep(0.6, 1.9, far / pixel), catching = smoothstep(0.05, 0.0, abs(far - 0.05));
+  edge *= smoothstep(0.30, 0.12, pixel);
   vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
   if (plain > 0.5) {
     // While things move and software draws.
-    vec3 quick = plainLight(vColour, vNormal, key, side, vDip, 0.35);
+    vec3 quick = plainLight(paint, vNormal, key, side, vDip, 0.35) * (1.0 - 0.38 * edge);
     gl_FragColor = vec4(vChosen > 0.5 ? mix(quick, vec3(0.84, 0.37, 0.0), 0.62) : quick, 1.0);
     return;
   }
-  vec3 own = pow(vColour, vec3(2.2));
+  vec3 own = pow(paint, vec3(2.2));
+  own *= 1.0 + 0.16 * (fibres(vPlace * vec3(grain, grain, 0.35 * grain)) - 0.5);
   if (side < 0.0) own = mix(own, vec3(dot(own, vec3(0.3, 0.6, 0.1))), 0.45) * 0.82 + 0.03;
   float direct = max(dot(n, key), 0.0);
   float shadow = direct > 0.0 ? lit(0.0035 + 0.004 * (1.0 - direct)) : 1.0;
@@ -67,26 +99,47 @@ void main() {
   float rim = pow(1.0 - max(dot(n, v), 0.0), 5.0);
   float gloss = (side > 0.0 ? 0.035 + 0.30 * rim : 0.01 + 0.08 * rim) * open;
   vec3 seen = own * light + gloss * room(reflect(-v, n)) * mix(0.45, 1.0, shadow);
-  seen = pow(seen, vec3(1.0 / 2.2));
+  seen = pow(seen, vec3(1.0 / 2.2)) * (1.0 - 0.42 * edge) + 0.035 * catching * (1.0 - edge);
   if (vChosen > 0.5) seen = mix(seen, vec3(0.84, 0.37, 0.0), 0.62);
   gl_FragColor = vec4(seen, 1.0);
 }`;
 
-export const DEPTH_VERTEX = `
-attribute vec4 shade;
-uniform float lift;
+export const DEPTH_VERTEX = `${PLACE}
 uniform mat4 toLight;
-varying float vFar;
+varying float vFar, vRun;
 void main() {
-  gl_Position = toLight * vec4(position + lift * shade.w * shade.xyz, 1.0);
+  gl_Position = toLight * vec4(placed(), 1.0);
   vFar = gl_Position.z / gl_Position.w * 0.5 + 0.5;
+  vRun = run;
 }`;
 
 export const DEPTH_FRAGMENT = `
-varying float vFar;
+uniform float shown;
+varying float vFar, vRun;
 void main() {
+  if (vRun > shown) discard;
   vec4 parts = fract(vFar * vec4(1.0, 255.0, 65025.0, 16581375.0));
   gl_FragColor = parts - parts.yzww * vec4(1.0 / 255.0, 1.0 / 255.0, 1.0 / 255.0, 0.0);
+}`;
+
+// Dots stand before what they are on, as near to the eye as a strand is wide.
+export const DOT_VERTEX = `
+uniform float reach, size;
+attribute vec3 color;
+varying vec3 vInk;
+void main() {
+  vec3 place = position + reach * normalize(cameraPosition - position);
+  vInk = color;
+  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+  gl_PointSize = size;
+}`;
+
+export const DOT_FRAGMENT = `
+varying vec3 vInk;
+void main() {
+  float far = 2.0 * length(gl_PointCoord - 0.5);
+  if (far > 1.0) discard;
+  gl_FragColor = vec4(mix(vInk, vec3(1.0), smoothstep(0.60, 0.72, far)), 1.0);
 }`;
 
 export const FLOOR_VERTEX = `

@@ -2,6 +2,9 @@ import { by } from "../../show/scripts/html.js";
 
 /** The dialog in which a job is made, and then opens. */
 export class Making {
+  /** The folder of the job that was made last. */
+  last = "";
+
   /** @param {string} folder @param {import("./wishes.js").Wishes} wishes */
   constructor(folder, wishes) {
     this.folder = folder;
@@ -38,9 +41,19 @@ export class Making {
 
   /** @param {{ made: string, chosen?: string, verdict: string }} head */
   made({ made, chosen, verdict }) {
+    this.last = made;
     by("job-title").textContent = `${this.folder}/jobs/${made}`;
     this.failed(chosen || verdict);
     by("job-frame").src = by("job-open").href = `jobs/${made}/index.html`;
     by("job-frame").hidden = by("job-open").hidden = false;
+  }
+
+  /** Files of the job that was made last, to be passed on, as HTML. */
+  get links() {
+    const link = (/** @type {string} */ file, /** @type {string} */ name) =>
+      `<a class="button" download="${this.last}-${file}" href="jobs/${this.last}/${file}">${name}</a>`;
+    return this.last ? `${link("assembly.html", "Page")} turns, steps through the assembly, and needs nothing else<br>
+      ${link("model.glb", "GLB")} the woven object for other 3-D programs`
+      : "Make the job first, for one page that turns and steps through the assembly, and a GLB.";
   }
 }

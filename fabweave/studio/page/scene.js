@@ -14,15 +14,18 @@ const STILL_MS = 450;
 const COARSE = 0.6;
 /** From where the object is seen first: azimuth and elevation. */
 const VIEW_DEG = [-60, 24];
+/** Strands run in for so long when an object opens. */
+const RUN_MS = 2200;
 
 /**
  * What a tap meets.
  *
  * @typedef {object} Hit
- * @property {THREE.Vector3} point
+ * @property {THREE.Vector3} [point]
  * @property {number} [piece]
  * @property {number} [crossing] The nearest one.
  * @property {number} [face]
+ * @property {number} [rung]
  */
 
 /** The object in space: drawn anew whenever something tells how it is. */
@@ -39,6 +42,15 @@ export class Scene {
   #shadows = true;
   #still = false;
   #rest = 0;
+  #running = 0;
+  // What is shown, of which others are told.
+  /** @type {[Record<string, any>, boolean] | null} */
+  #now = null;
+  #widthMm = 0;
+  /** @type {Uint8Array | null} */
+  #heat = null;
+  /** What the dots and faces are, and the one that keys are at. */
+  #marks = { left: new Set(), fastened: [], asked: [], here: -1 };
   /** @type {number[]} */
   #times = [];
 
@@ -77,10 +89,12 @@ export class Scene {
 
   #draw() {
     const { renderer, slow } = this.stage, { lens } = this.camera, look = getComputedStyle(document.body);
+    const paper = look.getPropertyValue("--paper").trim() || "#eee", moving = slow && !this.#still;
+    if (this.fabric.there) this.fabric.light(renderer, this.#ball, this.camera, this.#shadows && !moving, moving);
+    // What is shown of nothing is paper.
+    renderer.setClearColor(paper, 1);
     if (!this.fabric.there) return renderer.clear();
-    const moving = slow && !this.#still;
-    this.fabric.light(renderer, this.#ball, this.camera, this.#shadows && !moving, moving);
-    renderer.setClearColor(look.getPropertyValue("--paper").trim() || "#eee", 1);
+    this.#dots.fit(0.6 * this.#widthMm, renderer.getPixelRatio());
     this.arrow.ink.color.set(look.getPropertyValue("--soft").trim() || "#666");
     renderer.render(this.#scene, lens);
     const { x, y } = placeOf(this.stage.canvas, lens, this.arrow.tip(this.#ball));
@@ -113,7 +127,9 @@ export class Scene {
     const every = 3 * Math.ceil(position.length / 3 / 400);
     this.#points = Array.from({ length: Math.ceil(position.length / every) }, (_, k) =>
       new THREE.Vector3().fromArray(position, every * k));
-    this.fabric.show(arrays, yarns ? 0 : usualWidth(position), ball, box.min.z);
+    this.#now = [arrays, yarns];
+    this.#widthMm = arrays.thread ? usualWidth(position) : 0.03 * ball.radius;
+    this.fabric.show(arrays, arrays.thread ? this.#widthMm : 0, ball, box.min.z);
     this.#makeRoom();
     if (before !== ball.radius) this.camera.refit();
     else this.#move();
@@ -127,6 +143,32 @@ export class Scene {
     this.#outer.splice(0, Infinity, ...this.#points, ...(this.arrow.visible ? [top] : []));
   }
 
+  /** Let strands run in, one after the other, unless nothing is to move. */
+  runIn() {
+    cancelAnimationFrame(this.#running);
+    if (stillWanted()) return this.fabric.run(1);
+    const begun = performance.now(), step = () => {
+      const shown = Math.min((performance.now() - begun) / RUN_MS, 1);
+      this.fabric.run(shown);
+      this.#move();
+      if (shown < 1) this.#running = requestAnimationFrame(step);
+    };
+    return step();
+  }
+
+  /** Colour strands by a trouble; as the material is for none. @param {Uint8Array | null} heat */
+  warm(heat) {
+    this.#heat = heat;
+    this.fabric.warm(heat);
+    this.draw();
+  }
+
+  /** Let the object go so far, in parts of how far it goes. @param {number} form */
+  letGo(form) {
+    this.fabric.let(form);
+    this.#move();
+  }
+
   /**
    * Show the faces of the mesh, those that are left out in red; none without them.
    *
@@ -134,7 +176,8 @@ export class Scene {
    * @param {Set<number>} left
    */
   showFaces(arrays, left) {
-    this.#faces.show(arrays, left);
+    this.#marks.left = left;
+    this.#faces.show(arrays, left, this.#marks.here);
     this.draw();
   }
 
@@ -146,9 +189,26 @@ export class Scene {
    * @param {number[]} asked
    */
   showDots(on, fastened, asked) {
+    Object.assign(this.#marks, { fastened, asked });
     this.#dots.visible = on && this.fabric.crossings.length > 0;
-    if (this.#dots.visible) this.#dots.show(this.fabric.crossings, fastened, asked);
+    if (this.#dots.visible) this.#dots.show(this.fabric.crossings, fastened, asked, this.#marks.here);
     this.draw();
+  }
+
+  /**
+   * Go from face to face or from crossing to crossing by keys, as marks are shown; the number of the
+   * one that is there, or -1.
+   *
+   * @param {number} steps
+   */
+  step(steps) {
+    const { visible } = this.#faces, marks = this.#marks, arrays = this.#now?.[0] ?? {};
+    const all = visible ? 1 + Math.max(-1, ...new Set(arrays.face)) : this.fabric.crossings.length / 3;
+    marks.here = all ? (Math.max(marks.here, steps < 0 ? 0 : -1) + steps + all) % all : -1;
+    if (visible) this.#faces.show(arrays, marks.left, marks.here);
+    else this.#dots.show(this.fabric.crossings, marks.fastened, marks.asked, marks.here);
+    this.draw();
+    return marks.here;
   }
 
   /** @param {boolean} on */
@@ -219,13 +279,33 @@ export class Scene {
     return count > 0 ? (1000 * count) / (times[count] - times[0]) : 0;
   }
 
-  /** A small picture of what is seen. @param {number} wide */
-  picture(wide) {
+  /**
+   * A picture of what is seen, or of another object in its place.
+   *
+   * @param {number} wide
+   * @param {Record<string, any> | null} [other]
+   */
+  picture(wide, other = null, type = "image/jpeg") {
+    const now = this.#now, { form, shown } = this.fabric.uniforms, before = [form.value, shown.value];
+    if (other) {
+      this.show(other);
+      form.value = 0;
+    }
+    shown.value = 1;
+    this.#still = true;
+    this.stage.sharpen(FINE);
     this.stage.drawNow();
-    return this.stage.copy(wide).toDataURL("image/jpeg", 0.8);
+    const url = this.stage.copy(wide).toDataURL(type, 0.82);
+    if (other && now) this.show(...now);
+    else if (other) this.fabric.mesh.visible = false;
+    this.fabric.warm(this.#heat);
+    [form.value, shown.value] = before;
+    this.#move();
+    return url;
   }
 
   dispose() {
+    cancelAnimationFrame(this.#running);
     clearTimeout(this.#rest);
     this.stage.dispose();
   }

@@ -20,7 +20,9 @@ function piecePath({ outline, holes }) {
 /** @param {Values} piece @param {number} number @param {string} transform */
 function pieceShape(piece, number, transform, more = "") {
   const { id, kind, colour } = piece, title = `<title>${escaped(id)}, kind ${kind}</title>`;
-  return `<path class="piece ${more}" data-piece="${number}" tabindex="-1" fill="${colour}" fill-rule="evenodd"
+  // Keys go from one to the next; the first takes the focus.
+  return `<path class="piece ${more}" data-piece="${number}" tabindex="${number ? -1 : 0}" role="button"
+    aria-label="${escaped(id)}" fill="${colour}" fill-rule="evenodd" pathLength="1"
     transform="${transform}" d="${piecePath(piece)}">${title}</path>`;
 }
 
@@ -54,7 +56,7 @@ export function drawStrips(panel, pieces, wide) {
     return pieceShape(piece, number, way);
   });
   const high = y + row + gap;
-  panel.innerHTML = `<svg role="img" aria-label="${pieces.length} strips, flat" width="${wide}"
+  panel.innerHTML = `<svg role="group" aria-label="${pieces.length} strips, flat" width="${wide}"
     height="${(wide * high) / across}" viewBox="0 0 ${across} ${high}">${drawn.join("")}</svg>`;
 }
 
@@ -74,21 +76,41 @@ const lying = (sheet, [, , x, y, turn]) => `translate(${x} ${sheet.height - y}) 
  * @param {number} high
  * @param {Set<string>} pinned The pieces that are pinned.
  * @param {string} how How they were nested.
+ * @param {boolean} falling Whether pieces are seen to come.
  */
-export function drawSheets(panel, { pieces, sheets, placed }, high, pinned, how) {
+export function drawSheets(panel, { pieces, sheets, placed }, high, pinned, how, falling = false) {
   const figures = sheets.map((sheet, number) => {
     const { width, height } = sheet, on = placed.filter(([, at]) => at === number);
-    const shapes = on.map((place) => {
-      const piece = pieces[place[0]];
-      return pieceShape(piece, place[0], lying(sheet, place), pinned.has(piece.id) ? "pinned" : "");
+    const shapes = on.map((place, nth) => {
+      const piece = pieces[place[0]], more = pinned.has(piece.id) ? "pinned" : "";
+      return `<g style="--nth: ${nth / on.length}">${pieceShape(piece, place[0], lying(sheet, place), more)}</g>`;
     });
     const size = `height="${high}" width="${(high * width) / height}" viewBox="0 0 ${width} ${height}"`;
     const words = `${width.toFixed(0)} × ${height.toFixed(0)} mm, ${on.length} pieces, ${how}`;
     const name = `Sheet ${number + 1}`;
-    return `<figure><svg role="img" data-sheet="${number}" aria-label="${name}" ${size}>${shapes.join("")}</svg>
+    return `<figure><svg role="group" class="${falling ? "falling" : ""}" data-sheet="${number}" aria-label="${name}" ${size}>${shapes.join("")}</svg>
       <figcaption>${name}: ${words}</figcaption></figure>`;
   });
-  panel.innerHTML = `<div class="sheets">${figures.join("")}</div>`;
+  panel.innerHTML = `<p class="sheetbar"><button type="button" data-zoom="-1" aria-label="Smaller sheets">−</button>
+    <button type="button" data-zoom="1" aria-label="Larger sheets">+</button>
+    <button type="button" id="cut-play">Play the cut</button>
+    <input type="range" id="cut-time" min="0" max="1" step="0.001" value="1" aria-label="Time of the cut">
+    <output id="cut-said"></output></p><div class="sheets">${figures.join("")}</div>`;
+}
+
+/**
+ * A place that keeps a piece on its sheet, off the border.
+ *
+ * @param {Place} place
+ * @param {number[][]} outline
+ * @param {Values} sheet
+ */
+export function kept([piece, number, x, y, turn], outline, { width, height, margin }) {
+  const angle = (turn * Math.PI) / 180, [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+  const [across, up] = boxOf(outline.map(([a, b]) => [cos * a - sin * b, sin * a + cos * b]));
+  const within = (/** @type {number} */ at, /** @type {number[]} */ [low, high], /** @type {number} */ size) =>
+    Math.max(margin - low, Math.min(at, size - margin - high));
+  return [piece, number, within(x, across, width), within(y, up, height), turn];
 }
 
 /** A piece that is held. */
@@ -100,12 +122,14 @@ class Held {
    * @param {Values} sheet
    * @param {Place} place
    * @param {PointerEvent} event
+   * @param {number[][]} outline
    */
-  constructor(shape, sheet, place, { clientX, clientY }) {
+  constructor(shape, sheet, place, { clientX, clientY }, outline) {
     this.shape = shape;
     this.sheet = sheet;
     this.from = place;
     this.place = place;
+    this.outline = outline;
     this.pressed = [clientX, clientY];
     this.scale = sheet.width / (shape.closest("svg")?.clientWidth || 1);
   }
@@ -126,8 +150,8 @@ class Held {
 
   /** @param {Place} place */
   #lie(place) {
-    this.place = place;
-    this.shape.setAttribute("transform", lying(this.sheet, place));
+    this.place = kept(place, this.outline, this.sheet);
+    this.shape.setAttribute("transform", lying(this.sheet, this.place));
   }
 }
 
@@ -142,12 +166,12 @@ export function dragPieces(panel, plan, drop) {
   /** @type {Held | null} */
   let held = null;
   panel.addEventListener("pointerdown", (event) => {
-    const shape = event.target instanceof Element && event.target.closest(".piece"), { sheets, placed = [] } = plan();
+    const shape = event.target instanceof Element && event.target.closest(".piece"), { sheets, pieces, placed = [] } = plan();
     if (!(shape instanceof SVGElement) || event.button) return;
     const sheet = Number(shape.closest("svg")?.dataset.sheet), piece = Number(shape.dataset.piece);
     const place = placed.find(([number, at]) => number === piece && at === sheet);
     if (!place) return;
-    held = new Held(shape, sheets[sheet], place, event);
+    held = new Held(shape, sheets[sheet], place, event, pieces[piece].outline);
     shape.setPointerCapture(event.pointerId);
   });
   panel.addEventListener("pointermove", (event) => held?.drag(event));
@@ -157,6 +181,27 @@ export function dragPieces(panel, plan, drop) {
   });
   panel.addEventListener("pointercancel", () => (held = null));
   document.addEventListener("keydown", ({ key }) => key.toLowerCase() === "r" && held?.turn());
+}
+
+/** Keys move a piece of a sheet by so many millimetres. */
+const STEP_MM = 5;
+/** @type {Record<string, number[]>} */
+const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/**
+ * Where a key takes a piece that has the focus on a sheet: pinned where it lies, moved, or turned;
+ * null lets it go, and undefined is no such key.
+ *
+ * @param {KeyboardEvent} event
+ * @param {Place} place
+ * @returns {Place | null | undefined}
+ */
+export function pinnedByKey({ key, shiftKey }, place) {
+  const [piece, sheet, x, y, turn] = place, move = MOVES[key];
+  if (key === "Delete" || key === "Backspace") return null;
+  if (key.toLowerCase() === "p") return place;
+  if (key.toLowerCase() === "r") return [piece, sheet, x, y, (turn + TURN_DEG) % 360];
+  return shiftKey && move ? [piece, sheet, x + STEP_MM * move[0], y + STEP_MM * move[1], turn] : undefined;
 }
 
 /** How often ribbons are how wide. @param {HTMLElement} panel @param {Values} widths */

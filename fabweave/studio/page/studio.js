@@ -1,35 +1,60 @@
 import { by, escaped, turnUp } from "../../show/scripts/html.js";
+import { Cards, cardWidth } from "./cards.js";
 import { Controls } from "./controls.js";
-import { History } from "./history.js";
+import { Cut } from "./cut.js";
+import { connect, listen } from "./hands.js";
 import { Making } from "./making.js";
 import { unpacked } from "./message.js";
 import { cleaned, forAnotherModel, numbersIn, pin, pinned, toggleFace, toggleFastener } from "./options.js";
-import { shortly, showNotes, showOutcome } from "./outcome.js";
+import { changes, curesOf, shortly, showNotes, showOutcome, showTrouble } from "./outcome.js";
 import { Scene } from "./scene.js";
-import { dragPieces, drawSheets, drawStrips } from "./sheets.js";
-import { Shelf } from "./shelf.js";
+import { Session, taste } from "./session.js";
+import { drawSheets, drawStrips } from "./sheets.js";
+import { drawKept } from "./shelf.js";
+import { Start } from "./start.js";
 import { UpHandle } from "./up.js";
 import { Wishes } from "./wishes.js";
 
-const TABS = ["strips", "sheets", "steps", "shelf"];
+export const TABS = ["choices", "strips", "sheets", "steps", "kept"];
 /** What a tap does, and how that is told. @type {Record<string, string>} */
 const TOOLS = {
-  choose: "",
-  leave: "Tap faces to leave them out; red ones are left out.",
-  fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand.",
+  choose: "Drag to turn, scroll or pinch to come nearer, tap a strand to see its piece.",
+  leave: "Tap faces to leave them out; red ones are left out. Keys: N and P go on and back, Enter takes one.",
+  fasten: "Tap crossings to fasten them. Black: fastened by the rule; red: by hand. Keys: N, P, Enter.",
   up: "Drag the arrow to what is to point up; it stops at the axes of the file. Tap it twice to have it as read.",
 };
-/** A picture on the shelf is so many pixels wide. */
-const SHELF_PX = 360;
+/** What is being done, in words. @type {Record<string, string>} */
+const DOING = {
+  mesh: "Reading the model", designs: "Trying meshes for it", likeness: "Measuring how like the model it is",
+  ribbons: "Laying ribbons", weave: "Weaving", checks: "Checking the strips", pieces: "Cutting to pieces",
+  nesting: "Laying pieces on sheets", form: "Letting it go", twill: "Searching a twill", widths: "Fitting widths",
+  fairing: "Smoothing the mesh", voting: "Voting over and under", "straight strips": "Straightening strips",
+};
+/** Pictures of variants and of recent work are so many pixels wide. */
+const KEPT_PX = 320;
+/** What takes longer has a bar. */
+const BUSY_MS = 350;
+/** A picture that is passed on. */
+const SHARED_PX = 2000;
+/** How far it goes when it is let go is shown larger, so that the most is such a share of its size. */
+const SEEN_MOVE = 0.05, MOST_TIMES = 10;
+/** How much larger sheets become by a tap. */
+const ZOOM = 1.5;
 
 /** @typedef {import("./options.js").State} State */
 /** @typedef {import("./options.js").Options} Options */
 /** @typedef {Record<string, any>} Values */
 
-/** Say what is to be known now. @param {string} text */
-function hint(text, wrong = false) {
+/**
+ * Say what is to be known now.
+ *
+ * @param {string} text
+ * @param {Values[]} [fixes] What cures it.
+ */
+function hint(text, wrong = false, fixes = []) {
   by("hint").textContent = text;
   by("hint").classList.toggle("wrong", wrong);
+  by("cures").innerHTML = curesOf(fixes);
 }
 
 /** The page: it shows one state, as far as the server has worked it out. */
@@ -45,20 +70,30 @@ class Studio {
   #have = "";
   /** @type {Values} */
   plan = {};
+  // What is shown of trouble, and how large sheets are; of which model the choices are.
+  #trouble = "";
+  #zoom = 1;
+  #choicesOf = "";
+  #busy = 0;
+  cards = new Cards();
 
-  /** @param {string} base @param {State & { folder: string }} given */
-  constructor(base, given) {
-    this.history = new History(base, { mesh: given.mesh, options: given.options });
-    this.shelf = new Shelf(base);
-    this.state = this.history.now;
+  /** @param {string} base @param {{ folder: string }} given @param {Session} session */
+  constructor(base, given, session) {
+    this.folder = given.folder;
+    this.session = session;
+    this.state = session.now ?? { mesh: "", options: {} };
     this.wishes = new Wishes(`ws://${location.host}${base}live`, {
       state: () => this.state, view: () => this.#view(), yarns: () => this.yarns, rough: () => this.#rough(),
-      reached: () => hint(""),
+      begun: () => Boolean(this.state.mesh), raw: () => Boolean(this.seen?.raw), reached: () => hint(""),
       lost: () => hint("The studio does not answer. Is it still running? The page tries again.", true),
-      told: (data) => this.#told(data), ended: (to) => this.#ended(to),
+      told: (data) => this.#told(data), ended: (to, stopped) => this.#ended(to, stopped),
+    });
+    this.start = new Start({
+      open: (state) => this.open(state), goOn: (name) => this.goOn(name), read: (file) => this.read(file),
     });
     this.making = new Making(given.folder, this.wishes);
-    this.controls = new Controls((control, said, keep) => this.#controlled(control, said, keep));
+    this.cut = new Cut(() => this.plan);
+    this.controls = new Controls((...said) => this.#controlled(...said), (text) => hint(text, true));
     this.scene = Scene.on(by("object"), { tapped: (hit) => this.#tapped(hit), arrowAt: (x, y) => this.#arrowAt(x, y) });
     this.up = this.scene && new UpHandle(this.scene, by("arrow"), {
       turn: () => this.seen?.turn, leaning: (text) => hint(`Up: ${text}`), chosen: (up) => this.set({ up }),
@@ -71,7 +106,7 @@ class Studio {
 
   #view() {
     const { yarns, tool } = this;
-    return { have: yarns ? "" : this.#have, yarns, faces: tool === "leave" };
+    return { have: yarns ? "" : this.#have, yarns, radius: Number(by("radius").value), faces: tool === "leave" };
   }
 
   #rough() {
@@ -83,37 +118,72 @@ class Studio {
     const [head, found] = data instanceof ArrayBuffer ? unpacked(data) : [JSON.parse(data), null], { to, n } = head;
     if (!this.wishes.wanted(to, n)) return;
     if (head.progress) this.#progress(to, head.progress);
-    else if (head.error) this.#failed(to, head.error);
+    else if (head.error) this.#failed(to, head);
+    else if (head.glance && found) this.#glanced(found);
     else if (to === "look" && found) this.#looked(head, found);
+    else if (head.card) this.#tried(head.card, found ?? {});
     else if (head.choice) this.#chose(head.choice);
     else if (to === "plan") this.#planned(head, found);
     else if (to === "make" && head.made) this.making.made(head);
-    else if (head.design) this.#keep(head.design);
     if (head.done || head.stopped) this.wishes.ended(to, n, head.stopped);
   }
 
-  /** @param {import("./wishes.js").To} to */
-  #ended(to) {
+  /** @param {import("./wishes.js").To} to @param {boolean} stopped */
+  #ended(to, stopped) {
     if (to === "make") this.making.ended();
-    if (to === "designs") this.drawShelf();
-    if (!this.wishes.waits("look", "plan", "designs")) by("busy").hidden = true;
+    if (to === "choose") this.drawCards();
+    if (!this.wishes.waits("look", "plan", "choose")) {
+      clearTimeout(this.#busy);
+      this.#busy = 0;
+      by("busy").hidden = true;
+    }
+    if (stopped && to !== "make" && !this.wishes.waits("look", "plan", "choose")) this.#rested();
+  }
+
+  /** What was stopped can go on; nothing stays pale without a word. */
+  #rested() {
+    by("waiting").hidden = true;
+    hint(this.seen?.raw ? "Stopped. Take one of the choices, or go on." : "Stopped. What is pale is of an earlier state.");
+    by("cures").innerHTML = `<button type="button" id="go-on">Go on</button>`;
+  }
+
+  goOnWorking() {
+    hint("");
+    if (this.seen?.raw) this.wishes.ask("choose");
+    else if (this.seen) this.wishes.plan();
+    else this.wishes.look();
   }
 
   /** @param {string} to @param {{ what: string, done: number, total: number }} progress */
   #progress(to, { what, done, total }) {
     const make = to === "make", bar = make ? by("job-progress") : by("busy").querySelector("progress");
+    if (this.start.open && !make) return;
     if (total > 1) [bar.max, bar.value] = [total, done];
     else bar.removeAttribute("value");
-    (make ? by("job-text") : by("busy").querySelector("span")).textContent = what;
-    if (!make) by("busy").hidden = false;
+    const words = `${DOING[what] ?? what[0].toUpperCase() + what.slice(1)} …`;
+    (make ? by("job-text") : by("busy").querySelector("span")).textContent = words;
+    // What is there in a moment needs no bar.
+    if (!make) this.#busy ||= setTimeout(() => (by("busy").hidden = false), BUSY_MS);
+    if (!this.seen) this.#wait(words);
   }
 
-  /** @param {string} to @param {string} text */
-  #failed(to, text) {
-    if (to === "make") return this.making.failed(text);
-    hint(text, true);
+  /** Say that something is on its way, where nothing is to be seen yet. @param {string} text */
+  #wait(text) {
+    by("waiting").textContent = text;
+    by("waiting").hidden = !text;
+  }
+
+  /** @param {string} to @param {Values} head */
+  #failed(to, { error, fixes }) {
+    if (to === "make") return this.making.failed(error);
+    this.#wait("");
+    if (to === "choose" && this.start.open) return undefined;
+    hint(error, true, fixes);
+    if (this.session.has(-1)) by("cures").innerHTML += `<button type="button" id="take-back">Undo</button>`;
     if (to === "look") by("outcome").classList.add("stale");
-    if (to === "plan" && !this.plan.figures) by("verdict").querySelector("span").textContent = text.split("\n")[0];
+    if (to === "plan" && !this.plan.figures) by("verdict").querySelector("span").textContent = error.split("\n")[0];
+    for (const name of ["sheets", "steps"])
+      if (to === "plan" && !this.plan[name]) by(`panel-${name}`).innerHTML = `<p>None: ${escaped(error)}</p>`;
     return undefined;
   }
 
@@ -121,19 +191,62 @@ class Studio {
 
   /** @param {Values} head @param {Values} found */
   #looked(head, found) {
+    const another = !this.seen || this.seen.title !== head.title || this.seen.raw !== head.raw;
     this.seen = head;
     this.#arrays = found;
-    if (found.index) this.#have = this.yarns ? "" : head.shape;
-    hint(head.better ? "This is a first answer. A better one is being searched for." : TOOLS[this.tool]);
+    this.#have = this.yarns || head.raw ? "" : found.index ? head.shape : this.#have;
+    hint(head.better ? "This is a first answer. A better one is being searched for." : this.#why || TOOLS[this.tool]);
+    if (!head.better) this.#why = "";
+    this.#wait("");
+    this.#forgetTrouble();
     this.scene?.show(found, this.yarns);
+    if (another && !head.raw && !this.yarns) this.scene?.runIn();
     this.scene?.choose(-1);
     this.up?.reset();
     by("title").textContent = document.title = head.title;
     by("toml").href = URL.createObjectURL(new Blob([head.toml], { type: "application/toml" }));
     this.controls.draw(head.controls);
     showNotes(head.notes);
+    if (head.raw) this.#begun(head);
     this.#mark();
     document.body.dataset.seen = head.n;
+  }
+
+  /** A large model as its file has it, while it is checked. @param {Values} found */
+  #glanced(found) {
+    this.#wait("");
+    hint("The model as its file has it. It is being checked …");
+    this.scene?.show(found);
+    document.body.dataset.glance = "1";
+  }
+
+  /** A model is there, and its mesh is to be chosen. @param {Values} head */
+  #begun(head) {
+    hint(`${head.title} as it comes: ${head.faces} faces. A mesh that can be woven is being looked for; what is found is shown at once.`);
+    if (this.#choicesOf !== this.state.mesh) this.cards.clear();
+    this.#choicesOf = this.state.mesh;
+    this.plan = {};
+    for (const id of ["reasons", "grade", "change", "trouble", "figures", "widths"]) by(id).innerHTML = "";
+    by("verdict").querySelector("b").textContent = "";
+    by("verdict").querySelector("span").textContent = "Looking for what can be built …";
+    for (const name of ["strips", "sheets", "steps"]) by(`panel-${name}`).innerHTML = "<p>They come with the mesh.</p>";
+    this.openTab("choices");
+    this.drawCards();
+  }
+
+  /** A design was tried. @param {any} card @param {Values} found */
+  #tried(card, found) {
+    const wide = this.scene ? this.scene.picture(cardWidth, found) : "";
+    if (card.figures) {
+      this.cards.add({ ...card, picture: wide });
+      this.drawCards();
+      // The best so far takes the place of the grey model.
+      if (card.leads && this.seen?.raw && this.scene) {
+        this.scene.show(found);
+        this.scene.runIn();
+        hint(`Best so far: ${card.name}. Take it below, or wait for a better one.`);
+      }
+    } else this.start.add({ ...card, picture: wide });
   }
 
   /** Show the faces or the crossings that the tool is for. */
@@ -145,29 +258,96 @@ class Studio {
 
   /** @param {Values} head @param {Values | null} found */
   #planned(head, found) {
-    const flat = by("flat");
-    if (head.figures) {
-      this.plan = head;
-      showOutcome(head);
-      flat.classList.remove("stale");
-      drawStrips(by("panel-strips"), head.pieces, Math.max(300, flat.clientWidth - 24));
-      for (const name of ["sheets", "steps"]) by(`panel-${name}`).innerHTML = "<p>Coming …</p>";
-    } else if (found && this.scene) {
+    if (head.figures) this.#figured(head);
+    else if (found && this.scene) {
       this.#arrays = { ...this.#arrays, ...found };
       if (found.index) this.#have = head.shape;
-      this.scene.show(found);
+      this.scene.show({ ...found, index: found.index ?? this.#arrays.index });
+      this.plan.trouble = head.trouble;
       this.#mark();
+      this.colour(this.#trouble in head.trouble ? this.#trouble : "");
+      this.#showForm();
     } else if (head.sheets) {
-      Object.assign(this.plan, head);
-      const how = head.effort === "quick" ? "nested quickly" : `nested by effort ${head.effort}`;
-      drawSheets(by("panel-sheets"), this.plan, Math.max(110, flat.clientHeight - 36), pinned(this.state.options), how);
+      this.plan = { ...this.plan, ...head };
+      this.drawSheets(true);
     } else if (head.steps) {
       this.plan.steps = head.steps;
       const rows = head.steps.map(({ pieces, text }) =>
         `<li><button type="button" data-id="${escaped(pieces[0] || "")}">${escaped(text)}</button></li>`);
       by("panel-steps").innerHTML = `<ol>${rows.join("")}</ol>`;
+      this.#note();
     }
     this.choose(this.#chosen);
+  }
+
+  /** @param {Values} head */
+  #figured(head) {
+    const { figures: before, of } = this.plan, { state } = this, flat = by("flat");
+    this.plan = { ...head, of: state };
+    const change = before && of.mesh.split("?")[0] === state.mesh.split("?")[0] && of !== state;
+    by("change").textContent = change ? changes(before, head.figures) : "";
+    showOutcome(head);
+    flat.classList.remove("stale");
+    drawStrips(by("panel-strips"), head.pieces, Math.max(300, flat.clientWidth - 24));
+    for (const name of ["sheets", "steps"]) by(`panel-${name}`).innerHTML = "<p>Coming …</p>";
+  }
+
+  drawSheets(falling = false) {
+    const { plan } = this, flat = by("flat");
+    if (!plan.sheets) return;
+    const how = plan.effort === "quick" ? "nested quickly" : `nested by effort ${plan.effort}`;
+    const high = this.#zoom * Math.max(110, flat.clientHeight - 80);
+    this.cut.stop();
+    drawSheets(by("panel-sheets"), plan, high, pinned(this.state.options), how, falling);
+  }
+
+  /** Make sheets larger or smaller. @param {number} steps */
+  zoom(steps) {
+    this.#zoom = Math.min(Math.max(this.#zoom * ZOOM ** steps, 1), 12);
+    this.drawSheets();
+  }
+
+  /** Give what is flat the room of the object, and back. @param {boolean} on */
+  stage(on) {
+    document.body.classList.toggle("stage", on);
+    requestAnimationFrame(() => {
+      this.drawSheets();
+      if (this.plan.pieces) drawStrips(by("panel-strips"), this.plan.pieces, Math.max(300, by("flat").clientWidth - 24));
+    });
+  }
+
+  /** Colour the object by a trouble; as the material is by none. @param {string} rule */
+  colour(rule) {
+    this.#trouble = rule;
+    showTrouble(this.plan.trouble ?? {}, rule);
+    this.scene?.warm(rule ? this.#arrays[`heat_${rule}`] : null);
+    by("legend").hidden = !rule;
+  }
+
+  #forgetTrouble() {
+    by("trouble").innerHTML = "";
+    by("legend").hidden = by("form-row").hidden = true;
+    this.scene?.warm(null);
+    this.scene?.letGo(0);
+  }
+
+  /** The slider from what is cut to what it is when it is let go. */
+  #showForm() {
+    const moves = this.#arrays.moves ?? [], made = this.plan.drawn_mm != null;
+    let most = 0;
+    for (let k = 0; k < moves.length; k += 3) most = Math.max(most, Math.hypot(moves[k], moves[k + 1], moves[k + 2]));
+    const size = Math.max(...(this.seen?.controls ?? []).filter((one) => one.option === "size").map((one) => one.value), 1);
+    this.times = most ? Math.min(Math.max(Math.round((SEEN_MOVE * size) / most), 1), MOST_TIMES) : 1;
+    by("form-row").hidden = !most;
+    by("form-row").querySelector("span").textContent =
+      `${made ? "As cut" : "As drawn"} … let go${this.times > 1 ? `, shown ${this.times} times as far` : ""}`;
+    by("form").value = made ? 1 : 0;
+    this.letGo(made ? 1 : 0);
+  }
+
+  /** What is made to settle onto the model is cut as far before it. @param {number} share */
+  letGo(share) {
+    this.scene?.letGo((this.times ?? 1) * (share - (this.plan.drawn_mm != null ? 1 : 0)));
   }
 
   /** Bring out a piece in space, on its sheet and in words; -1 for none. @param {number} piece */
@@ -193,11 +373,15 @@ class Studio {
 
   /** Change the state; it can be undone once the change is kept. @param {State} next */
   change(next, keep = true) {
+    if (next.mesh !== this.state.mesh) this.#have = "";
     this.state = cleaned(next);
-    if (keep) this.history.add(this.state);
+    this.start.show(false);
+    if (keep) this.session.add(this.state);
     this.#drawHistory();
     for (const id of ["outcome", "flat"]) by(id).classList.add("stale");
+    if (!this.seen) this.#wait("Reading the model …");
     this.wishes.changed();
+    this.drawCards();
   }
 
   /** Change some options. @param {Options} options */
@@ -206,22 +390,51 @@ class Studio {
     this.change({ mesh, options: { ...before, ...options } }, keep);
   }
 
-  /** Go on with the mesh on which make would weave the model. @param {{ options: Options, why: string }} choice */
-  #chose({ options, why }) {
-    this.set(options);
-    hint(why);
+  /** Begin with another model, in a session of its own. @param {State} state */
+  open(state) {
+    if (this.session.states.length) this.session = new Session();
+    this.seen = null;
+    this.plan = {};
+    if (this.scene) this.scene.fabric.mesh.visible = false;
+    this.change(state);
+    drawKept(this.session.kept);
+  }
+
+  /** Go on with a session. @param {string} name */
+  goOn(name) {
+    location.hash = name;
+    location.reload();
+  }
+
+  /** Go on with the mesh on which make would weave the model. @param {Values} choice */
+  #chose({ options, why, roles }) {
+    this.cards.name(roles);
+    const usual = this.cards.all.find(({ role }) => role === "usual");
+    this.#why = usual ? `Taken: ${usual.name}, the best of what was tried. Choices has others.` : why;
+    // Undo goes to what was before the model, not to a model that is to be chosen for again.
+    this.state = cleaned({ mesh: this.state.mesh, options: { ...this.state.options, ...options } });
+    this.session.replace(this.state);
+    this.change(this.state, false);
+  }
+
+  // Why the mesh is what it is, to be told with the object.
+  #why = "";
+
+  /** Take a design that was tried. @param {number} number */
+  take(number) {
+    this.change(this.cards.all[number].state);
   }
 
   /** Undo or do again so many changes. @param {number} steps */
   go(steps) {
-    if (!this.history.has(steps)) return;
-    this.history.go(steps);
-    this.change(this.history.now, false);
+    if (!this.session.has(steps)) return;
+    this.session.go(steps);
+    this.change(this.session.now, false);
   }
 
   #drawHistory() {
-    by("undo").disabled = !this.history.has(-1);
-    by("redo").disabled = !this.history.has(1);
+    by("undo").disabled = !this.session.has(-1);
+    by("redo").disabled = !this.session.has(1);
   }
 
   /** @param {Values} control @param {string | null} said @param {boolean} keep */
@@ -242,6 +455,16 @@ class Studio {
     else if (tool === "fasten" && hit.crossing !== undefined) this.set(toggleFastener(options, hit.crossing));
   }
 
+  /** Keys on the object: go to the next strip, face or crossing, or take the one that is there. @param {string} key */
+  key(key) {
+    const { tool, scene, plan: { pieces = [] } } = this, steps = key === "n" ? 1 : key === "p" ? -1 : 0;
+    if (!scene) return;
+    if (tool === "leave" || tool === "fasten") {
+      const here = scene.step(steps);
+      if (!steps) this.#tapped({ [tool === "leave" ? "face" : "crossing"]: here });
+    } else if (steps && pieces.length) this.choose((Math.max(this.#chosen, steps < 0 ? 0 : -1) + steps + pieces.length) % pieces.length);
+  }
+
   /** The arrow is drawn, and its tip is seen there. @param {number} x @param {number} y */
   #arrowAt(x, y) {
     by("arrow").hidden = false;
@@ -259,7 +482,7 @@ class Studio {
   }
 
   /** @param {string} tool */
-  take(tool) {
+  hold(tool) {
     this.tool = tool;
     for (const other of document.querySelectorAll("[data-tool]"))
       other.setAttribute("aria-pressed", String(other.getAttribute("data-tool") === tool));
@@ -274,6 +497,7 @@ class Studio {
   showYarns(on) {
     this.yarns = on;
     this.#have = "";
+    by("thick").hidden = !on;
     this.wishes.look();
   }
 
@@ -284,42 +508,45 @@ class Studio {
     this.scene?.draw();
   }
 
-  // ---- flat, shelf
+  // ---- flat, choices, what is kept
 
   /** @param {string} name */
   openTab(name) {
     turnUp(TABS, name);
+    for (const tab of TABS) by(`tab-${tab}`).tabIndex = tab === name ? 0 : -1;
     this.choose(this.#chosen);
   }
 
-  drawShelf() {
-    this.shelf.draw(this.wishes.waits("designs"));
+  drawCards() {
+    if (this.state.mesh) this.cards.draw(this.state, this.wishes.waits("choose"));
   }
 
-  /** @param {import("./shelf.js").Variant} variant */
-  #keep(variant) {
-    this.shelf.keep(variant);
-    this.drawShelf();
-  }
-
-  /** Let the server put designs of its own on the shelf. */
+  /** Let the server try more designs. */
   tryDesigns() {
-    this.wishes.ask("designs");
-    this.drawShelf();
+    this.wishes.ask("choose", { more: true });
+    this.drawCards();
   }
 
-  /** Take a variant off the shelf. @param {number} number */
+  /** Take a variant away. @param {number} number */
   drop(number) {
-    this.shelf.drop(number);
-    this.drawShelf();
+    this.session.drop(number);
+    drawKept(this.session.kept);
   }
 
-  /** Put what is seen on the shelf. */
+  /** Keep what is seen. */
   keep() {
     const planned = this.plan.figures && !by("outcome").classList.contains("stale");
-    const name = this.seen ? this.seen.title : this.state.mesh, picture = this.scene?.picture(SHELF_PX) ?? "";
-    this.#keep({ name, state: this.state, words: planned ? shortly(this.plan) : "not planned yet", picture });
-    this.openTab("shelf");
+    const name = this.seen ? this.seen.title : this.state.mesh, picture = this.scene?.picture(KEPT_PX) ?? "";
+    this.session.keep({ name, state: this.state, words: planned ? shortly(this.plan) : "not planned yet", picture });
+    drawKept(this.session.kept);
+    this.openTab("kept");
+  }
+
+  /** Let the list of recent work show this. */
+  #note() {
+    const { figures } = this.plan, hours = this.plan.hours || "hours not known";
+    const picture = this.scene?.picture(KEPT_PX) ?? "";
+    this.session.show({ title: this.seen?.title ?? "", words: `${figures.pieces} pieces, ${hours}`, picture });
   }
 
   /** Read a file that was given. @param {File} file */
@@ -328,21 +555,42 @@ class Studio {
     try {
       const sent = await fetch(`take?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file });
       const answer = await sent.json();
-      if (answer.error) hint(answer.error, true);
-      else this.change(answer);
+      if (answer.error) this.#refused(answer.error);
+      else this.open(answer);
     } catch {
-      hint("The studio did not take the file. Is it still running?", true);
+      this.#refused("The studio did not take the file. Is it still running?");
     }
+  }
+
+  /** @param {string} text */
+  #refused(text) {
+    hint(text, true);
+    if (this.start.open) by("start-drop").querySelector("span").textContent = text;
   }
 
   async copyCommand() {
     const { command } = this.seen ?? {};
+    by("sharing").close();
     try {
       await navigator.clipboard.writeText(command);
       hint(`Copied: ${command}`);
     } catch {
       hint(command);
     }
+  }
+
+  share() {
+    const picture = this.scene?.picture(SHARED_PX, null, "image/png");
+    if (picture) by("share-picture").href = picture;
+    by("share-picture").parentElement.hidden = !picture;
+    by("share-made").innerHTML = this.making.links;
+    by("sharing").showModal();
+  }
+
+  askEnd() {
+    const job = this.wishes.waits("make") ? " The job that is being made stops, and nothing of it is written." : "";
+    by("ending-text").textContent = `Your work is in ${this.folder}; the studio lists it when you start it there again.${job}`;
+    by("ending").showModal();
   }
 
   async end() {
@@ -365,80 +613,22 @@ class Studio {
 
   begin() {
     this.#drawHistory();
-    this.history.keep();
-    this.drawShelf();
+    drawKept(this.session.kept);
+    this.openTab("strips");
+    this.start.show(!this.state.mesh);
+    if (this.state.mesh) this.#wait("Waiting for the studio …");
+    this.drawCards();
     this.wishes.connect();
   }
 }
 
-/** Give the buttons of the page their work. @param {Studio} studio */
-function connect(studio) {
-  const click = (id, act) => by(id).addEventListener("click", act);
-  const toggle = (id, act) => click(id, () => {
-    const on = by(id).getAttribute("aria-pressed") !== "true";
-    by(id).setAttribute("aria-pressed", on);
-    act(on);
-  });
-  for (const button of document.querySelectorAll("[data-tool]"))
-    button.addEventListener("click", () => studio.take(button.getAttribute("data-tool") || ""));
-  toggle("yarns", (on) => studio.showYarns(on));
-  toggle("shadows", (on) => studio.scene?.shadows(on));
-  click("theme", () => studio.darken(!document.documentElement.classList.contains("dark")));
-  for (const tab of TABS) click(`tab-${tab}`, () => studio.openTab(tab));
-  click("keep", () => studio.keep());
-  click("undo", () => studio.go(-1));
-  click("redo", () => studio.go(1));
-  click("stop", () => studio.wishes.stop("look", "plan", "designs"));
-  click("copy", () => studio.copyCommand());
-  click("end", () => studio.end());
-  click("flat", ({ target }) => {
-    const { id, dataset } = target.closest(".piece, #try, [data-id], [data-kept], [data-gone]") ?? {};
-    if (!dataset) return;
-    if (id === "try") studio.tryDesigns();
-    else if (dataset.piece) studio.choose(Number(dataset.piece));
-    else if (dataset.id !== undefined) studio.chooseNamed(dataset.id);
-    else if (dataset.kept) studio.change(studio.shelf.variant(Number(dataset.kept)).state);
-    else studio.drop(Number(dataset.gone));
-  });
-  dragPieces(by("panel-sheets"), () => studio.plan, (place) => studio.pin(place[0], place));
-  by("panel-sheets").addEventListener("dblclick", ({ target }) => {
-    const shape = target.closest(".pinned");
-    if (shape) studio.pin(Number(shape.dataset.piece), null);
-  });
-}
-
-/** Let the page hear keys, and take files. @param {Studio} studio */
-function listen(studio) {
-  document.addEventListener("keydown", (event) => {
-    const { target, ctrlKey, metaKey, shiftKey } = event, key = event.key.toLowerCase();
-    if (!(ctrlKey || metaKey) || (key !== "z" && key !== "y")) return;
-    if (target instanceof Element && target.matches("input[type=text], input[type=number]")) return;
-    event.preventDefault();
-    studio.go(key === "y" || shiftKey ? 1 : -1);
-  });
-  by("open").addEventListener("change", () => {
-    const [file] = by("open").files;
-    if (file) studio.read(file);
-    by("open").value = "";
-  });
-  const over = (on) => document.body.classList.toggle("drop", on);
-  document.addEventListener("dragover", (event) => {
-    event.preventDefault();
-    over(true);
-  });
-  document.addEventListener("dragleave", (event) => event.relatedTarget || over(false));
-  document.addEventListener("drop", (event) => {
-    event.preventDefault();
-    over(false);
-    const file = event.dataTransfer?.files[0];
-    if (file) studio.read(file);
-  });
-}
-
-const given = await (await fetch("state")).json(), studio = new Studio(location.pathname, given);
+const given = await (await fetch("state")).json(), named = await Session.named(), session = named ?? new Session();
+if (!named && given.mesh && location.hash !== "#home") session.add({ mesh: given.mesh, options: given.options });
+const studio = new Studio(location.pathname, given, session);
 connect(studio);
 listen(studio);
-studio.darken(matchMedia("(prefers-color-scheme: dark)").matches);
+const dark = taste.read()?.dark ?? matchMedia("(prefers-color-scheme: dark)").matches;
+studio.darken(dark);
 // For those who test the page or build on it.
 Object.assign(window, { studio });
 studio.begin();

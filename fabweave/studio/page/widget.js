@@ -13,7 +13,13 @@ export function render({ model, el }) {
   canvas.setAttribute("aria-label", "The woven object");
   canvas.style.cssText = "display:block;width:100%;height:440px;touch-action:none;cursor:grab";
   el.append(canvas);
-  const scene = Scene.on(canvas, { tapped() {}, arrowAt() {} });
+  const scene = Scene.on(canvas, {
+    tapped(hit) {
+      model.set("rung", hit?.rung ?? -1);
+      model.save_changes();
+    },
+    arrowAt() {},
+  });
   if (!scene) {
     canvas.replaceWith("This browser shows no WebGL 2.");
     return undefined;
@@ -21,9 +27,11 @@ export function render({ model, el }) {
   const show = () => {
     const { buffer, byteOffset, byteLength } = model.get("data");
     scene.show(unpacked(buffer.slice(byteOffset, byteOffset + byteLength))[1]);
+    scene.choose(model.get("chosen"));
   };
   show();
   model.on("change:data", show);
+  model.on("change:chosen", () => scene.choose(model.get("chosen")));
   return () => {
     model.off("change:data", show);
     scene.dispose();

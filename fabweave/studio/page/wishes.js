@@ -5,7 +5,7 @@ const FINER_MS = 2500;
 /** A server that is gone is called again after so long, and then less and less often. */
 const AGAIN_MS = 500, SELDOM_MS = 8000;
 
-/** @typedef {"look" | "plan" | "make" | "designs"} To Who is asked. */
+/** @typedef {"look" | "plan" | "make" | "choose"} To Who is asked. */
 
 /**
  * What wishes need to know, and whom they tell.
@@ -13,12 +13,14 @@ const AGAIN_MS = 500, SELDOM_MS = 8000;
  * @typedef {object} Company
  * @property {() => object} state What all wishes are about.
  * @property {() => object} view What is wished to be seen of it.
+ * @property {() => boolean} begun Whether there is anything to be seen.
+ * @property {() => boolean} raw Whether a mesh is to be chosen first.
  * @property {() => boolean} yarns
  * @property {() => boolean} rough Whether sheets could be nested better.
  * @property {() => void} reached The server is there.
  * @property {() => void} lost The server is gone.
  * @property {(data: string | ArrayBuffer) => void} told
- * @property {(to: To) => void} ended
+ * @property {(to: To, stopped: boolean) => void} ended
  */
 
 /** What is asked of the server, and when. */
@@ -28,7 +30,7 @@ export class Wishes {
   #number = 0;
   #retry = 0;
   /** The numbers of the wishes under way; 0 for none. @type {Record<To, number>} */
-  #flight = { look: 0, plan: 0, make: 0, designs: 0 };
+  #flight = { look: 0, plan: 0, make: 0, choose: 0 };
   #since = 0;
   #dirty = false;
   // Timers: for a late answer, for rest, and for finer sheets.
@@ -47,9 +49,10 @@ export class Wishes {
     this.#socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
-      this.#retry = this.#flight.look = this.#flight.plan = 0;
+      this.#retry = this.#flight.look = this.#flight.plan = this.#flight.choose = 0;
       this.company.reached();
-      this.look();
+      if (this.company.begun()) this.look();
+      else this.ask("choose", { examples: true });
     };
     socket.onmessage = ({ data }) => this.company.told(data);
     socket.onclose = () => {
@@ -70,6 +73,8 @@ export class Wishes {
 
   /** Stop what is done for a wish, if any is under way. @param {To[]} all */
   stop(...all) {
+    clearTimeout(this.#resting);
+    this.#resting = 0;
     for (const to of all) if (this.#flight[to]) this.#send(to, { stop: true });
   }
 
@@ -94,22 +99,21 @@ export class Wishes {
 
   /** The state has changed: what was planned counts no more. */
   changed() {
-    clearTimeout(this.#resting);
     clearTimeout(this.#finer);
-    this.stop("plan");
-    this.#flight.plan = 0;
+    this.stop("plan", "choose");
+    this.#flight.plan = this.#flight.choose = 0;
     this.look();
   }
 
   /**
-   * Whether an answer is still wanted: of plans only the latest counts; of looks, all that come are
-   * newer than what is seen.
+   * Whether an answer is still wanted: only the latest counts; of looks, all that come are newer
+   * than what is seen.
    *
    * @param {To} to
    * @param {number} number
    */
   wanted(to, number) {
-    return to !== "plan" || number === this.#flight.plan;
+    return to === "look" || to === "make" || number === this.#flight[to];
   }
 
   /**
@@ -123,19 +127,23 @@ export class Wishes {
     if (number !== this.#flight[to]) return;
     this.#flight[to] = 0;
     if (to === "look" && this.#dirty) this.look();
-    else if (to === "look") this.#rest();
+    else if (to === "look" && !stopped) this.#rest();
     else if (to === "plan" && !stopped && this.company.rough())
       this.#finer = setTimeout(() => this.ask("plan", { finer: true }), FINER_MS);
-    this.company.ended(to);
+    this.company.ended(to, stopped);
   }
 
-  /** When nothing changes for a while, find out what it comes to. */
+  /** A mesh is chosen at once; what it comes to is found out when nothing changes for a while. */
   #rest() {
     clearTimeout(this.#resting);
-    this.#resting = setTimeout(() => {
-      this.#resting = 0;
-      this.ask("plan", { yarns: this.company.yarns() });
-    }, REST_MS);
+    if (this.company.raw()) this.ask("choose");
+    else this.#resting = setTimeout(() => this.plan(), REST_MS);
+  }
+
+  /** Find out what it comes to. */
+  plan() {
+    this.#resting = 0;
+    this.ask("plan", { yarns: this.company.yarns() });
   }
 
   /** Whether something is under way. @param {To[]} all */
@@ -145,6 +153,6 @@ export class Wishes {
 
   /** Whether what is seen is what was asked for last, and planned. */
   get settled() {
-    return !this.#dirty && !this.#resting && !this.#flight.look;
+    return !this.#dirty && !this.#resting && !this.#flight.look && !this.#flight.choose;
   }
 }
