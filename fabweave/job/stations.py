@@ -275,7 +275,7 @@ class Stations:
         """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
-        kinds = [joint.kind for joint in drawn.joints]
+        joints = [(one.kind, len(one.holes)) for one in drawn.joints]
         # What comes nearer is not cut into more pieces, hardly more kinds, nor held otherwise. Its
         # holes are of as many sizes: where there is less room, all are smaller.
         most = drawn.kinds.count + drawn.kinds.count // _MANY_KINDS
@@ -285,7 +285,7 @@ class Stations:
             for rules in (drawn.rules, *smaller):
                 brief = replace(self.brief, rules=rules)
                 pieces = joined_pieces(joined, brief, lambda held, *_: held | beside)
-                held = [joint.kind for joint in pieces.joints] == kinds
+                held = [(one.kind, len(one.holes)) for one in pieces.joints] == joints
                 held &= bool(pieces.fastened.sum() >= drawn.fastened.sum())
                 few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= most
                 if held and few:
