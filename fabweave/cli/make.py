@@ -83,7 +83,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
     console.print(job.grade.text, markup=False)
     if job.form_text:
-        console.print(f"Let go, it {job.form_text}", markup=False)
+        console.print(f"When you let go, it {job.form_text}", markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
     console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
 

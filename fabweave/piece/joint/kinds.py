@@ -225,7 +225,7 @@ _OTHERS = (
     JointKind(
         "slot",
         title="a tab through a slot",
-        ties=("put its tab through {}", "take the tab of {}"),
+        ties=("put its tab through {}", "take the tab at {}"),
         note="[tab|tabs] pushed through a slot up to [its|their] shoulders",
         tools="a flat surface on which to bend the tabs",
         laps=True,

@@ -1,7 +1,8 @@
 """Make the pictures of the steps: what is new in large, and where it is on the whole object."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby, pairwise, product
 
 import numpy as np
@@ -137,17 +138,42 @@ def new_mark(drawn: Drawn, frame: Frame, piece: Numbers, number: int) -> Picture
     return seen_mark(text, piece == number, frame) or unseen
 
 
-class Places:
-    """Where what a step names is in its picture."""
+def stations_of_half(count: int, half: int | None) -> range:
+    """Return which of a piece's stations a picture shows: all, or those of a half, 0 or 1.
 
-    def __init__(self, drawn: Drawn, frame: Frame, near: FloatArray, at: int) -> None:
+    Examples
+    --------
+    >>> stations_of_half(5, 0), stations_of_half(5, 1)
+    (range(0, 3), range(2, 5))
+    """
+    return range(count // 2 if half == 1 else 0, (count + 1) // 2 if half == 0 else count)
+
+
+class Places:
+    """Where what a step names is in its picture, which shows its piece or a half of that."""
+
+    def __init__(
+        self, drawn: Drawn, frame: Frame, near: FloatArray, at: int, half: int | None = None
+    ) -> None:
         self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
         self._new = set(drawn.steps[at].pieces)
+        self._half = half
         self._corner = np.array([frame.width_px, 0.0])
 
-    def middle(self, crossing: int) -> FloatArray:
-        """Return where a crossing is."""
-        return on_page(self._pixels(crossing).mean(axis=0), self._frame)
+    def _shows(self, key: str, station: int) -> bool:
+        """Say whether a station of a new piece is in the half that the picture shows."""
+        drawn = self._drawn
+        count = len(drawn.pieces[drawn.number[key]].stations)
+        return station in stations_of_half(count, self._half)
+
+    def middles(self, crossings: Iterable[int]) -> list[FloatArray]:
+        """Return where those of some crossings are that the picture shows."""
+        shown = []
+        for crossing in dict.fromkeys(crossings):
+            over, key = self._own(crossing)
+            if self._shows(key, self._drawn.station[key, crossing, over]):
+                shown.append(on_page(self._pixels(crossing).mean(axis=0), self._frame))
+        return shown
 
     def _pixels(self, crossing: int) -> FloatArray:
         """Return the corners of the panel of a new piece at a crossing, in pixels, (4, 3)."""
@@ -173,13 +199,16 @@ class Places:
         for key in step.pieces:
             met = list(self._met(key, step))
             over = [station.over for station, _ in met]
-            bare = len(met) + len(step.joints) + 2 > MOST_TAGS
+            shown = [
+                self._shows(key, self._drawn.station[key, station.crossing, station.over])
+                for station, _ in met
+            ]
+            bare = sum(shown) + len(step.joints) + 2 > MOST_TAGS
             for number, (station, others) in enumerate(met, start=1):
-                if bare and not self._told(number, over):
+                if not shown[number - 1] or (bare and not self._told(number, over)):
                     continue
-                for other in others[:1] if bare else others:
-                    text = f"{number}" if bare else f"{number} {other}"
-                    yield self._mark(key, other, text, station.crossing, over=station.over)
+                text = f"{number}" if bare else f"{number} {' '.join(others)}"
+                yield self._mark(key, others[0], text, station.crossing, over=station.over)
 
     @staticmethod
     def _told(number: int, over: Sequence[bool]) -> bool:
@@ -224,7 +253,10 @@ class Places:
     def joints(self, step: StepRecord) -> Iterator[PictureLabel]:
         """Yield the joints that are made."""
         for key in step.joints:
-            middle = self._pixels(self._drawn.joints[key].crossing).mean(axis=0)
+            crossing = self._drawn.joints[key].crossing
+            if not self.middles([crossing]):
+                continue
+            middle = self._pixels(crossing).mean(axis=0)
             at = on_page(middle, self._frame)
             up = np.array([0.0, 1.0])
             yield PictureLabel(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
@@ -258,7 +290,7 @@ class Places:
             half = len(stations) / 2
             for back in (True, False):
                 under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
-                if not under:
+                if not under or self._half == int(back):
                     continue
                 inner = max(under) + 1 if back else min(under) - 1
                 inner = min(max(inner, 0), len(stations) - 1)
@@ -287,14 +319,17 @@ _ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 SITTING_DEG = (20.0, 55.0)
 #: From elsewhere, or from below, is seen what shows so many times as much from there.
 _WORTH_A_LOOK = 1.5
-#: What shows less than this share of what the best view shows shows little.
-_LITTLE = 0.3
+#: A strip that meets fewer strands is not drawn half by half.
+_SPLIT_FROM = 4
+#: What shows less than this share of what the best view shows shows little; a half of a strip of
+#: which one picture shows less than that has a picture of its own.
+_LITTLE, _HALF_SEEN = 0.3, 0.55
 #: A strip of which less of its area is turned to the eye is seen from its edge.
 FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
-def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
+def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
     """Choose a view for each step, so that the object is turned in an eighth of them.
 
     In early steps it is held as a person sees it who sits. Strips are drawn neither from their
@@ -305,8 +340,11 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
     held, drawn : (S,) int arrays
         How the object is held, and from where the step is drawn: that is another view where no
         turn is left for a strip that would be seen from its edge or from inside.
+    halves : (S, 2) int array
+        From where the halves of the step's piece are drawn, at its start and at its end: -1 where
+        one picture shows enough of both.
     """
-    least, outer, inner = np.moveaxis(seen_from_views(scene), 2, 0)
+    least, outer, inner, *halves = np.moveaxis(seen_from_views(scene), 2, 0)
     rise = np.array([view.elevation_deg for view in VIEWS])[:, None]
     seats = ~scene.early | ((rise >= SITTING_DEG[0]) & (rise <= SITTING_DEG[1]))
     faced = (faced_shares(scene) >= FACED) & (outer > inner)
@@ -321,8 +359,12 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
         held = choose_views(shares, enough)
         if np.count_nonzero(np.diff(held)) <= MOST_TURNS * len(held):
             break
-    shown = best[held, np.arange(len(held))]
-    return held, np.where(shown >= _LITTLE, held, best.argmax(axis=0))
+    every = np.arange(len(held))
+    drawn = np.where(best[held, every] >= _LITTLE, held, best.argmax(axis=0))
+    seen = np.where(open_views, halves, -1.0)
+    shown, most = np.take_along_axis(seen, drawn[None, None], 1)[:, 0], seen.max(axis=1)
+    two = np.where(shown >= _HALF_SEEN * most, drawn, seen.argmax(axis=1))
+    return held, drawn, np.where(two[0] == two[1], -1, two).T
 
 
 def faced_shares(scene: Scene) -> FloatArray:
@@ -345,9 +387,9 @@ def seen_from_views(scene: Scene) -> FloatArray:
 
     Returns
     -------
-    (V, S, 3) float array
-        Pixels of small pictures: outer faces, of the piece that is seen least and of all; and
-        inner faces, of all.
+    (V, S, 5) float array
+        Pixels of small pictures: outer faces, of the piece that is seen least and of all; inner
+        faces, of all; and outer faces of the halves at starts and at ends.
     """
     return np.array([_seen(scene, view) for view in VIEWS])
 
@@ -403,7 +445,7 @@ def choose_views(shares: FloatArray, enough: float) -> IntArray:
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
-    """Return what a view shows of each step's new pieces, (S, 3).
+    """Return what a view shows of each step's new pieces, (S, 5).
 
     Steps are painted one over the other: of a piece that counts which is nearer than all before,
     and than the former.
@@ -415,13 +457,17 @@ def _seen(scene: Scene, view: View) -> FloatArray:
     )
     board = scene.former_seen(frame, 0)[1].ravel()[pixel]
     triangle = triangle[(near > board) | (scene.step[triangle] + 1 >= scene.leaving.until)]
-    side = 2 * scene.piece + (scene.normals @ frame.axes[2] < 0.0)
+    back = scene.normals @ frame.axes[2] < 0.0
+    side = 2 * scene.piece + back
     area = np.bincount(side[triangle], minlength=2 * len(scene.step_of_piece)).astype(np.float64)
+    outer = triangle[~back[triangle]]
+    half = 2 * scene.step[outer] + scene.beyond[outer]
+    halves = np.bincount(half, minlength=2 * scene.n_steps).reshape(-1, 2)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area[::2])
     sides = area[::2], area[1::2]
     totals = [np.bincount(scene.step_of_piece, each, scene.n_steps) for each in sides]
-    return np.column_stack((least, *totals))
+    return np.column_stack((least, *totals, halves))
 
 
 def side_words(view: View) -> str:
@@ -499,12 +545,14 @@ class StepPicture:
         How far each of them reaches.
     ends : tuple of (N, 2, 2) float arrays
         For each new piece both ends of its rungs.
-    fasten : (N, 2) float array
-        The crossings that are complete now.
+    fasten, clips : (N, 2) float arrays
+        The crossings that are complete now, and those where a clip is put on.
     slides : tuple of Slide
     place : Overview or None
         Where that is on the object, as it is held, in a tall picture: of early steps, and of those
         that are drawn from another side, or not all in large.
+    other : StepPicture or None
+        The half at the end, where this one shows that at the start alone.
     """
 
     painted: Painted
@@ -517,8 +565,10 @@ class StepPicture:
     radius: float
     ends: tuple[FloatArray, ...]
     fasten: FloatArray
+    clips: FloatArray
     slides: tuple[Slide, ...]
-    place: Overview | None
+    place: Overview | None = None
+    other: "StepPicture | None" = None
 
 
 @frozen_value
@@ -560,13 +610,18 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
         Of all steps together, in order.
     """
     drawn = Drawn(scene, crossing_map)
-    held, seen_from = (each.tolist() for each in views_of_steps(scene))
+    held, seen_from, halves = (each.tolist() for each in views_of_steps(scene))
     pictures: list[WholePicture] = []
     for number, run in groupby(range(scene.n_steps), key=lambda at: held[at]):
         view = VIEWS[number]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
-            details = tuple(_detail(drawn, view, VIEWS[seen_from[at]], at) for at in own)
+            details = tuple(
+                _detail(drawn, view, VIEWS[seen_from[at]], at)
+                if halves[at][0] < 0 or len(_strands_met(drawn, at)) < _SPLIT_FROM
+                else _two_details(drawn, view, halves[at], at)
+                for at in own
+            )
             overview = _overview(drawn, view, own, WHOLE)
             pictures.append(WholePicture(overview, view, turned, details))
     return pictures
@@ -608,7 +663,7 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
     ends = [scene.rung_ends(number) for number in drawn.new(at)]
     wide = np.concatenate(ends)
     half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
-    many = len(step.over) + len(step.under) + len(step.joints) > _MANY_NAMES
+    many = len(_strands_met(drawn, at)) + len(step.joints) > _MANY_NAMES
     beside = early or view != held
     sizes = (TALL,) if beside else (WIDE,) if many else (WIDE, TALL)
     ratio, size, frame = _window(wide.reshape(-1, 3), view, sizes)
@@ -617,19 +672,54 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         if closer[0] < ratio:
             beside, (ratio, size, frame) = True, closer
     place = _overview(drawn, held, [at], TALL) if beside else None
+    return replace(_close_up(drawn, view, at, (ratio, size, frame)), place=place)
+
+
+def _strands_met(drawn: Drawn, at: int) -> tuple[int, ...]:
+    """Return where a step's piece meets what is in place."""
+    return (*drawn.steps[at].over, *drawn.steps[at].under)
+
+
+def _two_details(drawn: Drawn, held: View, halves: Sequence[int], at: int) -> StepPicture:
+    """Return the pictures of a step in large whose piece winds around the object, half by half."""
+    (number,) = drawn.new(at)
+    ends, count = drawn.scene.rung_ends(number), len(drawn.pieces[number].stations)
+    pictures = []
+    for half, view in enumerate(VIEWS[one] for one in halves):
+        own = stations_of_half(count, half)
+        first, last = (drawn.scene.panel(number, station) for station in (own[0], own[-1]))
+        rungs = slice(last + 2) if half == 0 else slice(first, None)
+        window = _window(ends[rungs].reshape(-1, 3), view, (TALL,))
+        pictures.append(_close_up(drawn, view, at, window, half))
+    place = _overview(drawn, held, [at], TALL)
+    return replace(pictures[0], place=place, other=pictures[1])
+
+
+def _close_up(
+    drawn: Drawn,
+    view: View,
+    at: int,
+    window: tuple[float, tuple[float, float], Frame],
+    half: int | None = None,
+) -> StepPicture:
+    """Return the picture of a step in a window, of its piece or a half of that."""
+    scene, step = drawn.scene, drawn.steps[at]
+    ratio, size, frame = window
     # From below, the table would hide the object.
-    table = early and view.elevation_deg > 0.0
+    table = bool(scene.early[at]) and view.elevation_deg > 0.0
     painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
-    places = Places(drawn, frame, shown.near, at)
+    places = Places(drawn, frame, shown.near, at, half)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
         *places.neighbours(step),
         *places.joints(step),
-        *places.starts(step),
+        *(() if half == 1 else places.starts(step)),
     ]
-    spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
-    spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]
-    fasten = [places.middle(key) for key in step.fasten if key not in drawn.idle]
+    joints = (drawn.joints[key].crossing for key in step.joints)
+    ends = [scene.rung_ends(number) for number in drawn.new(at)]
+    wide = np.concatenate(ends)
+    breadth = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1)))
+    fasten = places.middles(key for key in step.fasten if key not in drawn.idle)
     return StepPicture(
         painted,
         size,
@@ -641,12 +731,12 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         ),
         ratio,
         tuple(marks),
-        np.array(spots).reshape(-1, 2),
-        half * frame.pixels_per_mm * POINTS_PX,
+        np.array(places.middles((*step.over, *step.under, *joints))).reshape(-1, 2),
+        breadth / 2.0 * frame.pixels_per_mm * POINTS_PX,
         tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
         np.array(fasten).reshape(-1, 2),
+        np.array(places.middles(key for key, _, _ in step.clips or ())).reshape(-1, 2),
         tuple(_cut_off(places.slides(step), size)),
-        place,
     )
 
 
