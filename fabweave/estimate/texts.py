@@ -34,10 +34,10 @@ def hours_text(span: Span) -> str:
     Examples
     --------
     >>> hours_text((0.25, 0.8)), hours_text((8.1, 16.2)), hours_text((0.0, 0.0))
-    ('48 min, the next 15 min', '16 h, the next 8.1 h', 'none')
+    ('48 min, the next 15 min', '16 h, the next 8 h', 'none')
     """
-    first, after = _one(span[1]), _one(span[0])
-    return first if first == after else f"{first}, the next {after}"
+    after, _, first = time_text((_HOUR_S * span[0], _HOUR_S * span[1])).partition(" to ")
+    return f"{first}, the next {after} {first.split()[1]}" if first else after
 
 
 def _one(hours: float) -> str:

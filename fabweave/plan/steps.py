@@ -239,8 +239,9 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
                 ties.append(None)
                 continue
             other = joints[joint].pieces[mate]
-            whose = f"of {pieces[other].id}" if other != number else "of the same strip"
-            tie = joints[joint].kind.ties[1 - mate].format(f"the {('end', 'start')[mate]} {whose}")
+            tip = ("end", "start")[mate]
+            whose = f"the {tip} of {pieces[other].id}" if other != number else f"its own {tip}"
+            tie = joints[joint].kind.ties[1 - mate].format(whose)
             # A strip that is joined to itself is woven first, and closed at last.
             last = other == number and mate == 0
             ties.append(None if last else f"{tie} (joint {joint})")

@@ -160,18 +160,23 @@ class Places:
         self._half = half
         self._corner = np.array([frame.width_px, 0.0])
 
-    def _shows(self, key: str, station: int) -> bool:
-        """Say whether a station of a new piece is in the half that the picture shows."""
-        drawn = self._drawn
-        count = len(drawn.pieces[drawn.number[key]].stations)
-        return station in stations_of_half(count, self._half)
+    def _shown(self, key: str) -> range:
+        """Return which stations of a new piece are in the half that the picture shows."""
+        return stations_of_half(
+            len(self._drawn.pieces[self._drawn.number[key]].stations), self._half
+        )
 
     def middles(self, crossings: Iterable[int]) -> list[FloatArray]:
         """Return where those of some crossings are that the picture shows."""
         shown = []
         for crossing in dict.fromkeys(crossings):
             over, key = self._own(crossing)
-            if self._shows(key, self._drawn.station[key, crossing, over]):
+            stations = self._drawn.pieces[self._drawn.number[key]].stations
+            # Where a ring laps itself, it has a crossing twice.
+            if any(
+                (stations[at].crossing, stations[at].over) == (crossing, over)
+                for at in self._shown(key)
+            ):
                 shown.append(on_page(self._pixels(crossing).mean(axis=0), self._frame))
         return shown
 
@@ -198,13 +203,10 @@ class Places:
         """
         for key in step.pieces:
             met = list(self._met(key, step))
-            over = [station.over for station, _ in met]
-            shown = [
-                self._shows(key, self._drawn.station[key, station.crossing, station.over])
-                for station, _ in met
-            ]
+            over = [station.over for _, station, _ in met]
+            shown = [at in self._shown(key) for at, _, _ in met]
             bare = sum(shown) + len(step.joints) + 2 > MOST_TAGS
-            for number, (station, others) in enumerate(met, start=1):
+            for number, (_, station, others) in enumerate(met, start=1):
                 if not shown[number - 1] or (bare and not self._told(number, over)):
                     continue
                 text = f"{number}" if bare else f"{number} {' '.join(others)}"
@@ -220,15 +222,15 @@ class Places:
             return True
         return over[number - 1] in (over[number - 2], over[number])
 
-    def _met(self, key: str, step: StepRecord) -> Iterator[tuple[StationRecord, list[str]]]:
-        """Yield where a new piece meets others that are in place, and which."""
+    def _met(self, key: str, step: StepRecord) -> Iterator[tuple[int, StationRecord, list[str]]]:
+        """Yield at which stations a new piece meets others that are in place, and which."""
         drawn = self._drawn
-        for station in drawn.pieces[drawn.number[key]].stations:
+        for at, station in enumerate(drawn.pieces[drawn.number[key]].stations):
             if station.crossing in (step.over if station.over else step.under):
                 others = drawn.strands[station.crossing, not station.over]
                 there = [other for other in others if drawn.step_of[other] <= self._at]
                 if there:
-                    yield station, there
+                    yield at, station, there
 
     def _mark(self, key: str, other: str, text: str, crossing: int, *, over: bool) -> PictureLabel:
         """Return the name of what a piece meets at a crossing."""

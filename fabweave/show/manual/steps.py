@@ -60,7 +60,8 @@ LEGEND = (
     "hides them. # marks a joint: lap both ends so that their holes are in line. White arrows show "
     "where an end is pushed under, dotted where it is beneath. At a circle with a cross all layers "
     "are in place: set what the step says. At a clip, hold both strips together with one. The "
-    "first pictures show the table, and the finished object as a ghost."
+    "first pictures show the table, and the finished object as a ghost: strips may lie flat until "
+    "others bend them; what counts is who crosses whom, and where."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
