@@ -253,7 +253,9 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
         often = Counter(other for one in met for other in one.others)
         early = len(result) < _EARLY
         names = [
-            _name([pieces[other] for other in one.others], one.crossing)
+            "itself"
+            if number in one.others
+            else _name([pieces[other] for other in one.others], one.crossing)
             if early or one.others[1:] or often[one.others[0]] > 1
             else pieces[one.others[0]].id
             for one in met

@@ -162,18 +162,20 @@ def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
         for half, shown in halves_of(picture):
             own = stations_of_half(len(piece.stations), half)
             # What is met is numbered, as on the card; where that is much, by numbers alone.
-            many = sum(at in own for at, _, _ in met) + len(step.joints) + 2 > MOST_TAGS
             wanted = {("new", key)}
             ends = [one for one, at in zip(piece.joints, (0, len(piece.stations) - 1), strict=True)
                     if at in own]  # fmt: skip
-            wanted |= {("joint", f"#{one}") for one in step.joints if one in ends}
-            for number, (at, word, names) in enumerate(met, start=1):
+            made_there = [one for one in step.joints if one in ends]
+            wanted |= {("joint", f"#{one}") for one in made_there}
+            names = sum(at in own for at, _, _ in met) + len(made_there) + 1 + (half != 1)
+            many = names > MOST_TAGS
+            for number, (at, word, others) in enumerate(met, start=1):
                 # Where over and under take turns in a long run, only its ends are numbered.
                 turns = ways[number - 2 : number + 1] in (["over", "under", "over"],
                                                           ["under", "over", "under"])  # fmt: skip
                 bare = many and len(met) > MOST_NUMBERS and turns and 1 < number < len(met)
                 if at in own and not bare:
-                    wanted.add((word, f"{number}" if many else f"{number} {names}"))
+                    wanted.add((word, f"{number}" if many else f"{number} {others}"))
             named = {(mark.kind, mark.text) for mark in shown.marks} - {("start", "start")}
             if piece.joints[0] == piece.joints[1]:
                 named -= {one for one in named if one[0] == "joint"}

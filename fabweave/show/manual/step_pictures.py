@@ -10,7 +10,7 @@ import numpy as np
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_of_layers
-from fabweave.plan.crossing_map import CrossingMap, StationRecord, StepRecord
+from fabweave.plan.crossing_map import CrossingMap
 from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
 
 #: Where a picture would have more names, what a piece meets is numbered in it.
@@ -155,62 +155,37 @@ class Places:
     def __init__(
         self, drawn: Drawn, frame: Frame, near: FloatArray, at: int, half: int | None = None
     ) -> None:
-        self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
-        self._new = set(drawn.steps[at].pieces)
-        self._half = half
-        self._corner = np.array([frame.width_px, 0.0])
-
-    def _shown(self, key: str) -> range:
-        """Return which stations of a new piece are in the half that the picture shows."""
-        return stations_of_half(
-            len(self._drawn.pieces[self._drawn.number[key]].stations), self._half
-        )
+        self._drawn, self._frame, self._near, self._at, self._half = drawn, frame, near, at, half
+        self._step, (self._number,) = drawn.steps[at], drawn.new(at)
+        self._stations = drawn.pieces[self._number].stations
+        self._shown = stations_of_half(len(self._stations), half)
+        self._station = {self._stations[at].crossing: at for at in self._shown}
 
     def middles(self, crossings: Iterable[int]) -> list[FloatArray]:
         """Return where those of some crossings are that the picture shows."""
-        shown = []
-        for crossing in dict.fromkeys(crossings):
-            over, key = self._own(crossing)
-            stations = self._drawn.pieces[self._drawn.number[key]].stations
-            # Where a ring laps itself, it has a crossing twice.
-            if any(
-                (stations[at].crossing, stations[at].over) == (crossing, over)
-                for at in self._shown(key)
-            ):
-                shown.append(on_page(self._pixels(crossing).mean(axis=0), self._frame))
-        return shown
+        shown = [self._station[key] for key in dict.fromkeys(crossings) if key in self._station]
+        return [on_page(self._pixels(at).mean(axis=0), self._frame) for at in shown]
 
-    def _pixels(self, crossing: int) -> FloatArray:
-        """Return the corners of the panel of a new piece at a crossing, in pixels, (4, 3)."""
-        over, key = self._own(crossing)
-        corners = self._drawn.panel(key, crossing, over=over).reshape(-1, 3)
-        return self._frame.pixels(corners)
+    def _pixels(self, station: int) -> FloatArray:
+        """Return the corners of the panel of the new piece at a station, in pixels, (4, 3)."""
+        scene = self._drawn.scene
+        first = scene.panel(self._number, station)
+        return self._frame.pixels(scene.rung_ends(self._number)[first : first + 2].reshape(-1, 3))
 
-    def _own(self, crossing: int) -> tuple[bool, str]:
-        """Return the strand of a crossing that is a new piece's, and which."""
-        strands = self._drawn.strands
-        return next(
-            (over, key)
-            for over in (True, False)
-            for key in strands.get((crossing, over), ())
-            if key in self._new
-        )
-
-    def neighbours(self, step: StepRecord) -> Iterator[PictureLabel]:
+    def neighbours(self) -> Iterator[PictureLabel]:
         """Yield what the new piece lies over and runs under, numbered from its start.
 
         Its card has the same numbers; where names are many, numbers stand alone.
         """
-        for key in step.pieces:
-            met = list(self._met(key, step))
-            over = [station.over for _, station, _ in met]
-            shown = [at in self._shown(key) for at, _, _ in met]
-            bare = sum(shown) + len(step.joints) + 2 > MOST_TAGS
-            for number, (_, station, others) in enumerate(met, start=1):
-                if not shown[number - 1] or (bare and not self._told(number, over)):
-                    continue
+        met = list(self._met())
+        over = [self._stations[at].over for at, _ in met]
+        joints = sum(1 for _ in self.joints())
+        shown = sum(at in self._shown for at, _ in met)
+        bare = shown + joints + (1 if self._half == 1 else 2) > MOST_TAGS
+        for number, (at, others) in enumerate(met, start=1):
+            if at in self._shown and (not bare or self._told(number, over)):
                 text = f"{number}" if bare else f"{number} {' '.join(others)}"
-                yield self._mark(key, others[0], text, station.crossing, over=station.over)
+                yield self._mark(at, others[0], text)
 
     @staticmethod
     def _told(number: int, over: Sequence[bool]) -> bool:
@@ -222,57 +197,52 @@ class Places:
             return True
         return over[number - 1] in (over[number - 2], over[number])
 
-    def _met(self, key: str, step: StepRecord) -> Iterator[tuple[int, StationRecord, list[str]]]:
-        """Yield at which stations a new piece meets others that are in place, and which."""
-        drawn = self._drawn
-        for at, station in enumerate(drawn.pieces[drawn.number[key]].stations):
+    def _met(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield at which stations the new piece meets others that are in place, and which."""
+        drawn, step = self._drawn, self._step
+        for at, station in enumerate(self._stations):
             if station.crossing in (step.over if station.over else step.under):
                 others = drawn.strands[station.crossing, not station.over]
                 there = [other for other in others if drawn.step_of[other] <= self._at]
                 if there:
-                    yield at, station, there
+                    yield at, there
 
-    def _mark(self, key: str, other: str, text: str, crossing: int, *, over: bool) -> PictureLabel:
-        """Return the name of what a piece meets at a crossing."""
-        drawn, frame = self._drawn, self._frame
-        own = frame.pixels(drawn.panel(key, crossing, over=over).reshape(-1, 3))
-        strand = drawn.panel(other, crossing, over=not over).mean(axis=1)
+    def _mark(self, at: int, other: str, text: str) -> PictureLabel:
+        """Return the name of what the new piece meets at a station."""
+        drawn, frame, station = self._drawn, self._frame, self._stations[at]
+        own = self._pixels(at)
+        strand = drawn.panel(other, station.crossing, over=not station.over).mean(axis=1)
         ends = on_page(frame.pixels(strand), frame)
         along = ends[1] - ends[0]
         along = along / max(float(np.linalg.norm(along)), 1e-9)
-        middle = own.mean(axis=0)
         corners = on_page(own, frame)
-        at = corners.mean(axis=0)
+        middle = corners.mean(axis=0)
         return PictureLabel(
             text,
-            "over" if over else "under",
-            at,
+            "over" if station.over else "under",
+            middle,
             along,
-            float(np.abs((corners - at) @ along).max()),
-            self._hidden(middle),
+            float(np.abs((corners - middle) @ along).max()),
+            self._hidden(own.mean(axis=0)),
         )
 
-    def joints(self, step: StepRecord) -> Iterator[PictureLabel]:
+    def joints(self) -> Iterator[PictureLabel]:
         """Yield the joints that are made."""
-        for key in step.joints:
-            crossing = self._drawn.joints[key].crossing
-            if not self.middles([crossing]):
-                continue
-            middle = self._pixels(crossing).mean(axis=0)
-            at = on_page(middle, self._frame)
-            up = np.array([0.0, 1.0])
-            yield PictureLabel(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
+        for key in self._step.joints:
+            at = self._station.get(self._drawn.joints[key].crossing)
+            if at is not None:
+                pixel = self._pixels(at).mean(axis=0)
+                middle, up = on_page(pixel, self._frame), np.array([0.0, 1.0])
+                yield PictureLabel(f"#{key}", "joint", middle, up, 0.0, self._hidden(pixel))
 
-    def starts(self, step: StepRecord) -> Iterator[PictureLabel]:
-        """Yield the starts of the new pieces that the picture shows."""
-        for key in step.pieces:
-            line = self._frame.pixels(self._drawn.scene.middle_line(self._drawn.number[key])[:2])
-            at, after = on_page(line, self._frame)
-            if np.all((at > 0.0) & (at < on_page(self._corner, self._frame))):
-                along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
-                yield PictureLabel(
-                    "start", "start", at, along, 0.0, self._hidden(line.mean(axis=0))
-                )
+    def starts(self) -> Iterator[PictureLabel]:
+        """Yield the start of the new piece, if the picture shows it."""
+        line = self._frame.pixels(self._drawn.scene.middle_line(self._number)[:2])
+        at, after = on_page(line, self._frame)
+        corner = on_page(np.array([self._frame.width_px, 0.0]), self._frame)
+        if self._half != 1 and np.all((at > 0.0) & (at < corner)):
+            along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
+            yield PictureLabel("start", "start", at, along, 0.0, self._hidden(line.mean(axis=0)))
 
     def _hidden(self, pixel: FloatArray) -> bool:
         """Return whether something well in front of a place is seen there, or it is not shown."""
@@ -281,28 +251,25 @@ class Places:
             return True
         return bool(self._near[int(y), int(x)] > near + _LAYERS_MM * frame.pixels_per_mm)
 
-    def slides(self, step: StepRecord) -> Iterator[Slide]:
+    def slides(self) -> Iterator[Slide]:
         """Yield the ways of the ends that slide beneath what is in place."""
-        for key in step.pieces:
-            number = self._drawn.number[key]
-            stations = self._drawn.pieces[number].stations
-            beneath = [not station.over and station.crossing in step.under for station in stations]
-            line = on_page(self._frame.pixels(self._drawn.scene.middle_line(number)), self._frame)
-            panels = [self._drawn.scene.panel(number, at) for at in range(len(stations))]
-            half = len(stations) / 2
-            for back in (True, False):
-                under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
-                if not under or self._half == int(back):
-                    continue
-                inner = max(under) + 1 if back else min(under) - 1
-                inner = min(max(inner, 0), len(stations) - 1)
-                start = panels[inner]
-                rungs = range(start, -1, -1) if back else range(start, len(line))
-                hidden = {panels[at] for at in under}
-                points = line[list(rungs)]
-                covered = [(min(one, two) in hidden) for one, two in pairwise(rungs)]
-                if len(points) > 1:
-                    yield Slide(points, np.array(covered))
+        scene, stations = self._drawn.scene, self._stations
+        beneath = [not one.over and one.crossing in self._step.under for one in stations]
+        line = on_page(self._frame.pixels(scene.middle_line(self._number)), self._frame)
+        panels = [scene.panel(self._number, at) for at in range(len(stations))]
+        half = len(stations) / 2
+        for back in (True, False):
+            under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
+            if not under or self._half == int(back):
+                continue
+            inner = max(under) + 1 if back else min(under) - 1
+            start = panels[min(max(inner, 0), len(stations) - 1)]
+            rungs = range(start, -1, -1) if back else range(start, len(line))
+            hidden = {panels[at] for at in under}
+            points = line[list(rungs)]
+            covered = [(min(one, two) in hidden) for one, two in pairwise(rungs)]
+            if len(points) > 1:
+                yield Slide(points, np.array(covered))
 
 
 #: From where steps may be seen: around at four heights, and from straight above and below; the
@@ -713,9 +680,9 @@ def _close_up(
     places = Places(drawn, frame, shown.near, at, half)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
-        *places.neighbours(step),
-        *places.joints(step),
-        *(() if half == 1 else places.starts(step)),
+        *places.neighbours(),
+        *places.joints(),
+        *places.starts(),
     ]
     joints = (drawn.joints[key].crossing for key in step.joints)
     ends = [scene.rung_ends(number) for number in drawn.new(at)]
@@ -738,7 +705,7 @@ def _close_up(
         tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
         np.array(fasten).reshape(-1, 2),
         np.array(places.middles(key for key, _, _ in step.clips or ())).reshape(-1, 2),
-        tuple(_cut_off(places.slides(step), size)),
+        tuple(_cut_off(places.slides(), size)),
     )
 
 
