@@ -257,6 +257,16 @@ def test_maps_of_earlier_versions_say_nothing_of_hands(clipped):
     assert clipped.result(silent).findings == ()
 
 
+def test_a_map_with_ticks_cannot_pass_for_one_of_those(clipped):
+    def hushed(plan):
+        silent(plan)
+        plan["pieces"][0]["ticks"] = [0]
+
+    found = str(clipped.result(hushed).findings)
+    assert "lies loose" in found
+    assert "set outside have" in found
+
+
 @pytest.mark.parametrize("shape", [TORUS, "shape:octahedron", "shape:tube?m=6&n=2", OPEN])
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.3, 1.0])
 @pytest.mark.parametrize("seed", range(3))

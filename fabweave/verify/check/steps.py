@@ -140,8 +140,9 @@ def check_steps(job: Job, tally: Tally) -> None:
     times = Counter(name for step in plan.steps for name in step.pieces)
     for piece in plan.pieces:
         tally.at(f"piece {piece.id}").equal("how often it is placed", times[piece.id], 1)
-    # Maps of earlier versions say nothing of clips and of what hands reach.
+    # Maps of earlier versions say nothing of clips and of what hands reach; nor have they ticks.
     says = any(step.clips or step.unclips or step.outside for step in plan.steps)
+    says |= any(piece.ticks for piece in plan.pieces)
     table = _Table(plan, shuts=says and bool(np.all(required(job.mesh).twin >= 0)))
     first: list[str] = []
     held = {key for step in plan.steps if step.ring is not None for key in step.fasten}
