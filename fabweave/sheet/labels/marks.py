@@ -23,6 +23,7 @@ from fabweave.sheet.labels.texts import (
     Missing,
     kind_name,
     kind_wishes,
+    raised,
     spare_wishes,
     wishes,
 )
@@ -425,6 +426,7 @@ def mark_pieces(
     kinds: Kinds | None = None,
     steps: Mapping[str, int] = MappingProxyType({}),
     prefix: str = "",
+    least_mm: float = 0.0,
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -451,6 +453,8 @@ def mark_pieces(
         The step in which each piece is placed, by its id, as far as that is told.
     prefix : str
         Stands before the id of each, as on sheets that several jobs share.
+    least_mm : float
+        How high letters are, but for ids that find no room otherwise.
 
     Returns
     -------
@@ -468,8 +472,9 @@ def mark_pieces(
     begins = {piece.start_joint: piece.id for piece in pieces}
     ends = {piece.end_joint: piece.id for piece in pieces}
     wanted = [
-        list(
-            wishes(
+        [
+            raised(wish, least_mm)
+            for wish in wishes(
                 replace(piece, id=prefix + piece.id),
                 [pieces[other].id for other in owners.partners(piece)],
                 (ends.get(piece.start_joint), begins.get(piece.end_joint)),
@@ -477,7 +482,7 @@ def mark_pieces(
                 steps.get(piece.id),
                 inside=inside,
             )
-        )
+        ]
         for piece in pieces
     ]
     rooms = _rooms(pieces, hidden=labels == "hidden" and not inside)
