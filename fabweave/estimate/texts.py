@@ -91,7 +91,7 @@ def costs_text(costs: Costs) -> str:
 def cost_rows(costs: Costs) -> tuple[tuple[str, str], ...]:
     """Return names and texts, as the manual and ``inspect`` list them."""
     pace = ", ".join(
-        f"{action.each_s:.3g} s {action.words} ({action.count})" for action in costs.assembly.actions
+        f"{one.each_s:.3g} s {one.words} ({one.count})" for one in costs.assembly.actions
     )
     return (
         ("Difficulty", difficulty_text(costs)),
