@@ -47,6 +47,8 @@ _BESIDE_PICTURE = 5
 #: Numbers of holes stand so far beyond the border, and need so much room, and so much is between
 #: pieces, in points.
 _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
+#: Beyond a number stands whose hole it is: the size of the name, and how far it reaches, in points.
+_ON_TOP, _NAMES = 7.5, 22.0
 #: The corners of arcs are off by so much, millimetres.
 _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
@@ -267,7 +269,7 @@ class _Writer:
         pieces, high, ratio = lay_ring(ring, self._wide, page - above)
         x, y = self._room(above + high)
         end = self._write_texts(x, y, step, rows, texts, self._wide)
-        self._draw_ring(pieces, np.array([x, end]))
+        self._draw_ring(ring, pieces, np.array([x, end]))
         corner = x + self._wide, end - high + 2.5
         self._book.text(*corner, f"1 : {ratio:g}", size=_TEXT, align=1.0)
 
@@ -312,15 +314,30 @@ class _Writer:
         back = self._map.cut.labels == "kinds" and bool(piece.turned)
         return lay_card(piece, met, room, back=back)
 
-    def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
-        """Draw the pieces of a ring with their upper left corner at a place."""
+    def _draw_ring(self, ring: RimRing, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
+        """Draw the pieces of a ring with their upper left corner at a place.
+
+        Beyond the number of each hole stands which piece lies on top there, on the object.
+        """
         book = self._book
-        for piece in pieces:
+        for piece, cut in zip(pieces, ring.pieces, strict=True):
             book.line(piece.outline + corner, width=0.8, closed=True, fill=0.93)
             for x, y in (piece.holes + corner).tolist():
                 book.circle(x, y, piece.hole)
             for number, (x, y) in enumerate((piece.numbers + corner).tolist(), start=1):
                 book.text(x, y, str(number), size=_TEXT, align=0.5, middle=True)
+            outward = unit(piece.numbers - piece.holes)
+            beyond = piece.numbers + _DIGITS * outward + corner
+            for key, (x, y), (right, up) in zip(
+                cut.crossings.tolist(), beyond.tolist(), outward.tolist(), strict=True
+            ):
+                turn = math.degrees(math.atan2(up, right))
+                back = abs(turn) > 90.0
+                name = self._strands[key, True][0]
+                book.text(
+                    x, y, name, size=_ON_TOP, align=float(back), middle=True,
+                    angle_deg=turn - 180.0 * back,
+                )  # fmt: skip
             x, y = (piece.middle + corner).tolist()
             book.text(x, y, piece.id, size=_TEXT, bold=True, align=0.5, middle=True)
 
@@ -560,7 +577,7 @@ def lay_ring(
     """
     outlines = [piece.path.flattened(_FLAT_MM) for piece in ring.pieces]
     widest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
-    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS))
+    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS + _NAMES))
     ratio = max(math.ceil(10.0 * needed) / 10.0, 1.0)
     pieces, high = _one_below_another(ring, outlines, wide, _POINTS_MM / ratio)
     while high > tall and ratio < _MOST_RATIO:
@@ -578,7 +595,7 @@ def _one_below_another(
         holes, outward = piece.holes[:, :2] * scale, piece.outward
         border = shapely.LinearRing(outline * scale)
         numbers = holes + (_reach(border, holes, outward) + _BEYOND)[:, None] * outward
-        drawn = np.concatenate((outline * scale, numbers))
+        drawn = np.concatenate((outline * scale, numbers, numbers + _NAMES * outward))
         low, high = drawn.min(axis=0) - _DIGITS, drawn.max(axis=0) + _DIGITS
         shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
         pieces.append(
