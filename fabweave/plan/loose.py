@@ -155,7 +155,7 @@ def find_clips(
     """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
 
     Of the crossings of a loose end, that one is taken where a clip holds most ends, and of these
-    the nearest to its tip.
+    the nearest to its tip; the middle of its piece only if there is no other.
 
     Parameters
     ----------
@@ -194,9 +194,16 @@ def find_clips(
             ]
             if not spots:
                 continue
+            # Of an odd number of stations the middle one is in both halves: a strip that hangs on
+            # one clip there turns about it.
+            start, end = at[own[0], False], at[own[0], True]
+            middle = start[-1][0] if start[-1] == end[-1] else -1
             crossing, other = max(
-                spots, key=lambda spot: sum(_passes(at[key], spot[0]) for key in waiting)
-            )
+                spots,
+                key=lambda spot: (
+                    spot[0] != middle, sum(_passes(at[key], spot[0]) for key in waiting)
+                ),
+            )  # fmt: skip
             both = [key for key in waiting if _passes(at[key], crossing)]
             until = max(waiting.pop(key) for key in both)
             clips.append(Clip(crossing, (own[0], other), now, until))

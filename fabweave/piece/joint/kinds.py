@@ -186,7 +186,7 @@ class JointKind:
 RIVET = JointKind(
     "rivet",
     title="a lap with a fastener under the strand above",
-    ties=("end on {}, hole on hole", "start on {}, hole on hole"),
+    ties=("lap the end with {}, hole on hole", "lap the start with {}, hole on hole"),
     note="[lap|laps]",
     laps=True,
     most_fasteners=4,

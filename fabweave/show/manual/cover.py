@@ -180,10 +180,11 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]
     if stock == "roll":
         lines.append(("Tapes", "sticks.pdf, printed at 100 %: the marks of each strip"))
-        tools = ["scissors", "a ruler", "a printer", "a pencil and a hole punch",
+        tools = ["scissors", "a printer", "a pencil and a hole punch",
                  "glue or tape to join the tapes", *tools]  # fmt: skip
     told = dict.fromkeys(tool for tool in tools if tool not in ("", "fingers"))
-    lines.append(("Tools", "; ".join([*told, "a pencil to tick the boxes"])))
+    measure = "a ruler or a tape measure, for places on strips; a pencil to tick the boxes"
+    lines.append(("Tools", "; ".join([*told, measure])))
     return lines
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby, pairwise, product
+from operator import itemgetter
 
 import numpy as np
 
@@ -288,11 +289,11 @@ _ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 SITTING_DEG = (20.0, 55.0)
 #: From elsewhere, or from below, is seen what shows so many times as much from there.
 _WORTH_A_LOOK = 1.5
-#: A strip that meets fewer strands is not drawn half by half.
-_SPLIT_FROM = 4
+#: A strip that meets fewer strands is not drawn half by half; one that meets more than this is.
+_SPLIT_FROM, _ONE_PICTURE = 4, 6
 #: What shows less than this share of what the best view shows shows little; a half of a strip of
 #: which one picture shows less than that has a picture of its own.
-_LITTLE, _HALF_SEEN = 0.3, 0.55
+_LITTLE, _HALF_SEEN = 0.3, 0.7
 #: A strip of which less of its area is turned to the eye is seen from its edge.
 FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
@@ -310,8 +311,8 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
         How the object is held, and from where the step is drawn: that is another view where no
         turn is left for a strip that would be seen from its edge or from inside.
     halves : (S, 2) int array
-        From where the halves of the step's piece are drawn, at its start and at its end: -1 where
-        one picture shows enough of both.
+        From where the halves of the step's piece are best drawn, at its start and at its end: the
+        same view where one shows enough of both.
     """
     least, outer, inner, *halves = np.moveaxis(seen_from_views(scene), 2, 0)
     rise = np.array([view.elevation_deg for view in VIEWS])[:, None]
@@ -333,7 +334,7 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
     seen = np.where(open_views, halves, -1.0)
     shown, most = np.take_along_axis(seen, drawn[None, None], 1)[:, 0], seen.max(axis=1)
     two = np.where(shown >= _HALF_SEEN * most, drawn, seen.argmax(axis=1))
-    return held, drawn, np.where(two[0] == two[1], -1, two).T
+    return held, drawn, two.T
 
 
 def faced_shares(scene: Scene) -> FloatArray:
@@ -455,14 +456,12 @@ def side_words(view: View) -> str:
     return f"the {side}" + (f" and {high}" if view.elevation_deg else "")
 
 
-#: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
-WHOLE, WIDE, TALL = (254.0, 134.0), (254.0, 130.0), (150.0, 138.0)
+#: Sizes of pictures in points: of the whole object after some steps, and of a step.
+WHOLE, TALL = (254.0, 134.0), (150.0, 138.0)
 #: A ribbon is drawn so wide, in millimetres; else only what is around its crossings is drawn.
 RIBBON_MM = 3.0
 #: What is drawn of it beyond its crossings then, in widths.
 _BEYOND = 1.5
-#: More names than that need a wide picture.
-_MANY_NAMES = 12
 #: What is new keeps so far from the border of its picture, in points: there is room for names.
 _ROOM = 15.0
 #: An object is drawn so many times smaller than it is, at the least and further on.
@@ -518,8 +517,7 @@ class StepPicture:
         The crossings that are complete now, and those where a clip is put on.
     slides : tuple of Slide
     place : Overview or None
-        Where that is on the object, as it is held, in a tall picture: of early steps, and of those
-        that are drawn from another side, or not all in large.
+        Where that is on the object, as it is held; of the half at the end there is none.
     other : StepPicture or None
         The half at the end, where this one shows that at the start alone.
     """
@@ -586,9 +584,9 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
             details = tuple(
-                _detail(drawn, view, VIEWS[seen_from[at]], at)
-                if halves[at][0] < 0 or len(_strands_met(drawn, at)) < _SPLIT_FROM
-                else _two_details(drawn, view, halves[at], at)
+                _two_details(drawn, view, halves[at], at)
+                if _is_parted(len(_strands_met(drawn, at)), halves[at])
+                else _detail(drawn, view, VIEWS[seen_from[at]], at)
                 for at in own
             )
             overview = _overview(drawn, view, own, WHOLE)
@@ -627,21 +625,19 @@ def _overview(
 
 def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
-    scene, step = drawn.scene, drawn.steps[at]
-    early = bool(scene.early[at])
-    ends = [scene.rung_ends(number) for number in drawn.new(at)]
-    wide = np.concatenate(ends)
-    half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
-    many = len(_strands_met(drawn, at)) + len(step.joints) > _MANY_NAMES
-    beside = early or view != held
-    sizes = (TALL,) if beside else (WIDE,) if many else (WIDE, TALL)
-    ratio, size, frame = _window(wide.reshape(-1, 3), view, sizes)
-    if 2.0 * half / ratio < RIBBON_MM and (beside or not many):
-        closer = _window(_worked(drawn, at, _BEYOND * 2.0 * half), view, (TALL,))
-        if closer[0] < ratio:
-            beside, (ratio, size, frame) = True, closer
-    place = _overview(drawn, held, [at], TALL) if beside else None
-    return replace(_close_up(drawn, view, at, (ratio, size, frame)), place=place)
+    ends = np.concatenate([drawn.scene.rung_ends(number) for number in drawn.new(at)])
+    breadth = float(np.median(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)))
+    window = _window(ends.reshape(-1, 3), view)
+    if breadth / window[0] < RIBBON_MM:
+        window = min(
+            window, _window(_worked(drawn, at, _BEYOND * breadth), view), key=itemgetter(0)
+        )
+    return replace(_close_up(drawn, view, at, window), place=_overview(drawn, held, [at], TALL))
+
+
+def _is_parted(met: int, halves: Sequence[int]) -> bool:
+    """Say whether a strip that meets so many strands is drawn half by half."""
+    return met > _ONE_PICTURE or (met >= _SPLIT_FROM and halves[0] != halves[1])
 
 
 def _strands_met(drawn: Drawn, at: int) -> tuple[int, ...]:
@@ -658,7 +654,7 @@ def _two_details(drawn: Drawn, held: View, halves: Sequence[int], at: int) -> St
         own = stations_of_half(count, half)
         first, last = (drawn.scene.panel(number, station) for station in (own[0], own[-1]))
         rungs = slice(last + 2) if half == 0 else slice(first, None)
-        window = _window(ends[rungs].reshape(-1, 3), view, (TALL,))
+        window = _window(ends[rungs].reshape(-1, 3), view)
         pictures.append(_close_up(drawn, view, at, window, half))
     place = _overview(drawn, held, [at], TALL)
     return replace(pictures[0], place=place, other=pictures[1])
@@ -668,12 +664,12 @@ def _close_up(
     drawn: Drawn,
     view: View,
     at: int,
-    window: tuple[float, tuple[float, float], Frame],
+    window: tuple[float, Frame],
     half: int | None = None,
 ) -> StepPicture:
     """Return the picture of a step in a window, of its piece or a half of that."""
     scene, step = drawn.scene, drawn.steps[at]
-    ratio, size, frame = window
+    ratio, frame = window
     # From below, the table would hide the object.
     table = bool(scene.early[at]) and view.elevation_deg > 0.0
     painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
@@ -691,7 +687,7 @@ def _close_up(
     fasten = places.middles(key for key in step.fasten if key not in drawn.idle)
     return StepPicture(
         painted,
-        size,
+        TALL,
         view,
         tuple(
             drawn.pieces[number].id
@@ -705,7 +701,7 @@ def _close_up(
         tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
         np.array(fasten).reshape(-1, 2),
         np.array(places.middles(key for key, _, _ in step.clips or ())).reshape(-1, 2),
-        tuple(_cut_off(places.slides(), size)),
+        tuple(_cut_off(places.slides(), TALL)),
     )
 
 
@@ -739,28 +735,19 @@ def _worked(drawn: Drawn, at: int, beyond: float) -> FloatArray:
     return np.concatenate(shown)
 
 
-def _window(
-    points: FloatArray, view: View, sizes: Sequence[tuple[float, float]]
-) -> tuple[float, tuple[float, float], Frame]:
-    """Return how many times smaller points are drawn, the size of their picture, and its frame.
-
-    Of pictures of these sizes that is taken which shows them larger.
-    """
+def _window(points: FloatArray, view: View) -> tuple[float, Frame]:
+    """Return how many times smaller points are drawn, and the frame of their picture."""
     axes = view.axes()
     across = points @ axes[:2].T
     low, high = across.min(axis=0), across.max(axis=0)
-    options = []
-    for size in sizes:
-        room = (np.array(size) - 2.0 * _ROOM) * _MM_POINTS
-        needed = float(np.max((high - low) / room))
-        ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))
-        options.append((ratio, size))
-    ratio, size = min(options, key=lambda option: option[0])
-    width, height = _pixels(size)
+    room = (np.array(TALL) - 2.0 * _ROOM) * _MM_POINTS
+    needed = float(np.max((high - low) / room))
+    ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))
+    width, height = _pixels(TALL)
     scale = PX_MM / ratio
     middle = (low + high) / 2.0 * scale
     left, top = float(width / 2.0 - middle[0]), float(height / 2.0 + middle[1])
-    return ratio, size, Frame(width, height, axes, scale, left, top)
+    return ratio, Frame(width, height, axes, scale, left, top)
 
 
 def _pixels(size: tuple[float, float]) -> tuple[int, int]:

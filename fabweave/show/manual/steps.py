@@ -59,7 +59,7 @@ LEGEND = (
     'crossing: "E1 at its 243 mm" is a place on E1, small numbers on a card are places on its '
     "own strip. The card shows the strip flat, outer face up, with its holes; grey lines are "
     "strands to come. New strips are dark with a black name, and hatched where something nearer "
-    "hides them. # marks a joint: lap both ends so that their holes are in line. White arrows show "
+    "hides them. # marks a joint: lap both ends, holes in line, either on top. White arrows show "
     "where an end is pushed under, dotted where it is beneath. At a circle with a cross all layers "
     "are in place: set what the step says. At a clip, hold both strips together with one. The "
     "first pictures show the table, and the finished object as a ghost: strips may lie flat until "
@@ -217,7 +217,7 @@ class _Writer:
         """
         shown = [] if picture is None else [one for one in (picture, picture.other) if one]
         sizes = [one.size for one in shown]
-        if picture and picture.place:
+        if picture:
             sizes.insert(0, TALL)
         wide = sum(size[0] for size in sizes) + (_PICTURES_APART * len(shown[1:]))
         tall = max((size[1] for size in sizes), default=0.0)
