@@ -196,8 +196,8 @@ def find_clips(
                 continue
             # Of an odd number of stations the middle one is in both halves: a strip that hangs on
             # one clip there turns about it.
-            start, end = at[own[0], False], at[own[0], True]
-            middle = start[-1][0] if start[-1] == end[-1] else -1
+            first, second = at[own[0], False][-1], at[own[0], True][-1]
+            middle = first[0] if first == second else -1
             crossing, other = max(
                 spots,
                 key=lambda spot: (

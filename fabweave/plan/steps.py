@@ -122,7 +122,7 @@ class _Clips(NamedTuple):
         """Say which clips are put on, and which come off."""
         on = [f"{one} to {other}{self.where[key, one, other]}" for key, one, other in self.on[step]]
         off = [
-            f"{one} to {other} (step {self.since[key, one, other]})"
+            f"{one} to {other}{self.where[key, one, other]} of step {self.since[key, one, other]}"
             for key, one, other in self.off[step]
         ]
         said = [f"Clip {listed(on)}."] if on else []

@@ -167,13 +167,14 @@ def test_every_piece_that_a_step_names_is_named_in_its_picture(settings):
                     if at in own]  # fmt: skip
             made_there = [one for one in step.joints if one in ends]
             wanted |= {("joint", f"#{one}") for one in made_there}
-            names = sum(at in own for at, _, _ in met) + len(made_there) + 1 + (half != 1)
+            count = sum(at in own for at, _, _ in met)
+            names = count + len(made_there) + 1 + (half != 1)
             many = names > MOST_TAGS
             for number, (at, word, others) in enumerate(met, start=1):
                 # Where over and under take turns in a long run, only its ends are numbered.
                 turns = ways[number - 2 : number + 1] in (["over", "under", "over"],
                                                           ["under", "over", "under"])  # fmt: skip
-                bare = many and len(met) > MOST_NUMBERS and turns and 1 < number < len(met)
+                bare = many and count > MOST_NUMBERS and turns and 1 < number < len(met)
                 if at in own and not bare:
                     wanted.add((word, f"{number}" if many else f"{number} {others}"))
             named = {(mark.kind, mark.text) for mark in shown.marks} - {("start", "start")}

@@ -184,7 +184,9 @@ class Places:
         shown = sum(at in self._shown for at, _ in met)
         bare = shown + joints + (1 if self._half == 1 else 2) > MOST_TAGS
         for number, (at, others) in enumerate(met, start=1):
-            if at in self._shown and (not bare or self._told(number, over)):
+            if at in self._shown and (
+                not bare or shown <= MOST_NUMBERS or self._told(number, over)
+            ):
                 text = f"{number}" if bare else f"{number} {' '.join(others)}"
                 yield self._mark(at, others[0], text)
 
@@ -194,7 +196,7 @@ class Places:
 
         Where there are many, those that go on as one expects, over and under in turn, do not.
         """
-        if len(over) <= MOST_NUMBERS or number in (1, len(over)):
+        if number in (1, len(over)):
             return True
         return over[number - 1] in (over[number - 2], over[number])
 
@@ -481,6 +483,7 @@ class Overview:
     Parameters
     ----------
     painted : Painted
+    view : View
     marks : tuple of PictureLabel
         The new pieces.
     bands : (N, 2) float array
@@ -488,6 +491,7 @@ class Overview:
     """
 
     painted: Painted
+    view: View
     marks: tuple[PictureLabel, ...]
     bands: FloatArray
 
@@ -517,7 +521,8 @@ class StepPicture:
         The crossings that are complete now, and those where a clip is put on.
     slides : tuple of Slide
     place : Overview or None
-        Where that is on the object, as it is held; of the half at the end there is none.
+        Where that is on the object, as it is held, or from where it is seen; of the half at the
+        end there is none.
     other : StepPicture or None
         The half at the end, where this one shows that at the start alone.
     """
@@ -584,9 +589,9 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
             details = tuple(
-                _two_details(drawn, view, halves[at], at)
+                _two_details(drawn, VIEWS[seen_from[at]], halves[at], at)
                 if _is_parted(len(_strands_met(drawn, at)), halves[at])
-                else _detail(drawn, view, VIEWS[seen_from[at]], at)
+                else _detail(drawn, VIEWS[seen_from[at]], at)
                 for at in own
             )
             overview = _overview(drawn, view, own, WHOLE)
@@ -620,10 +625,10 @@ def _overview(
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
-    return Overview(painted, marks, on_page(frame.pixels(lines), frame))
+    return Overview(painted, view, marks, on_page(frame.pixels(lines), frame))
 
 
-def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
+def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
     ends = np.concatenate([drawn.scene.rung_ends(number) for number in drawn.new(at)])
     breadth = float(np.median(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)))
@@ -632,7 +637,7 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         window = min(
             window, _window(_worked(drawn, at, _BEYOND * breadth), view), key=itemgetter(0)
         )
-    return replace(_close_up(drawn, view, at, window), place=_overview(drawn, held, [at], TALL))
+    return replace(_close_up(drawn, view, at, window), place=_overview(drawn, view, [at], TALL))
 
 
 def _is_parted(met: int, halves: Sequence[int]) -> bool:
@@ -645,7 +650,7 @@ def _strands_met(drawn: Drawn, at: int) -> tuple[int, ...]:
     return (*drawn.steps[at].over, *drawn.steps[at].under)
 
 
-def _two_details(drawn: Drawn, held: View, halves: Sequence[int], at: int) -> StepPicture:
+def _two_details(drawn: Drawn, whole: View, halves: Sequence[int], at: int) -> StepPicture:
     """Return the pictures of a step in large whose piece winds around the object, half by half."""
     (number,) = drawn.new(at)
     ends, count = drawn.scene.rung_ends(number), len(drawn.pieces[number].stations)
@@ -656,7 +661,7 @@ def _two_details(drawn: Drawn, held: View, halves: Sequence[int], at: int) -> St
         rungs = slice(last + 2) if half == 0 else slice(first, None)
         window = _window(ends[rungs].reshape(-1, 3), view)
         pictures.append(_close_up(drawn, view, at, window, half))
-    place = _overview(drawn, held, [at], TALL)
+    place = _overview(drawn, whole, [at], TALL)
     return replace(pictures[0], place=place, other=pictures[1])
 
 

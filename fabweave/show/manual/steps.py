@@ -525,8 +525,9 @@ def view_words(view: View, *, turned: bool) -> str:
 def seen_words(shown: Sequence[StepPicture]) -> str:
     """Say from where a step is drawn in large; both halves of its strip, where these are apart."""
     sides = [side_words(one.view) for one in shown]
-    if sides[1:]:
-        return f"Close-ups: half at the start from {sides[0]}, half at the end from {sides[1]}."
+    if sides[1:] and shown[0].place:
+        whole = side_words(shown[0].place.view)
+        return f"Whole from {whole}, half at the start from {sides[0]}, at the end from {sides[1]}."
     return f"Close-up, from {sides[0]}." if sides else ""
 
 
