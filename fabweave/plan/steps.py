@@ -118,12 +118,17 @@ class _Clips(NamedTuple):
     since: dict[ClipPlace, int]
     where: dict[ClipPlace, str]
 
+    def _named(self, place: ClipPlace) -> str:
+        _, one, other = place
+        whom = f"{one} to {other}" if one != other else f"both ends of {one}"
+        return whom + self.where[place]
+
     def said(self, step: int) -> list[str]:
         """Say which clips are put on, and which come off."""
-        on = [f"{one} to {other}{self.where[key, one, other]}" for key, one, other in self.on[step]]
+        on = [self._named(place) for place in self.on[step]]
         off = [
-            f"{one} to {other}{self.where[key, one, other]} of step {self.since[key, one, other]}"
-            for key, one, other in self.off[step]
+            f"{'on ' * (place[1] == place[2])}{self._named(place)} of step {self.since[place]}"
+            for place in self.off[step]
         ]
         said = [f"Clip {listed(on)}."] if on else []
         clips = "clips" if off[1:] else "clip"
