@@ -236,7 +236,7 @@ def _washers(bill: BillOfMaterials) -> Counter[str]:
     count = Counter[str]()
     for row in bill.fasteners:
         if sorts_for(row) and sorts_for(row)[0].washer:
-            what = f"washer with a hole of {row.diameter_mm:.1f} mm, one under each back"
+            what = f"washer with a hole of {row.diameter_mm:.1f} mm, one under each back, inside"
             count[f"{what}; none on metal"] += row.buy
     return count
 

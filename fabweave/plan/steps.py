@@ -62,6 +62,13 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     placings = _place_all(piece_set, order)
     clips = _clips_of(piece_set, order, placings)
     blind = set_outside(piece_set, order)
+    where = {joint.id: joint.crossing for joint in piece_set.joints}
+    fixed = {
+        key: number
+        for number, placing in enumerate(placings, start=1)
+        for key in placing.fasten
+        if key in sold and key not in held
+    }
     steps: list[StepRecord] = []
     for number, placing in enumerate(placings, start=1):
         fasten = tuple(key for key in placing.fasten if key not in held)
@@ -69,6 +76,12 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
         shut = bool(outside) and not any(step.outside for step in steps)
         said = [placing.text, *([_SET_OUTSIDE] if shut else [])]
         said += _say_set(fasten, sold, placing.numbers)
+        clipped = {key for key, _, _ in clips.on[number]}
+        said += [
+            f"Joint {key} is fixed in step {fixed[at]}."
+            for key, at in ((key, where[key]) for key in placing.joints)
+            if at not in clipped and fixed.get(at, number) > number
+        ]
         steps.append(
             StepRecord(
                 step=number,

@@ -21,7 +21,7 @@ LEGEND = "How to read a piece"
 #: Sizes of heads, and of texts that are read beside pictures.
 _HEAD, _READ = 12.0, 11.0
 #: What a sign is shown in: width and height in points, between two, and points to a millimetre.
-_LENS, _LENS_GAP, _LENS_SCALE = (210.0, 88.0), 6.0, 6.0
+_LENS, _LENS_GAP, _LENS_SCALE = (210.0, 72.0), 6.0, 6.0
 #: How high the piece may be drawn.
 _HIGHEST = 150.0
 #: Takes points of the sheet, (N, 2), to the page.
@@ -193,6 +193,9 @@ def _marks(
         first = piece.stations[piece.ticks[0]]
         text = "Two ticks, one inside each edge: here a strand crosses over this piece."
         signs.append(_Sign("Ticks", text, on_sheet([(first.x, first.y)])))
+    first = piece.stations[0]
+    text = "Millimetres along a strip count from here: its first crossing, at its start."
+    signs.append(_Sign("0 mm", text, on_sheet([(first.x, first.y)])))
     holes = [(one.x, one.y) for one in piece.stations if one.hole_mm]
     hole = on_sheet(holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
@@ -208,7 +211,10 @@ def _marks(
             ticks = [ticks[int(np.argmax(apart))]]
         signs.append(_Sign("Cross", text, np.array(ticks[:1]).reshape(-1, 2)))
     if holes:
-        text = "A fastener goes through all layers of the crossing: line up their holes."
+        text = (
+            "A fastener goes through all layers of the crossing: line up their holes. Steps say "
+            "where; other holes stay empty."
+        )
         signs.append(_Sign("Hole", text, hole))
     return signs
 

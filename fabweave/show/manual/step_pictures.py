@@ -17,7 +17,7 @@ from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Sc
 #: Where a picture would have more names, what a piece meets is numbered in it.
 MOST_TAGS = 8
 #: Of more numbers than that, those are left out between which over and under take turns.
-MOST_NUMBERS = 10
+MOST_NUMBERS = 11
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
 
@@ -296,6 +296,9 @@ _SPLIT_FROM, _ONE_PICTURE = 4, 6
 #: What shows less than this share of what the best view shows shows little; a half of a strip of
 #: which one picture shows less than that has a picture of its own.
 _LITTLE, _HALF_SEEN = 0.3, 0.7
+#: A strip is a ring if its ends are no farther apart than this share of its extent; it is seen well
+#: if it is so many times as wide as it is high.
+_CLOSED, _OPEN = 0.2, 0.4
 #: A strip of which less of its area is turned to the eye is seen from its edge.
 FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
@@ -316,7 +319,8 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
         From where the halves of the step's piece are best drawn, at its start and at its end: the
         same view where one shows enough of both.
     """
-    least, outer, inner, *halves = np.moveaxis(seen_from_views(scene), 2, 0)
+    seen_areas = seen_from_views(scene) * ring_shares(scene)[..., None]
+    least, outer, inner, *halves = np.moveaxis(seen_areas, 2, 0)
     rise = np.array([view.elevation_deg for view in VIEWS])[:, None]
     seats = ~scene.early | ((rise >= SITTING_DEG[0]) & (rise <= SITTING_DEG[1]))
     faced = (faced_shares(scene) >= FACED) & (outer > inner)
@@ -337,6 +341,23 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
     shown, most = np.take_along_axis(seen, drawn[None, None], 1)[:, 0], seen.max(axis=1)
     two = np.where(shown >= _HALF_SEEN * most, drawn, seen.argmax(axis=1))
     return held, drawn, two.T
+
+
+def ring_shares(scene: Scene) -> FloatArray:
+    """Return how open each view shows a step's piece that is a ring, 0 to 1, (V, S); 1 for others.
+
+    A ring that is seen from its side is a line, however its faces are turned.
+    """
+    shares = np.ones((len(VIEWS), scene.n_steps))
+    for piece, step in enumerate(scene.step_of_piece.tolist()):
+        line = scene.middle_line(piece)
+        if np.linalg.norm(line[-1] - line[0]) > _CLOSED * np.ptp(line, axis=0).max():
+            continue
+        for share, view in zip(shares, VIEWS, strict=True):
+            across = (line - line.mean(axis=0)) @ view.axes()[:2].T
+            wide, narrow = np.linalg.svd(across, compute_uv=False)
+            share[step] = min(1.0, narrow / (_OPEN * wide))
+    return shares
 
 
 def faced_shares(scene: Scene) -> FloatArray:

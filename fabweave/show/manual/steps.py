@@ -55,15 +55,18 @@ _POINTS_MM = 72.0 / 25.4
 LEGEND = (
     "Each step is one strip, read along its length from its start, where the arrow begins. What it "
     "crosses is numbered 1, 2, 3 ... in the words, in the pictures and on the card: a disc where "
-    "it goes over, a ring where it runs under. Millimetres count along a strip from its first "
-    'crossing: "E1 at its 243 mm" is a place on E1, small numbers on a card are places on its '
-    "own strip. The card shows the strip flat, outer face up, with its holes; grey lines are "
-    "strands to come. New strips are dark with a black name, and hatched where something nearer "
-    "hides them. # marks a joint: lap both ends, holes in line, either on top. White arrows show "
-    "where an end is pushed under, dotted where it is beneath. At a circle with a cross all layers "
-    "are in place: set what the step says. At a clip, hold both strips together with one. The "
-    "first pictures show the table, and the finished object as a ghost: strips may lie flat until "
-    "others bend them; what counts is who crosses whom, and where."
+    "it goes over, on the outside, a ring where it runs under. Where your strip runs under, the "
+    "place is marked on your strip; where it goes over, on the strip that lies there. Millimetres "
+    'count from a strip\'s first crossing, 0 on its card: "E1 at its 243 mm" is a place on E1, '
+    "small numbers on a card are places on its own strip. Front, back, left and right are those of "
+    "page 1: lay the first strip as its picture shows, and mark the front on the table. The card "
+    "shows the strip flat, outer face up, with its holes; grey lines are strands to come. New "
+    "strips are dark with a black name, and hatched where something nearer hides them. # marks a "
+    "joint: lap both ends, holes in line, either on top. White arrows show where an end is pushed "
+    "under, dotted where it is beneath. At a circle with a cross all layers are in place: set what "
+    "the step says. At a clip, hold both strips together with one. The first pictures show the "
+    "table, and the finished object as a ghost: strips may lie flat until others bend them; what "
+    "counts is who crosses whom, and where."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
