@@ -640,13 +640,18 @@ def _overview(
 ) -> Overview:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     early = bool(drawn.scene.early[steps[0]])
-    stage = drawn.stage(view, size, table=early)
+    stage = drawn.stage(view, size, table=_tabled(drawn, view, steps[0]))
     frame = stage.frame
     painted, shown = stage.paint(steps[-1], steps[0], coming=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
     return Overview(painted, view, marks, on_page(frame.pixels(lines), frame))
+
+
+def _tabled(drawn: Drawn, view: View, at: int) -> bool:
+    """Say whether the table is seen: of early steps, and from above, as it hides the object else."""
+    return bool(drawn.scene.early[at]) and view.elevation_deg > 0.0
 
 
 def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
@@ -696,9 +701,8 @@ def _close_up(
     """Return the picture of a step in a window, of its piece or a half of that."""
     scene, step = drawn.scene, drawn.steps[at]
     ratio, frame = window
-    # From below, the table would hide the object.
-    table = bool(scene.early[at]) and view.elevation_deg > 0.0
-    painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
+    stage = Stage(scene, frame, table=_tabled(drawn, view, at))
+    painted, shown = stage.paint(at, at, coming=False)
     places = Places(drawn, frame, shown.near, at, half)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),

@@ -30,6 +30,8 @@ from fabweave.show.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
 SECTION = "Steps"
 #: Between two pictures of one step, in points.
 _PICTURES_APART = 6.0
+#: The middle of a clip is so far from its mouth, in points.
+_CLIP_UP = np.array([0.0, 6.0])
 #: What to look for, now and then.
 _LOOK = (
     "Compare. A name or tick that can still be seen waits for a strand to come; all others are "
@@ -399,7 +401,9 @@ class _Writer:
         for spot in (picture.clips + corner).tolist():
             book.clip(*spot)
         bands = np.concatenate([ends.mean(axis=1) for ends in picture.ends])
-        tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
+        # What a clip covers is as much in the way of names as a crossing.
+        spots = np.concatenate((picture.crossings, picture.clips + _CLIP_UP))
+        tags = place_tags(picture.marks, picture.size, spots, picture.radius, bands)
         self._draw_tags(tags, corner, ringed=False)
         ratio = f"1 : {picture.ratio:g}"
         book.box(x + wide - CORNER[0], y, *CORNER, width=0.0, fill=1.0)
