@@ -350,7 +350,8 @@ def _say(
         said.append(f"ring {ring} is closed" if ring else "the gap is closed")
     tips = zip(ties, (met[:1], met[-1:]), strict=True)
     shut = all(tie is not None or any(not one.over for one in tip) for tie, tip in tips)
-    if shut and not all(one.over for one in met):
+    two = len(met) + sum(tie is not None for tie in ties) > 1
+    if shut and two and not all(one.over for one in met):
         said.insert(0, "bow the strip, so that both ends come in")
     text = "; ".join(said or ["begin: lay it on the table, its outer face up"])
     return f"{text[:1].upper()}{text[1:]}."

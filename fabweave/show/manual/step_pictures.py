@@ -650,7 +650,7 @@ def _overview(
 
 
 def _tabled(drawn: Drawn, view: View, at: int) -> bool:
-    """Say whether the table is seen: of early steps, and from above, as it hides the object else."""
+    """Say whether the table is seen: in early steps, and from above, where it hides nothing."""
     return bool(drawn.scene.early[at]) and view.elevation_deg > 0.0
 
 
