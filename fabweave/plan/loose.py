@@ -155,8 +155,9 @@ def find_clips(
 ) -> list[Clip]:
     """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
 
-    Of the crossings of a loose end, its lap is taken, or that where a clip holds most ends, and of
-    these the nearest to its tip; the middle of its piece only if there is no other.
+    Of the crossings of a loose end, its lap is taken, until that is fastened, or that where a clip
+    holds most ends, and of these the nearest to its tip; the middle of its piece only if there is
+    no other.
 
     Parameters
     ----------
@@ -200,7 +201,7 @@ def find_clips(
             # one clip there turns about it. A lap that waits for its fastener is held first.
             first, second = at[own[0], False][-1], at[own[0], True][-1]
             middle = first[0] if first == second else -1
-            crossing, other, _ = max(
+            crossing, other, lap = max(
                 spots,
                 key=lambda spot: (
                     spot[0] != middle,
@@ -210,6 +211,8 @@ def find_clips(
             )
             both = [key for key in waiting if _passes(at[key], crossing)]
             until = max(waiting.pop(key) for key in both)
+            if lap and crossing in holds.layers:
+                until = holds.set_at(crossing, rank)
             clips.append(Clip(crossing, (own[0], other), now, until))
     return clips
 

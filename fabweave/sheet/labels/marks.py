@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.piece.congruence import Kinds, motion_onto, moved_by
+from fabweave.piece.joint.ends import edge_ticks
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.sheet.labels.lettering import place_text, text_box
 from fabweave.sheet.labels.texts import (
@@ -606,11 +607,6 @@ def _marks(
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
-#: Of a tick at a crossing: its length as a share of the room across, at most, and at least; and
-#: what it leaves between itself and its like for letters and their clearance, millimetres.
-_TICK_SHARE, _TICK_MM, _SHORTEST_MM, _LANE_MM = 0.2, 2.0, 0.6, 2.7
-
-
 def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
     """Return ticks where a piece passes under another without a hole, abreast of the crossing.
 
@@ -638,13 +634,9 @@ def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
         whole = min(shapely.get_parts(parts), key=middle.distance, default=None)
         if whole is None or whole.distance(middle) > _SAME_MM or not whole.length:
             continue
-        ends = shapely.get_coordinates(whole)[[0, -1]]
-        unit = (ends[1] - ends[0]) / whole.length
-        length = min(_TICK_SHARE * whole.length, _TICK_MM, (whole.length - _LANE_MM) / 2)
-        length = max(length, _SHORTEST_MM)
-        if whole.length > 2 * length + CLEAR_MM:
-            inward = length * np.array([unit, -unit])
-            ticks[station] = np.stack([ends, ends + inward], axis=1)
+        drawn = edge_ticks(*shapely.get_coordinates(whole)[[0, -1]])
+        if drawn:
+            ticks[station] = np.array(drawn)
     return ticks
 
 
