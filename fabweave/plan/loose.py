@@ -212,7 +212,7 @@ def find_clips(
             both = [key for key in waiting if _passes(at[key], crossing)]
             until = max(waiting.pop(key) for key in both)
             if lap and crossing in holds.layers:
-                until = holds.set_at(crossing, rank)
+                until = int(holds.set_at(crossing, rank))
             clips.append(Clip(crossing, (own[0], other), now, until))
     return clips
 
