@@ -49,7 +49,7 @@ from fabweave.design.inspection.text import inspection_text
 from fabweave.design.making import make_or_advise, seek
 from fabweave.design.search import Search
 from fabweave.design.tried import Tried
-from fabweave.design.wishes import Wishes, choose, parse_wishes
+from fabweave.design.wishes import Wishes, choose, goal_options, parse_wishes
 from fabweave.estimate.costs import Costs
 from fabweave.form.body import body_of
 from fabweave.form.settle import Settled, settle
@@ -1471,7 +1471,8 @@ def make(
     count, opens = _work(workers, executors)
     wishes = _wishes(goal, pieces)
     progress = _PROGRESS.argument("progress", progress)
-    directory, stations = folder_at(folder), stations_of(mesh, options)
+    directory = folder_at(folder)
+    stations = stations_of(mesh, {**goal_options(goal), **options})
     stations.progress = progress
     finished, job, chosen = make_or_advise(
         stations,

@@ -115,7 +115,8 @@ def cuts_of(
     how = settings.pieces.labels, settings.pieces.label_side
     crossings, prefix = planned.weave.threads.n_crossings, prefix_of(number)
     placed = {piece: step.step for step in steps for piece in step.pieces}
-    marks = mark_pieces(pieces.pieces, crossings, *how, pieces.kinds, placed, prefix)
+    least_mm = settings.machine.letters_mm
+    marks = mark_pieces(pieces.pieces, crossings, *how, pieces.kinds, placed, prefix, least_mm)
     to_cut = planned.to_cut
     spares = to_cut[len(marks) :]
     marks += mark_spares(spares, [marks[at] for at in planned.spared.tolist()], *how, prefix)

@@ -83,7 +83,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     console.print(verdict_text(verdict), style=VERDICT_STYLES[verdict.level], markup=False)
     console.print(job.grade.text, markup=False)
     if job.form_text:
-        console.print(f"Let go, it {job.form_text}", markup=False)
+        console.print(f"When you let go, it {job.form_text}", markup=False)
     more = "" if verbose else f" (-v prints all {len(job.notes)} notes; waste.html has them, too)"
     console.print(f"Look first at {output / 'index.html'}{more}", markup=False)
 
@@ -101,7 +101,7 @@ def tell_job(made: "FinishedJob", output: Path, *, verbose: bool) -> None:
     "--goal",
     default="",
     metavar="WISHES",
-    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm,form=2mm.",
+    help="Wishes to meet: hours=5,ribbon=15mm,sheets=3,budget=40,likeness=5mm,form=2mm; or school.",
 )
 @json_option
 @quiet_option
@@ -128,11 +128,11 @@ def make(
     with held_back():
         from fabweave.core.job_folder import clear_abandoned
         from fabweave.design.making import make_or_advise
-        from fabweave.design.wishes import parse_wishes
+        from fabweave.design.wishes import goal_options, parse_wishes
         from fabweave.job.stations import Stations
 
     wishes = parse_wishes(goal, pieces)
-    settings = job_settings(mesh, options)
+    settings = job_settings(mesh, options, goal_options(goal))
     config = options["config"]
     for note in clear_abandoned(output):
         click.echo(note, err=True)

@@ -1,8 +1,9 @@
 """The options of commands: those of the main job are made of the table of options."""
 
 import shlex
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import click
@@ -243,8 +244,10 @@ def table_option(name: str) -> Decorator:
     return click.option(option.flag, option.name, cls=TableOption, option=option)
 
 
-def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:
-    """Turn the options of the command line into settings."""
+def job_settings(
+    mesh: str | None, options: dict[str, Any], unsaid: Mapping[str, Any] = MappingProxyType({})
+) -> Settings:
+    """Turn the options of the command line into settings; ``unsaid`` are those not said there."""
     context = click.get_current_context()
     typed = {
         option.name: options[option.name]
@@ -252,7 +255,7 @@ def job_settings(mesh: str | None, options: dict[str, Any]) -> Settings:
         if option.name in options
         and context.get_parameter_source(option.name) is not ParameterSource.DEFAULT
     }
-    typed |= _set(options["set_"])
+    typed = {**unsaid, **typed, **_set(options["set_"])}
     if mesh:
         typed["mesh"] = mesh
     if options["machine"] is not None:

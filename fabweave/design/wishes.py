@@ -51,6 +51,26 @@ class Wishes:
         return any(getattr(self, field.name) is not None for field in fields(self))
 
 
+#: A lesson: what is wished for it, and the options of the job, where others are not said.
+SCHOOL, SCHOOL_WISHES = "school", ("pieces=20", "hours=0.75")
+SCHOOL_OPTIONS = {"profile": "school", "fastener": "mini-brad"}
+
+
+def _parts(text: str) -> list[str]:
+    return [part for part in text.replace(" ", "").split(",") if part]
+
+
+def goal_options(goal: str) -> dict[str, str]:
+    """Return the options that a goal asks for, besides its wishes.
+
+    Examples
+    --------
+    >>> goal_options("school, ribbon=20mm")["profile"], goal_options("hours=5")
+    ('school', {})
+    """
+    return dict(SCHOOL_OPTIONS) if SCHOOL in _parts(goal) else {}
+
+
 #: Where nothing is wished for.
 NO_WISHES = Wishes()
 
@@ -61,7 +81,7 @@ def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
     Parameters
     ----------
     text : str
-        Such as ``"ribbon=15mm,hours=5"``; lengths have units.
+        Such as ``"ribbon=15mm,hours=5"``; lengths have units. ``school`` wishes for a lesson.
     pieces : int, optional
         How many pieces, if that is wished apart from the text.
 
@@ -75,10 +95,17 @@ def parse_wishes(text: str, pieces: int | None = None) -> Wishes:
     >>> wishes = parse_wishes("ribbon=1.5cm,hours=5", 150)
     >>> wishes.pieces, wishes.ribbon_mm, wishes.hours
     (150, 15.0, 5.0)
+    >>> parse_wishes("school,hours=1").hours, parse_wishes("school").pieces
+    (1.0, 20)
     """
     fields_of = {field.name.removesuffix("_mm"): field.name for field in fields(Wishes)}
     found: dict[str, Any] = {} if pieces is None else {"pieces": pieces}
-    for part in filter(None, text.replace(" ", "").split(",")):
+    parts = _parts(text)
+    said = {*found, *(name.partition("=")[0] for name in parts)}
+    if SCHOOL in said:
+        parts.remove(SCHOOL)
+        parts += [one for one in SCHOOL_WISHES if one.partition("=")[0] not in said]
+    for part in parts:
         name, _, value = part.partition("=")
         if name not in fields_of:
             known = ", ".join(f"{one}=..." for one in closest_first(name, list(fields_of)))

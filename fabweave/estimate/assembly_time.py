@@ -16,8 +16,8 @@ from fabweave.stock.machine import HOLDING_S, MIDDLE_PACE, PACE, PRACTISED, Span
 #: Before the order is known: the share of crossings at which a strand is slid under; 0.33 to 0.55
 #: in jobs of 8 to 140 pieces.
 _UNDER = 0.38
-#: And how many clips are put on for each piece; 0.78 to 0.98 in jobs of 32 to 96 pieces.
-_CLIPS = 0.85
+#: And how many clips are put on for each piece; 0.95 to 1.02 in jobs of 64 to 96 pieces.
+_CLIPS = 0.98
 #: What a dab of glue at a crossing takes, until it holds by itself or by a clip: an estimate.
 _DAB_S = 12.0
 _HOUR_S = 3600.0

@@ -29,19 +29,20 @@ def time_text(span: Span | None) -> str:
 
 
 def hours_text(span: Span) -> str:
-    """Return a range of hours as people say it.
+    """Return what the first of a kind takes, and the next: the slow and the quick end of a span.
 
     Examples
     --------
-    >>> hours_text((0.25, 0.8)), hours_text((8.1, 16.2))
-    ('15 to 48 min', '8 to 16 h')
+    >>> hours_text((0.25, 0.8)), hours_text((8.1, 16.2)), hours_text((0.0, 0.0))
+    ('48 min, the next 15 min', '16 h, the next 8 h', 'none')
     """
-    return time_text((_HOUR_S * span[0], _HOUR_S * span[1]))
+    after, _, first = time_text((_HOUR_S * span[0], _HOUR_S * span[1])).partition(" to ")
+    return f"{first}, the next {after} {first.split()[1]}" if first else after
 
 
 def _one(hours: float) -> str:
     """Return a number of hours as people say it."""
-    return hours_text((hours, hours)).partition(" to ")[2]
+    return time_text((_HOUR_S * hours, _HOUR_S * hours)).rpartition(" to ")[2]
 
 
 def machine_text(costs: Costs) -> str:
@@ -90,14 +91,13 @@ def costs_text(costs: Costs) -> str:
 def cost_rows(costs: Costs) -> tuple[tuple[str, str], ...]:
     """Return names and texts, as the manual and ``inspect`` list them."""
     pace = ", ".join(
-        f"{action.each_s:g} s {action.words} ({action.count})" for action in costs.assembly.actions
+        f"{one.each_s:.3g} s {one.words} ({one.count})" for one in costs.assembly.actions
     )
     return (
         ("Difficulty", difficulty_text(costs)),
         (
             "Time",
-            f"{_one(costs.assembly.hours[1])} for the first of its kind, "
-            f"{_one(costs.assembly.hours[0])} for the next; practised hands take "
+            f"{hours_text(costs.assembly.hours)}; practised hands take "
             f"{_one(costs.assembly.practised_h)}, at {pace}",
         ),
         ("Machine", machine_text(costs)),

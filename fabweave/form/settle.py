@@ -8,7 +8,6 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
-from fabweave.core.messages import agree
 from fabweave.core.records import optional, record, to_json
 from fabweave.form.body import ElasticBody, fitted, off_places, standing
 from fabweave.form.net import Net, NetState, local_system, strains
@@ -151,7 +150,7 @@ class Form:
                 return f"body {number}: {one.collapse}"
         if self.bodies is not None:
             return ""
-        by = f"by more than a tenth of its size ({_length(self.limit_mm)})"
+        by = f"by more than a tenth of its size ({length_text(self.limit_mm)})"
         for far_mm, why in (
             (self.sags_mm, f"it collapses under its own weight: it sags {by}"),
             (self.loaded_mm or 0.0, f"it collapses under its load: it sags {by}"),
@@ -186,7 +185,7 @@ class Form:
     def hanging(self) -> tuple[str, ...]:
         """Which bodies hang in the air, in words."""
         return tuple(
-            f"body {number} hangs in the air, {_length(one.air_mm)} up"
+            f"body {number} hangs in the air, {length_text(one.air_mm)} up"
             for number, one in enumerate(self.bodies or (), start=1)
             if one.air_mm is not None
         )
@@ -198,28 +197,28 @@ class Form:
             return "; ".join([f"does not stand: {self.collapse}", *self.hanging])
         if self.drawn_mm is not None:
             said = (
-                f"comes out within {_length(self.off_mm)} of the model, most at the "
-                f"{self.off_where}, {_length(self.off_mean_mm)} in the root mean square (as drawn "
-                f"{_length(self.drawn_mm)} and {_length(self.drawn_mean_mm or 0.0)})"
+                f"ends within {length_text(self.off_mm)} of the model ({self.off_where}), "
+                f"{length_text(self.off_mean_mm)} in the root mean square; as drawn, "
+                f"{length_text(self.drawn_mm)} and {length_text(self.drawn_mean_mm or 0.0)}"
             )
         elif self.keeps:
-            said = f"keeps its form within {_length(self.settles_mm)}"
+            said = f"keeps its form within {length_text(self.settles_mm)}"
         else:
-            said = f"settles by {_length(self.settles_mm)}, most at the {self.where}"
+            said = f"moves by up to {length_text(self.settles_mm)} ({self.where})"
         if not self.settled:
             said += " and does not come to rest"
         if self.model_mm is not None:
-            said += f", and is then up to {_length(self.model_mm)} off the model"
-        sags = f"sags {_length(self.sags_mm)} under its own weight"
+            said += f", and is then up to {length_text(self.model_mm)} off the model"
+        sags = f"sags {length_text(self.sags_mm)} under its own weight"
         if self.loaded_mm is not None:
-            sags += f", and {_length(self.loaded_mm)} with its load"
+            sags += f", and {length_text(self.loaded_mm)} with its load"
         parts = [said, sags]
         if self.turn_deg is not None:
             turns = f"straight strips turn by up to {self.turn_deg:.1f}° at a crossing"
             thinner = " (half the thickness about halves that)"
             parts.append(turns + thinner * (self.turn_deg > _TURNS_DEG))
         if self.loose:
-            parts.append(agree(self.loose, "is loose in {n} way[|s], so that its weight sways it"))
+            parts.append("sways a little")
         return "; ".join([*parts, *self.hanging])
 
     def record(self) -> dict[str, Any]:
@@ -234,7 +233,7 @@ class Form:
         return {**record, "collapses": bool(self.collapse), "text": self.text}
 
 
-def _length(length_mm: float) -> str:
+def length_text(length_mm: float) -> str:
     """Return a length as makers say it."""
     return f"{length_mm:.0f} mm" if length_mm >= 10.0 else f"{max(length_mm, 0.1):.1f} mm"
 

@@ -246,6 +246,7 @@ def draw_job(
         settings.pieces.label_side,
         pieces.kinds,
         {name: step.step for step in steps for name in step.pieces},
+        least_mm=settings.machine.letters_mm,
     )
     spare_marks = mark_spares(
         to_cut[len(marks) :],

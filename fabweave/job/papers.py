@@ -37,6 +37,7 @@ from fabweave.sheet.write.template import template_pdf
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
 from fabweave.show.manual.former import FormerPages, former_pages, write_former
+from fabweave.show.manual.lesson import write_lesson
 from fabweave.show.manual.painting import build_scene
 from fabweave.show.manual.parts_list import write_bags, write_legend, write_map, write_parts
 from fabweave.show.manual.sheets import drawn_pieces, write_sheets
@@ -46,6 +47,7 @@ from fabweave.show.pages import INDEX_FILE, LIKENESS, index_page, waste_page
 from fabweave.show.paper_limits import MOST_PICTURED, MOST_VIEWED
 from fabweave.show.sticks import sticks_pdf
 from fabweave.show.viewer.page import space_record, viewer_page
+from fabweave.stock.machine import MIDDLE_PACE, PACE
 from fabweave.weave.pattern import Weave
 from fabweave.weave.strand_colours import crossing_colours
 
@@ -219,6 +221,8 @@ def manual_pdf(
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
     write_map(book, crossing_map, facts.colours)
+    if crossing_map.cut.profile == "school":
+        write_lesson(book, crossing_map, PACE[1] / MIDDLE_PACE * sum(seconds))
     if crossing_map.cut.labels != "kinds":
         write_bags(book, crossing_map)
     return book.finish()

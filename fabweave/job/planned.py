@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.arrays import IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours
 from fabweave.form.settle import Form
 from fabweave.job.ask import brief_of
@@ -140,4 +140,21 @@ def order_of(planned: PlannedJob, effort: str, seed: int) -> Order:
         enclosed=bool(np.all(woven.halfedges.twin >= 0)),
         effort=effort,
         seed=seed,
+        begin=_first_gap(woven) if woven.straight else None,
     )
+
+
+def _first_gap(woven: WovenObject) -> FloatArray | None:
+    """Return where straight strips begin: at the lowest of the gaps with the fewest sides.
+
+    That is a pentagon on a ball of triangles, as basket makers begin.
+    """
+    halfedges, vertices = woven.halfedges, woven.mesh.vertices
+    sides = np.bincount(halfedges.tail, minlength=len(vertices))
+    rim = halfedges.twin < 0
+    sides[np.concatenate((halfedges.tail[rim], halfedges.head[rim]))] = 0
+    inside = np.flatnonzero(sides)
+    if not len(inside):
+        return None
+    fewest = inside[sides[inside] == sides[inside].min()]
+    return np.asarray(vertices[fewest[np.argmin(np.round(vertices[fewest, 2], 6))]])

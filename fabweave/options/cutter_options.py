@@ -20,9 +20,10 @@ def _target_names() -> Iterable[str]:
 CUTTER_OPTIONS = (
     _machine(
         "profile",
-        choice(("maker", "service")),
+        choice(("maker", "service", "school")),
         "Who cuts. A maker cuts the nested sheets. A service also gets the folder service: a "
-        "file for each distinct piece with nothing but cuts, and a table of quantities.",
+        "file for each distinct piece with nothing but cuts, and a table of quantities. For a "
+        "school letters are 3 mm high or more, and the manual ends with a sheet for the teacher.",
         default="maker",
     ),
     _machine(

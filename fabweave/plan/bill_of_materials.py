@@ -218,11 +218,12 @@ def buy_lines(bill: BillOfMaterials) -> list[tuple[str, str]]:
     lines = [
         (
             "Fasteners",
-            f"{row.buy} × {_sold(row, sorts_for(row)) or 'what fits, which is not known here'}, "
+            f"{row.buy} × {_sold(row, sorts_for(row)[:1]) or 'what fits, not known here'}, "
             f"{_size(row)}; {row.needed} needed, {row.spare} spare{_from_outside(row)}",
         )
         for row in bill.fasteners
     ]
+    lines += [("Washers", f"{count} × {what}") for what, count in _washers(bill).items()]
     if bill.clips:
         lines.append(("Clips", f"{bill.clips} × {_CLIPS}, for ends that are still loose"))
     glue, tape = bill.glue, bill.tape
@@ -236,6 +237,16 @@ def buy_lines(bill: BillOfMaterials) -> list[tuple[str, str]]:
         seams = agree(tape.joints, "{n} [seam|seams]")
         lines.append(("Tape", f"{tape.length_mm / 1000:.2f} m of tape for {seams}"))
     return lines
+
+
+def _washers(bill: BillOfMaterials) -> Counter[str]:
+    """Count what goes under the backs of fasteners that soft strips do not hold, by what it is."""
+    count = Counter[str]()
+    for row in bill.fasteners:
+        if sorts_for(row) and sorts_for(row)[0].washer:
+            what = f"washer with a hole of {row.diameter_mm:.1f} mm, one under each back, inside"
+            count[f"{what}; none on metal"] += row.buy
+    return count
 
 
 def bom_notes(bill: BillOfMaterials) -> list[Note]:
@@ -253,9 +264,8 @@ def _from_outside(row: FastenerRow) -> str:
     sorts = sorts_for(row)
     if not row.outside or (sorts and all(sort.outside for sort in sorts)):
         return ""
-    fit = _sold(row, [sort for sort in sorts if sort.outside])
-    which = agree(row.outside, "; {n} of them [is|are] set from outside: ")
-    return which + (f"there, only {fit}" if fit else f"{INSTEAD}, or try another --fastener")
+    which = agree(row.outside, "; {n} of them [is|are] set from outside")
+    return which + ("" if sorts and sorts[0].outside else f": {INSTEAD}, or try another --fastener")
 
 
 #: What the columns of the shopping list are called.
@@ -284,6 +294,8 @@ def shopping_rows(bill: BillOfMaterials) -> list[tuple[object, ...]]:
                 row.buy,
             )
         )
+    for what, count in _washers(bill).items():
+        rows.append((what, "flat washers", "", "fingers", "", count, "", "", count))
     if bill.clips:
         own = _CLIPS, _CLIPS_SEARCH, "for loose ends", "fingers"
         rows.append((*own, "", bill.clips, "", "", bill.clips))

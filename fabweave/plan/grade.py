@@ -8,7 +8,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
-from fabweave.form.settle import BOUND, Form
+from fabweave.form.settle import BOUND, Form, length_text
 from fabweave.mesh.likeness import Likeness
 from fabweave.piece.piece import Piece
 from fabweave.plan.verdict import Verdict
@@ -213,8 +213,8 @@ def _lost(
         yield lose("sag", _MOST_LOST, form.collapse)
     elif form is not None or foretold is not None:
         gives, sinks = foretold or (0.0, 0.0) if form is None else (form.gives, form.sinks)
-        far = "far" if form is None else f"by {form.settles_mm:.1f} mm"
-        yield lose("form", gives - 1, f"it settles {far} when it is let go")
+        far = "far" if form is None else f"by up to {length_text(form.goes_mm)}"
+        yield lose("form", gives - 1, f"it moves {far} when you let go")
         text = f"it sags by {sinks:.1%} of its size under what weighs on it"
         yield lose("sag", sinks / _SAGS - 1, text)
     care = len(verdict.reasons)

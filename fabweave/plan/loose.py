@@ -139,6 +139,7 @@ class Clip:
     ----------
     crossing : int
     pieces : (int, int)
+        Twice the same where a ring laps itself.
     since, until : int
         The places in the order after which it is put on, and after which it is not needed.
     """
@@ -154,8 +155,9 @@ def find_clips(
 ) -> list[Clip]:
     """Return the clips that hold loose ends, each put on as soon as there is a strand to clip to.
 
-    Of the crossings of a loose end, that one is taken where a clip holds most ends, and of these
-    the nearest to its tip.
+    Of the crossings of a loose end, its lap is taken, until that is fastened, or that where a clip
+    holds most ends, and of these the nearest to its tip; the middle of its piece only if there is
+    no other.
 
     Parameters
     ----------
@@ -185,20 +187,32 @@ def find_clips(
             if own not in waiting:  # a clip that has just been put on holds it, too
                 continue
             spots = [
-                (crossing, other)
-                for crossing, over in at[own]
-                # What it crosses there, or else the mate that it laps.
+                (crossing, other, way is over)
+                for crossing, over in at[own[0], own[1]]
+                # What it crosses there, or else the mate that it laps, maybe its own other end.
                 for way in (not over, over)
                 for other in carriers.get((crossing, way), ())
-                if other != own[0] and rank[other] <= now
+                if rank[other] <= now
+                and (other != own[0] or carriers[crossing, way].count(other) > 1)
             ]
             if not spots:
                 continue
-            crossing, other = max(
-                spots, key=lambda spot: sum(_passes(at[key], spot[0]) for key in waiting)
+            # Of an odd number of stations the middle one is in both halves: a strip that hangs on
+            # one clip there turns about it. A lap that waits for its fastener is held first.
+            first, second = at[own[0], False][-1], at[own[0], True][-1]
+            middle = first[0] if first == second else -1
+            crossing, other, lap = max(
+                spots,
+                key=lambda spot: (
+                    spot[0] != middle,
+                    spot[2],
+                    sum(_passes(at[key], spot[0]) for key in waiting),
+                ),
             )
             both = [key for key in waiting if _passes(at[key], crossing)]
             until = max(waiting.pop(key) for key in both)
+            if lap and crossing in holds.layers:
+                until = int(holds.set_at(crossing, rank))
             clips.append(Clip(crossing, (own[0], other), now, until))
     return clips
 

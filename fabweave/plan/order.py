@@ -1,7 +1,7 @@
 """Find the order in which pieces are put together: grow it, anneal it, and walk it."""
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -277,6 +277,7 @@ def plan_order(
     enclosed: bool,
     effort: str,
     seed: int,
+    begin: FloatArray | None = None,
 ) -> Order:
     """Find an order in which every piece is held soon, holds on others and slides below few.
 
@@ -303,6 +304,8 @@ def plan_order(
         ``quick``, ``normal`` or ``best``.
     seed : int
         Same seed, same order.
+    begin : (3,) float array, optional
+        Weave outward from there, and search no further, as basket makers do from a gap.
 
     Raises
     ------
@@ -326,6 +329,10 @@ def plan_order(
     def measured(order: Sequence[int]) -> MeasuredOrder:
         return measure_order(contacts, order, enclosed=enclosed)
 
+    if begin is not None:
+        away = [np.linalg.norm(centres[piece.crossings] - begin, axis=1).min() for piece in pieces]
+        outward = measured(_grown_up(contacts, np.array(away))[0])
+        return _beside_naive(outward, measured, pieces, enclosed=enclosed)
     flat = _flat_roots(pieces, contacts, centres, middle, min(hard.roots, copies - 1))
     starts = [(grow_order(contacts, roots), roots) for roots in flat]
     starts.append(_grown_up(contacts, middle[:, 2]))
@@ -340,7 +347,17 @@ def plan_order(
         measured(walk_order(contacts, order, roots, middle, served))
         for order, roots in annealed[:_WALKED]
     ]
-    best = _easy_end(tried)
+    return _beside_naive(_easy_end(tried), measured, pieces, enclosed=enclosed)
+
+
+def _beside_naive(
+    best: MeasuredOrder,
+    measured: Callable[[Sequence[int]], MeasuredOrder],
+    pieces: Sequence[Piece],
+    *,
+    enclosed: bool,
+) -> Order:
+    """Return an order with what naive ones cost."""
     by_thread, by_number = (
         measured(order).total
         for order in (list(range(len(pieces))), order_by_number(pieces).tolist())

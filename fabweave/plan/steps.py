@@ -62,12 +62,26 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     placings = _place_all(piece_set, order)
     clips = _clips_of(piece_set, order, placings)
     blind = set_outside(piece_set, order)
+    where = {joint.id: joint.crossing for joint in piece_set.joints}
+    fixed = {
+        key: number
+        for number, placing in enumerate(placings, start=1)
+        for key in placing.fasten
+        if key in sold and key not in held
+    }
     steps: list[StepRecord] = []
     for number, placing in enumerate(placings, start=1):
         fasten = tuple(key for key in placing.fasten if key not in held)
         outside = tuple(key for key in fasten if key in blind)
         shut = bool(outside) and not any(step.outside for step in steps)
-        said = [placing.text, *([_SET_OUTSIDE] if shut else []), *_say_set(fasten, sold)]
+        said = [placing.text, *([_SET_OUTSIDE] if shut else [])]
+        said += _say_set(fasten, sold, placing.numbers)
+        clipped = {key for key, _, _ in clips.on[number]}
+        said += [
+            f"Joint {key} is fixed in step {fixed[at]}."
+            for key, at in ((key, where[key]) for key in placing.joints)
+            if at not in clipped and fixed.get(at, number) > number
+        ]
         steps.append(
             StepRecord(
                 step=number,
@@ -88,12 +102,25 @@ def build_steps(piece_set: PieceSet, order: Order, hardware: str | None = None) 
     return steps + _ring_steps(piece_set, sold, first=len(steps) + 1)
 
 
-def _say_set(crossings: Sequence[int], sold: Mapping[int, Counter[str]]) -> list[str]:
-    """Say what is set at crossings, as it is sold; nothing for none."""
-    count: Counter[str] = sum((sold[key] for key in crossings if key in sold), Counter())
-    instead = count.pop(INSTEAD, 0)
-    said = [f"Set {listed([f'{n} × {name}' for name, n in count.items()])}."] if count else []
-    return said + ([f"At {agree(instead, '{n} [place|places]')}, {INSTEAD}."] if instead else [])
+def _say_set(
+    crossings: Sequence[int], sold: Mapping[int, Counter[str]], numbers: Mapping[int, int]
+) -> list[str]:
+    """Say what is set at crossings, as it is sold, and at which numbers; nothing for none."""
+    count, at = Counter[str](), defaultdict[str, list[int]](list)
+    for key in crossings:
+        for name, often in sold.get(key, {}).items():
+            count[name] += often
+            at[name] += [numbers[key]] if key in numbers else []
+    where = {
+        name: listed([f"({one})" for one in sorted(at[name])]) if at[name] else "" for name in count
+    }
+    places = agree(count[INSTEAD], "{n} [place|places]")
+    return [
+        f"At {where[name] or places}, {INSTEAD}."
+        if name == INSTEAD
+        else f"Set {often} × {name}{where[name] and f' at {where[name]}'}."
+        for name, often in count.items()
+    ]
 
 
 class _Clips(NamedTuple):
@@ -104,16 +131,21 @@ class _Clips(NamedTuple):
     since: dict[ClipPlace, int]
     where: dict[ClipPlace, str]
 
+    def _named(self, place: ClipPlace) -> str:
+        _, one, other = place
+        whom = f"{one} to {other}" if one != other else f"both ends of {one}"
+        return whom + self.where[place]
+
     def said(self, step: int) -> list[str]:
         """Say which clips are put on, and which come off."""
-        on = [f"{one} to {other}{self.where[key, one, other]}" for key, one, other in self.on[step]]
+        on = [self._named(place) for place in self.on[step]]
         off = [
-            f"{one} on {other} (of step {self.since[key, one, other]})"
-            for key, one, other in self.off[step]
+            f"{'on ' * (place[1] == place[2])}{self._named(place)} of step {self.since[place]}"
+            for place in self.off[step]
         ]
         said = [f"Clip {listed(on)}."] if on else []
         clips = "clips" if off[1:] else "clip"
-        return said + ([f"Take off the {clips} of {listed(off)}."] if off else [])
+        return said + ([f"Take off the {clips} {listed(off)}."] if off else [])
 
 
 def _clips_of(piece_set: PieceSet, order: Order, placings: Sequence[_Placing]) -> _Clips:
@@ -156,7 +188,7 @@ def _ring_steps(
             fasten=fasten,
             closes=False,
             effort=0.0,
-            text=" ".join([_say_ring(ring, names), *_say_set(fasten, sold)]),
+            text=" ".join([_say_ring(ring, names), *_say_set(fasten, sold, {})]),
             ring=tuple(piece.id for piece in ring.pieces),
         )
         for number, ring in enumerate(piece_set.rings, start=first)
@@ -225,10 +257,12 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
                 ties.append(None)
                 continue
             other = joints[joint].pieces[mate]
-            named = pieces[other].id if other != number else f"its own {('end', 'start')[mate]}"
-            tie = joints[joint].kind.ties[1 - mate].format(named)
-            # A piece that is joined to itself is joined once.
-            ties.append(None if joint in placing.joints else f"{tie} (joint {joint})")
+            tip = ("end", "start")[mate]
+            whose = f"the {tip} of {pieces[other].id}" if other != number else f"its own {tip}"
+            tie = joints[joint].kind.ties[1 - mate].format(whose)
+            # A strip that is joined to itself is woven first, and closed at last.
+            last = other == number and mate == 0
+            ties.append(None if last else f"{tie} (joint {joint})")
             placing.joints.append(joint)
         placing.closes = len(placing.joints) == 2
         placing.joints = list(dict.fromkeys(placing.joints))
@@ -237,14 +271,14 @@ def _place_all(piece_set: PieceSet, order: Order) -> list[_Placing]:
         often = Counter(other for one in met for other in one.others)
         early = len(result) < _EARLY
         names = [
-            listed([
-                pieces[other].id
-                + (_at(pieces[other], one.crossing) if early or often[other] > 1 else "")
-                for other in one.others
-            ])
+            "itself"
+            if number in one.others
+            else _name([pieces[other] for other in one.others], one.crossing)
+            if early or one.others[1:] or often[one.others[0]] > 1
+            else pieces[one.others[0]].id
             for one in met
-        ]  # fmt: skip
-        placing.text = _say(piece.id, met, names, (ties[0], ties[1]), placing.closes, closed)
+        ]
+        placing.text = _say(met, names, (ties[0], ties[1]), placing.closes, closed)
         result.append(placing)
     return result
 
@@ -270,15 +304,23 @@ class _Meeting(NamedTuple):
     others: Sequence[int]
 
 
+def _name(others: Sequence[Piece], crossing: int) -> str:
+    """Name what is met at a crossing: a piece and where on it, or the lap of two."""
+    if others[1:]:
+        return f"the lap of {listed([piece.id for piece in others])}"
+    return others[0].id + _at(others[0], crossing)
+
+
 def _at(piece: Piece, crossing: int) -> str:
     """Say where on a piece in place a crossing is, from the first one of it."""
     steps = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
     station = int(np.flatnonzero(piece.crossings == crossing)[0])
+    if station in (0, len(steps)):
+        return f" at its {'end' if station else 'start'}"
     return f" at its {steps[:station].sum():.0f} mm"
 
 
 def _say(
-    piece: str,
     met: Sequence[_Meeting],
     names: Sequence[str],
     ties: tuple[str | None, str | None],
@@ -289,8 +331,6 @@ def _say(
 
     What is nearer to an end is passed by pushing that end under it.
     """
-    if not met and ties == (None, None):
-        return f"Begin with {piece}, its outer face up."
     said = [] if ties[0] is None else [ties[0]]
     pushed = {starts for starts, tie in zip((True, False), ties, strict=True) if tie is not None}
     for (over, starts), run in groupby(
@@ -308,7 +348,13 @@ def _say(
     said += [] if ties[1] is None else [ties[1]]
     if closes:
         said.append(f"ring {ring} is closed" if ring else "the gap is closed")
-    return f"{piece}: {'; '.join(said)}."
+    tips = zip(ties, (met[:1], met[-1:]), strict=True)
+    shut = all(tie is not None or any(not one.over for one in tip) for tie, tip in tips)
+    two = len(met) + sum(tie is not None for tie in ties) > 1
+    if shut and two and not all(one.over for one in met):
+        said.insert(0, "bow the strip, so that both ends come in")
+    text = "; ".join(said or ["begin: lay it on the table, its outer face up"])
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _counted(numbers: Sequence[int]) -> str:

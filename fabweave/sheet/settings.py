@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from fabweave.stock.sheet_size import SheetSize
 
 
+#: How high letters are at least: for hands at a bench, and for young ones.
+LEAST_MM, SCHOOL_MM = 2.0, 3.0
+
+
 @dataclass(frozen=True)
 class MachineSettings:
     """How sheets are written for the machine that cuts them, and for its people."""
@@ -32,6 +36,11 @@ class MachineSettings:
     template: str
     calibrate: float
     bed: SheetSize | None
+
+    @property
+    def letters_mm(self) -> float:
+        """How high letters are at least."""
+        return SCHOOL_MM if self.profile == "school" else LEAST_MM
 
     @property
     def line_mm(self) -> float:

@@ -38,6 +38,8 @@ class Hardware:
         How these lengths are called; empty where they have no names.
     outside : bool
         Whether it is set from one side, where no hand comes to the other.
+    washer : bool
+        Whether its back pulls through what is softer than metal, unless a washer lies there.
     search : str
         What shops call it.
     assumed : tuple of str
@@ -55,6 +57,7 @@ class Hardware:
     each: Span
     lengths: tuple[str, ...] = ()
     outside: bool = False
+    washer: bool = False
     search: str = ""
     assumed: tuple[str, ...] = ()
 

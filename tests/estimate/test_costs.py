@@ -172,7 +172,8 @@ def test_hours_are_those_of_the_sort_that_is_listed_first():
         assert [sort.name for sort in sorts_for(one)] == names
         assert action.count * action.each_s == pytest.approx(total)
         # What cannot be set from outside is said, with its number.
-        ((_, text),) = buy_lines(changed)
+        (_, text), *washers = buy_lines(changed)
+        assert len(washers) == sorts_for(one)[0].washer
         assert (INSTEAD in text) == (one is none)
         assert ("4 of them" in text) == (bool(one.outside))
     # Thread alone goes anywhere: nothing is to be told apart.

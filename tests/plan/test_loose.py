@@ -121,3 +121,19 @@ def test_ends_that_stay_loose_are_clipped_to_what_is_there(shape, seed):
                 met = {other for other in met - {piece} if rank[other] <= now}
                 if met and holds.end_from(end, rank, len(order)) > now:
                     assert any(piece in two and two - {piece} <= met for two in held)
+
+
+def test_a_ring_of_one_piece_is_clipped_to_itself_until_its_fastener_is_set():
+    made = model_of("shape:icosahedron", 80.0, pattern="kagome", strips="straight").made
+    pieces, order = made.pieces, list(range(len(made.pieces)))
+    rings = [at for at, one in enumerate(pieces) if one.start_joint == one.end_joint is not None]
+    assert rings == order
+    holds = find_holds(pieces, made.fastened)
+    to_itself = [clip for clip in find_clips(pieces, holds, order) if len(set(clip.pieces)) == 1]
+    # Nothing else is there that could hold the first.
+    assert (to_itself[0].pieces, to_itself[0].since) == ((0, 0), 0)
+    for clip in to_itself:
+        piece = pieces[clip.pieces[0]]
+        assert clip.crossing == piece.crossings[0] == piece.crossings[-1]
+        assert clip.since == clip.pieces[0]
+        assert clip.until == holds.set_at(clip.crossing, order) > clip.since

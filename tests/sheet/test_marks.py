@@ -171,6 +171,21 @@ def test_nothing_is_too_low_to_read(piece):
         assert label.height_mm >= least.get(label.kinds[0], min(TEXT_HEIGHTS_MM))
 
 
+@pytest.mark.parametrize("width", [6.0, 9.0, 14.0])
+def test_for_a_school_no_letter_but_an_id_is_lower_than_asked(width):
+    piece = strip(width=width)
+    low, high = (
+        mark_pieces(crossed(piece), len(piece.crossings), "full", least_mm=least)[0]
+        for least in (0.0, 3.0)
+    )
+    assert min(label.height_mm for label in low.labels if "id" not in label.kinds) < 3.0
+    heights = [label.height_mm for label in high.labels if "id" not in label.kinds]
+    assert min(heights, default=3.0) >= 3.0
+    # What finds no room is reported, never forgotten: the id stands even so.
+    assert any("id" in label.kinds for label in high.labels)
+    assert len(high.dropped) >= len(low.dropped)
+
+
 def test_numbers_are_ids_alone_and_none_is_nothing():
     bare = marked(strip(hole=2.5), labels="numbers")
     assert [label.text for label in bare.labels] == ["A6"]

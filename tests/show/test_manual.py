@@ -171,3 +171,15 @@ def test_east_asia_is_measured_as_it_is_written_and_breaks_anywhere():
     lines = manual_book.wrapped(title, 10.0, 100.0)
     assert "".join(lines) == title
     assert [len(line) for line in lines] == [10, 10, 10, 6]
+
+
+def test_a_school_has_a_sheet_for_the_teacher_with_figures_of_the_job():
+    made = drawn_job(profile="school")
+    pages = [page for page in pages_of(profile="school") if "For the teacher" in page]
+    assert len(pages) == 1
+    threads, crossings = len(made.plan.threads), len(made.plan.crossings)
+    assert f"({threads}, of which" in pages[0]
+    assert f"({2 * crossings} and {crossings}:" in pages[0]
+    first = made.job.costs.assembly.hours[1]
+    assert f"{60.0 * first:.0f} minutes: {len(made.plan.steps)} steps" in pages[0]
+    assert not any("For the teacher" in page for page in pages_of())

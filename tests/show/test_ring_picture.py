@@ -10,7 +10,7 @@ from fabweave.show.manual.steps import lay_ring
 POINTS_MM = 72 / 25.4
 
 
-@pytest.mark.parametrize("tall", [np.inf, 300.0])
+@pytest.mark.parametrize("tall", [np.inf, 600.0])
 @pytest.mark.parametrize(("radius", "count"), [(60.0, 2), (20.0, 2), (200.0, 5)])
 def test_pieces_of_a_ring_are_similar_to_what_is_cut_and_keep_apart(radius, count, tall):
     ring = ring_of(

@@ -115,13 +115,13 @@ class Assembled:
         made = replace(self.model.made, fastened=self.fastened)
         self.plan = {"steps": [to_json(step) for step in build_steps(made, order)]}
 
-    def result(self, *changes, closed=None):
+    def result(self, *changes, closed=None, ticks=()):
         """Spoil the steps, and return what the replay finds in them."""
         plan = copy.deepcopy(self.plan)
         for change in changes:
             change(plan)
         strands, made = {}, self.model.made
-        pieces = {piece.id: self._piece(piece, strands) for piece in made.pieces}
+        pieces = {piece.id: self._piece(piece, strands, ticks) for piece in made.pieces}
         crossings = {
             key: SimpleNamespace(id=key, fastened=bool(self.fastened[key]), over=own[True],
                                  under=own[False])
@@ -143,12 +143,13 @@ class Assembled:
         return result_of(check_steps, SimpleNamespace(map=read, mesh=mesh, rings=[]))
 
     @staticmethod
-    def _piece(piece, strands):
+    def _piece(piece, strands, ticks):
         passes = list(zip(piece.crossings.tolist(), piece.over.tolist(), strict=True))
         for key, over in passes:
             strands.setdefault(key, {})[over] = SimpleNamespace(piece=piece.id)
         return SimpleNamespace(
             id=piece.id,
+            ticks=ticks,
             joints=(piece.start_joint, piece.end_joint),
             stations=[SimpleNamespace(crossing=key, over=over) for key, over in passes],
         )
@@ -255,6 +256,11 @@ def test_an_open_surface_keeps_its_inside_in_reach(clipped):
 
 def test_maps_of_earlier_versions_say_nothing_of_hands(clipped):
     assert clipped.result(silent).findings == ()
+
+
+def test_a_map_with_ticks_cannot_pass_for_one_of_those(clipped):
+    found = str(clipped.result(silent, ticks=(0,)).findings)
+    assert "lies loose" in found
 
 
 @pytest.mark.parametrize("shape", [TORUS, "shape:octahedron", "shape:tube?m=6&n=2", OPEN])

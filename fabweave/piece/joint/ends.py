@@ -25,8 +25,11 @@ from fabweave.piece.outline import (
 from fabweave.ribbon.project import Ribbons, local_entry
 from fabweave.weave.pattern import Weave
 
-#: Marks keep this clear of the edge; a cross has arms of at most 1 mm, a tick is at most 4 mm.
-_CLEAR_MM, _ARM_MM, _TICK_MM, _TICK_SHARE = 0.35, 1.0, 4.0, 0.2
+#: Marks keep this clear of the edge; a cross has arms of at most 1 mm.
+_CLEAR_MM, _ARM_MM = 0.35, 1.0
+#: Of a tick: its length as a share of the room across, at most, and at least; and what two leave
+#: between them for letters and their clearance, millimetres.
+_TICK_SHARE, _TICK_MM, _TICK_LEAST_MM, _LANE_MM = 0.2, 2.0, 0.6, 2.7
 #: What is cut off reaches so far over the rails, from which thinned outlines differ a little.
 _OVERLAP_MM = 0.2
 #: Figures with almost common edges are only laid over one another soundly on a grid.
@@ -259,21 +262,37 @@ def guide_lines(cut: CutStrips, plan: JointPlan, marked: BoolArray) -> list[list
         for piece, ends, at in zip(
             pieces.tolist(), zip(right, left, strict=True), station[pieces].tolist(), strict=True
         ):
-            guides[piece] += [*_edge_ticks(*ends), *_cross(cut.stations, at)]
+            guides[piece] += [*edge_ticks(*ends, _CLEAR_MM), *_cross(cut.stations, at)]
     return guides
 
 
-def _edge_ticks(right: FloatArray, left: FloatArray) -> list[FloatArray]:
-    """Return a tick inside each edge along the line from the right edge to the left one."""
+def edge_ticks(right: FloatArray, left: FloatArray, clear_mm: float = 0.0) -> list[FloatArray]:
+    """Return a tick inward from either end of a line across a piece; none where it is too short.
+
+    Parameters
+    ----------
+    right, left : (2,) float arrays
+        The ends of the line, in millimetres.
+    clear_mm : float
+        How far from these the ticks begin.
+
+    Examples
+    --------
+    >>> [tick.tolist() for tick in edge_ticks(np.zeros(2), np.array([10.0, 0.0]))]
+    [[[0.0, 0.0], [2.0, 0.0]], [[10.0, 0.0], [8.0, 0.0]]]
+    >>> edge_ticks(np.zeros(2), np.array([1.0, 0.0]))
+    []
+    """
     width = float(np.hypot(*(left - right)))
-    length = min(max(_TICK_SHARE * width, 1.0), _TICK_MM, width / 2 - 2 * _CLEAR_MM)
-    if length < _SHORTEST_MM:
+    room = width - 2.0 * clear_mm
+    length = max(min(_TICK_SHARE * room, _TICK_MM, (room - _LANE_MM) / 2.0), _TICK_LEAST_MM)
+    if room <= 2.0 * length + _CLEAR_MM:
         return []
     inward = (left - right) / width
-    near, far = _CLEAR_MM, _CLEAR_MM + length
+    ends = right + clear_mm * inward, left - clear_mm * inward
     return [
-        np.array([right + near * inward, right + far * inward]),
-        np.array([left - near * inward, left - far * inward]),
+        np.array([end, end + length * way])
+        for end, way in zip(ends, (inward, -inward), strict=True)
     ]
 
 

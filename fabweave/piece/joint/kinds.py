@@ -186,7 +186,7 @@ class JointKind:
 RIVET = JointKind(
     "rivet",
     title="a lap with a fastener under the strand above",
-    ties=("end on {}, hole on hole", "start on {}, hole on hole"),
+    ties=("lap the end with {}, hole on hole", "lap the start with {}, hole on hole"),
     note="[lap|laps]",
     laps=True,
     most_fasteners=4,
@@ -225,7 +225,7 @@ _OTHERS = (
     JointKind(
         "slot",
         title="a tab through a slot",
-        ties=("put its tab through {}", "take the tab of {}"),
+        ties=("put its tab through {}", "take the tab at {}"),
         note="[tab|tabs] pushed through a slot up to [its|their] shoulders",
         tools="a flat surface on which to bend the tabs",
         laps=True,

@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 from fabweave.piece.congruence import Kinds, motion_onto, moved_by
+from fabweave.piece.joint.ends import edge_ticks
 from fabweave.piece.piece import Piece, find_owners
 from fabweave.sheet.labels.lettering import place_text, text_box
 from fabweave.sheet.labels.texts import (
@@ -23,6 +24,7 @@ from fabweave.sheet.labels.texts import (
     Missing,
     kind_name,
     kind_wishes,
+    raised,
     spare_wishes,
     wishes,
 )
@@ -425,6 +427,7 @@ def mark_pieces(
     kinds: Kinds | None = None,
     steps: Mapping[str, int] = MappingProxyType({}),
     prefix: str = "",
+    least_mm: float = 0.0,
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -451,6 +454,8 @@ def mark_pieces(
         The step in which each piece is placed, by its id, as far as that is told.
     prefix : str
         Stands before the id of each, as on sheets that several jobs share.
+    least_mm : float
+        How high letters are, but for ids that find no room otherwise.
 
     Returns
     -------
@@ -468,8 +473,9 @@ def mark_pieces(
     begins = {piece.start_joint: piece.id for piece in pieces}
     ends = {piece.end_joint: piece.id for piece in pieces}
     wanted = [
-        list(
-            wishes(
+        [
+            raised(wish, least_mm)
+            for wish in wishes(
                 replace(piece, id=prefix + piece.id),
                 [pieces[other].id for other in owners.partners(piece)],
                 (ends.get(piece.start_joint), begins.get(piece.end_joint)),
@@ -477,7 +483,7 @@ def mark_pieces(
                 steps.get(piece.id),
                 inside=inside,
             )
-        )
+        ]
         for piece in pieces
     ]
     rooms = _rooms(pieces, hidden=labels == "hidden" and not inside)
@@ -601,11 +607,6 @@ def _marks(
     return Marks(tuple(lettered), ticks, tuple(missing))
 
 
-#: Of a tick at a crossing: its length as a share of the room across, at most, and at least; and
-#: what it leaves between itself and its like for letters and their clearance, millimetres.
-_TICK_SHARE, _TICK_MM, _SHORTEST_MM, _LANE_MM = 0.2, 2.0, 0.6, 2.7
-
-
 def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
     """Return ticks where a piece passes under another without a hole, abreast of the crossing.
 
@@ -633,13 +634,9 @@ def ticks_of(piece: Piece, room: Any) -> dict[int, FloatArray]:
         whole = min(shapely.get_parts(parts), key=middle.distance, default=None)
         if whole is None or whole.distance(middle) > _SAME_MM or not whole.length:
             continue
-        ends = shapely.get_coordinates(whole)[[0, -1]]
-        unit = (ends[1] - ends[0]) / whole.length
-        length = min(_TICK_SHARE * whole.length, _TICK_MM, (whole.length - _LANE_MM) / 2)
-        length = max(length, _SHORTEST_MM)
-        if whole.length > 2 * length + CLEAR_MM:
-            inward = length * np.array([unit, -unit])
-            ticks[station] = np.stack([ends, ends + inward], axis=1)
+        drawn = edge_ticks(*shapely.get_coordinates(whole)[[0, -1]])
+        if drawn:
+            ticks[station] = np.array(drawn)
     return ticks
 
 

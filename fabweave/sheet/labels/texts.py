@@ -175,6 +175,20 @@ def wishes(
         yield LabelWish({"id": piece.id}, station, again, hidden)
 
 
+def raised(wish: LabelWish, least_mm: float) -> LabelWish:
+    """Return a wish with no lower letters than that; a piece's id may be lower, before it has none.
+
+    Examples
+    --------
+    >>> wish = LabelWish({"id": "A1"}, None, (LabelChoice("A1", 2.5, ("id",)),), hidden=True)
+    >>> [choice.height_mm for choice in raised(wish, 3.0).choices]
+    [3.0, 2.5]
+    """
+    choices = [one._replace(height_mm=max(one.height_mm, least_mm)) for one in wish.choices]
+    low = wish.choices if "id" in wish.words and wish.station is None else ()
+    return wish._replace(choices=tuple(dict.fromkeys((*choices, *low))))
+
+
 def step_name(step: int) -> str:
     """Return what a piece bears of the step in which it is placed.
 

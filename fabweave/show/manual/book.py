@@ -210,6 +210,13 @@ class Book:
         self.line([(x - 2.6, y), (x + 2.6, y)], width=0.9)
         self.line([(x, y - 2.6), (x, y + 2.6)], width=0.9)
 
+    def clip(self, x: float, y: float) -> None:
+        """Draw a clip, with its mouth at a place."""
+        jaw = [(x, y), (x - 4.6, y + 7.0), (x + 4.6, y + 7.0)]
+        self.line(jaw, width=0.9, closed=True, fill=0.0)
+        for way in (-1.0, 1.0):
+            self.line(_round(x + 2.6 * way, y + 9.6, 2.1, COMPLETE_CORNERS), width=1.0, closed=True)
+
     def area(self, x: float, y: float, width: float, height: float, colour: Sequence[int]) -> None:
         """Draw a rectangle in a colour."""
         red, green, blue = (int(part) / 255 for part in colour)

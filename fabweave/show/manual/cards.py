@@ -107,6 +107,8 @@ class Card:
     Parameters
     ----------
     id : str
+    nought : (2,) float array
+        Where millimetres begin, at its lower edge.
     back : bool
         Whether its engraved arrow points to its start.
     tag : (2,) float array
@@ -123,6 +125,7 @@ class Card:
     """
 
     id: str
+    nought: FloatArray
     back: bool
     tag: FloatArray
     outline: FloatArray
@@ -224,8 +227,9 @@ def lay_card(piece: PieceRecord, met: Sequence[Met], wide: float, *, back: bool)
         names.append(Named(meeting, at + shift, strand + shift, name + shift, lead + shift))
     coming = [edges + shift for at, edges in enumerate(across) if at not in stations]
     first = np.array((tag[0] / 2.0, places[0, 1]))
+    nought = across[0][0] + shift
     return Card(
-        piece.id, back, first + shift, outline + shift, tuple(coming),
+        piece.id, nought, back, first + shift, outline + shift, tuple(coming),
         holes + np.append(shift, 0.0), tuple(names), high,
     )  # fmt: skip
 
@@ -350,6 +354,9 @@ def write_card(book: Book, card: Card, left: float, top: float) -> None:
         book.line(line + corner, width=0.5, grey=0.6)
     for x, y, radius in (card.holes + np.append(corner, 0.0)).tolist():
         book.circle(x, y, radius)
+    if not any(name.met.along_mm == 0.0 for name in card.names):
+        x, y = (card.nought + corner).tolist()
+        book.text(x, y - _MM_TEXT, "0", size=_MM_TEXT, align=0.5, grey=0.35)
     for name in card.names:
         if name.met.over is False:
             _draw_strand(book, name, corner)

@@ -119,6 +119,7 @@ class _Part(NamedTuple):
             book.room(self._line_high(text, wide), COVER)
             if self.indent:
                 book.tick_box(book.left, book.y - LEADING * TEXT - 0.5)
+                _draw_sign(book, name)
             end = book.block(left, book.y, text, book.right - left)
             at = book.y - LEADING * TEXT + 0.25 * TEXT
             book.text(book.left + self.indent, at, name, bold=True)
@@ -132,12 +133,21 @@ class _Part(NamedTuple):
         return LEADING * TEXT * len(lines) + _BELOW
 
 
+def _draw_sign(book: Book, name: str) -> None:
+    """Draw the sign that all steps have for a thing of the list, where there is one."""
+    x, y = book.left + 82.0, book.y - LEADING * TEXT + 4.0
+    if name == "Fasteners":
+        book.complete(x, y)
+    elif name == "Clips":
+        book.clip(x, y - 5.0)
+
+
 def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     """Return what is said of the object, each line with its name."""
     spares = len(crossing_map.spares or ())
     return [
         ("Buildable?", facts.buildable),
-        *([("Let go, it", facts.form)] if facts.form else []),
+        *([("Form", f"When you let go, it {facts.form}")] if facts.form else []),
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
         (
@@ -169,29 +179,31 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]
     if stock == "roll":
-        lines.append(("Tapes", "sticks.pdf, printed at full size: the marks of each strip"))
-        tools = ["scissors", "a ruler", "glue or tape to join the tapes", *tools]
+        lines.append(("Tapes", "sticks.pdf, printed at 100 %: the marks of each strip"))
+        tools = ["scissors", "a printer", "a pencil and a hole punch",
+                 "glue or tape to join the tapes", *tools]  # fmt: skip
     told = dict.fromkeys(tool for tool in tools if tool not in ("", "fingers"))
-    lines.append(("Tools", "; ".join([*told, "a pencil to tick the boxes"])))
+    measure = "a ruler or a tape measure, for places on strips; a pencil to tick the boxes"
+    lines.append(("Tools", "; ".join([*told, measure])))
     return lines
 
 
 def _proceed(crossing_map: CrossingMap, bill: BillOfMaterials) -> list[tuple[str, str]]:
     """Return what is done, in order, each line with its number."""
     viewer = _VIEWER if len(crossing_map.crossings) <= MOST_VIEWED else ""
-    taken = "Take the pieces out of their sheets, one sheet after another"
-    if any(sheet.roll_mm for sheet in crossing_map.sheets):
-        taken = (
-            "Cut the strips off their rolls, lay the tape of each along it, copy its marks, write "
-            "its name on it"
-        )
-    lines = [
-        f"{taken}, and tick each in the list of its sheet.",
-        f"Sort them: {_piles(crossing_map)}.",
-        f"Follow the steps.{viewer}",
-    ]
+    lines = ["Take the pieces out of their sheets, one sheet after another, and tick each off."]
+    if _stock(crossing_map) == "roll":
+        lines = [
+            "Print sticks.pdf at 100 %, and check its ruler. Join the lengths of each tape.",
+            "Cut a strip off the roll, and tick it in the list of rolls. Lay its tape along it, "
+            "copy the marks to its outer face, punch the holes, and write its name at both ends.",
+        ]
+    lines += [f"Sort them: {_piles(crossing_map)}.", f"Follow the steps.{viewer}"]
     if bill.fasteners:
-        lines.append("Set a fastener, put on a clip and take one off in the step that says so.")
+        lines.append(
+            "Set a fastener where a step shows a circle with a cross. Put on a clip where it shows "
+            "one, and take it off when a later step says so."
+        )
     if "thread" in set_with(bill):
         lines.append(
             "Lead the thread through the hole and around the edges of the strips, draw it tight, "

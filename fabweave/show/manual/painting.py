@@ -104,6 +104,13 @@ class Scene:
         return np.asarray(before < EARLY * len(self.step_of_piece))
 
     @cached_property
+    def beyond(self) -> BoolArray:
+        """Which triangles are in the half of their piece at its end, (T,)."""
+        count = np.bincount(self.piece, minlength=len(self.step_of_piece))
+        place = np.arange(len(self.piece)) - (np.cumsum(count) - count)[self.piece]
+        return np.asarray(2 * place >= count[self.piece])
+
+    @cached_property
     def _used(self) -> FloatArray:
         """The points of triangles."""
         return self.points[np.unique(self.triangles)]
@@ -210,14 +217,15 @@ POINTS_PX = 72.0 / 25.4 / PX_MM
 #: The number of a colour for each pixel: those that are fixed, and then each own colour's tones.
 Codes: TypeAlias = npt.NDArray[np.uint16]
 #: Relative luminance of what is in place, seen from inside and from outside in three lights, and
-#: of what is new: their contrast is 3 at least, ( 0.62 + 0.05 ) / ( 0.17 + 0.05 ).
-THERE, NEW = (0.62, 0.66, 0.72, 0.78), (0.08, 0.11, 0.14, 0.17)
+#: of what is new: their contrast is 3 at least, ( 0.45 + 0.05 ) / ( 0.11 + 0.05 ), and what is in
+#: place stands out from the paper.
+THERE, NEW = (0.45, 0.49, 0.54, 0.60), (0.05, 0.07, 0.09, 0.11)
 _LEVELS = len(THERE) + len(NEW)
-#: The first colours of every picture: paper, the outline of what is in place (4.5 against white),
+#: The first colours of every picture: paper, the outline of what is in place (5.9 against white),
 #: black, what is still to come and its outline, the lines of the table, the shadow on it, and the
 #: board of a former.
 PAPER, OUTLINE, BLACK, COMING, GHOST, TABLE, SHADOW, BOARD = range(8)
-FIXED = (*((grey,) * 3 for grey in (255, 119, 0, 240, 160, 215, 205)), (246, 240, 228))
+FIXED = (*((grey,) * 3 for grey in (255, 100, 0, 240, 160, 215, 205)), (246, 240, 228))
 #: Lines that hatch what is hidden of a new piece come again after so many pixels, and are so wide.
 _HATCH_PX, _HATCH_LINE_PX = 9, 2
 #: How hard pictures are deflated, 1 to 9: more takes twice the time and saves an eighth.

@@ -21,7 +21,7 @@ LEGEND = "How to read a piece"
 #: Sizes of heads, and of texts that are read beside pictures.
 _HEAD, _READ = 12.0, 11.0
 #: What a sign is shown in: width and height in points, between two, and points to a millimetre.
-_LENS, _LENS_GAP, _LENS_SCALE = (210.0, 88.0), 6.0, 6.0
+_LENS, _LENS_GAP, _LENS_SCALE = (210.0, 72.0), 6.0, 6.0
 #: How high the piece may be drawn.
 _HIGHEST = 150.0
 #: Takes points of the sheet, (N, 2), to the page.
@@ -136,11 +136,13 @@ def _signs(crossing_map: CrossingMap, piece: PieceRecord, drawn: DrawnPiece) -> 
             station = piece.stations[label.station]
             met[station.over] = (
                 place,
-                f"{label.text}: here {piece.id} passes "
-                + (f"{'over' if station.over else 'under'} {station.partner}."),
+                f"A {'disc' if station.over else 'ring'} and {station.partner}: here {piece.id} "
+                f"passes {'over' if station.over else 'under'} {station.partner}.",
             )
     face = "inside" if any(sheet.mirrored for sheet in crossing_map.sheets) else "outside"
-    if labels:
+    if any(sheet.roll_mm for sheet in crossing_map.sheets):
+        signs = [_Sign("Marked face", f"These marks are copied from its tape. It is the {face}.")]
+    elif labels:
         covered = " In the woven object, other strands cover the letters."
         hidden = any(label.hidden for label in piece.labels)
         signs = [_Sign("Engraved face", f"This is the {face} of the object.{covered * hidden}")]
@@ -191,6 +193,9 @@ def _marks(
         first = piece.stations[piece.ticks[0]]
         text = "Two ticks, one inside each edge: here a strand crosses over this piece."
         signs.append(_Sign("Ticks", text, on_sheet([(first.x, first.y)])))
+    first = piece.stations[0]
+    text = "Millimetres along a strip count from here: its first crossing, at its start."
+    signs.append(_Sign("0 mm", text, on_sheet([(first.x, first.y)])))
     holes = [(one.x, one.y) for one in piece.stations if one.hole_mm]
     hole = on_sheet(holes[len(holes) // 2 :][:1])
     if any(KINDS[joint.kind].marked for joint in crossing_map.joints):
@@ -206,7 +211,10 @@ def _marks(
             ticks = [ticks[int(np.argmax(apart))]]
         signs.append(_Sign("Cross", text, np.array(ticks[:1]).reshape(-1, 2)))
     if holes:
-        text = "A fastener goes through all layers of the crossing: line up their holes."
+        text = (
+            "A fastener goes through all layers of the crossing: line up their holes. Steps say "
+            "where; other holes stay empty."
+        )
         signs.append(_Sign("Hole", text, hole))
     return signs
 
@@ -394,6 +402,10 @@ PARTS = "Parts list"
 _COLUMNS, _TEXTS, _BESIDE = 3, 40.0, 14.0
 #: Height of what is said above them.
 _INTRODUCED = 50.0
+_PLACED = (
+    " Their ids stand by sheet. Where there is only one, its place is that of its middle on the "
+    "sheet, in mm from the left edge and from the lower edge."
+)
 _SPARES = (
     " A spare, such as A1S1, is one more of the kind of A1: put it in the place of any piece of "
     "that kind that breaks."
@@ -430,10 +442,9 @@ def write_parts(book: Book, crossing_map: CrossingMap, drawings: Sequence[SheetD
         book.y,
         agree(len(own), "{n} [piece|pieces]")
         + (agree(spares, " and {n} spare[|s]") if spares else "")
-        + agree(len(parts), " of {n} [kind|kinds], engraved face up, drawn at a scale of")
-        + f" 1 : {72.0 / 25.4 / cells.scale:.1f}. Pieces of one kind are cut alike: they are drawn "
-        "once, and their ids stand by sheet. Where there is only one, its place is that of its "
-        "middle on the sheet, in mm from the left edge and from the lower edge."
+        + agree(len(parts), " of {n} [kind|kinds], outer face up, drawn at a scale of")
+        + f" 1 : {72.0 / 25.4 / cells.scale:.1f}. Pieces of one kind are cut alike and drawn once."
+        + ("" if any(sheet.roll_mm for sheet in crossing_map.sheets) else _PLACED)
         + (_SPARES if spares else ""),
         book.right - book.left,
         size=SMALL,

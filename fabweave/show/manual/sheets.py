@@ -15,7 +15,7 @@ from fabweave.sheet.labels.texts import Title, place_titles
 from fabweave.sheet.sheet_notes import hatch
 from fabweave.show.manual.book import PLATE, SMALL, TEXT, Book, text_width
 
-SHEETS = "Sheets"
+SHEETS, ROLLS = "Sheets", "Rolls"
 #: A sheet is drawn in at most so many parts, if titles of most pieces would be smaller than this.
 _MOST_TILES, _READABLE = 4, 8.0
 #: The largest titles, in points, and how many rows of ids are a short list.
@@ -101,9 +101,10 @@ def write_sheets(book: Book, crossing_map: CrossingMap, drawings: Sequence[Sheet
         drawn = drawn_pieces(drawing)
         names = {piece.piece_id: piece.title for piece in drawing.pieces}
         if sheet.roll_mm is not None:
-            book.page(SHEETS)
-            book.entry(sheet.name, level=1)
-            write_ticks(book, sheet.name, _strip_texts(drawn, names), _ROLL_TITLE)
+            book.page(ROLLS)
+            name = f"roll {sheet.sheet}"
+            book.entry(name, level=1)
+            write_ticks(book, name, _strip_texts(drawn, names), _ROLL_TITLE)
             continue
         keys = _tick_texts(names)
         rows = -(-len(keys) // _tick_columns(book, keys))

@@ -1,21 +1,23 @@
 """Make the pictures of the steps: what is new in large, and where it is on the whole object."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby, pairwise, product
+from operator import itemgetter
 
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_of_layers
-from fabweave.plan.crossing_map import CrossingMap, StationRecord, StepRecord
+from fabweave.plan.crossing_map import CrossingMap
 from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
 
 #: Where a picture would have more names, what a piece meets is numbered in it.
 MOST_TAGS = 8
 #: Of more numbers than that, those are left out between which over and under take turns.
-MOST_NUMBERS = 10
+MOST_NUMBERS = 11
 #: What is seen so far in front of a place hides it, in millimetres: more than its own layers.
 _LAYERS_MM = 6.0
 
@@ -137,49 +139,56 @@ def new_mark(drawn: Drawn, frame: Frame, piece: Numbers, number: int) -> Picture
     return seen_mark(text, piece == number, frame) or unseen
 
 
+def stations_of_half(count: int, half: int | None) -> range:
+    """Return which of a piece's stations a picture shows: all, or those of a half, 0 or 1.
+
+    Examples
+    --------
+    >>> stations_of_half(5, 0), stations_of_half(5, 1)
+    (range(0, 3), range(2, 5))
+    """
+    return range(count // 2 if half == 1 else 0, (count + 1) // 2 if half == 0 else count)
+
+
 class Places:
-    """Where what a step names is in its picture."""
+    """Where what a step names is in its picture, which shows its piece or a half of that."""
 
-    def __init__(self, drawn: Drawn, frame: Frame, near: FloatArray, at: int) -> None:
-        self._drawn, self._frame, self._near, self._at = drawn, frame, near, at
-        self._new = set(drawn.steps[at].pieces)
-        self._corner = np.array([frame.width_px, 0.0])
+    def __init__(
+        self, drawn: Drawn, frame: Frame, near: FloatArray, at: int, half: int | None = None
+    ) -> None:
+        self._drawn, self._frame, self._near, self._at, self._half = drawn, frame, near, at, half
+        self._step, (self._number,) = drawn.steps[at], drawn.new(at)
+        self._stations = drawn.pieces[self._number].stations
+        self._shown = stations_of_half(len(self._stations), half)
+        self._station = {self._stations[at].crossing: at for at in self._shown}
 
-    def middle(self, crossing: int) -> FloatArray:
-        """Return where a crossing is."""
-        return on_page(self._pixels(crossing).mean(axis=0), self._frame)
+    def middles(self, crossings: Iterable[int]) -> list[FloatArray]:
+        """Return where those of some crossings are that the picture shows."""
+        shown = [self._station[key] for key in dict.fromkeys(crossings) if key in self._station]
+        return [on_page(self._pixels(at).mean(axis=0), self._frame) for at in shown]
 
-    def _pixels(self, crossing: int) -> FloatArray:
-        """Return the corners of the panel of a new piece at a crossing, in pixels, (4, 3)."""
-        over, key = self._own(crossing)
-        corners = self._drawn.panel(key, crossing, over=over).reshape(-1, 3)
-        return self._frame.pixels(corners)
+    def _pixels(self, station: int) -> FloatArray:
+        """Return the corners of the panel of the new piece at a station, in pixels, (4, 3)."""
+        scene = self._drawn.scene
+        first = scene.panel(self._number, station)
+        return self._frame.pixels(scene.rung_ends(self._number)[first : first + 2].reshape(-1, 3))
 
-    def _own(self, crossing: int) -> tuple[bool, str]:
-        """Return the strand of a crossing that is a new piece's, and which."""
-        strands = self._drawn.strands
-        return next(
-            (over, key)
-            for over in (True, False)
-            for key in strands.get((crossing, over), ())
-            if key in self._new
-        )
-
-    def neighbours(self, step: StepRecord) -> Iterator[PictureLabel]:
+    def neighbours(self) -> Iterator[PictureLabel]:
         """Yield what the new piece lies over and runs under, numbered from its start.
 
         Its card has the same numbers; where names are many, numbers stand alone.
         """
-        for key in step.pieces:
-            met = list(self._met(key, step))
-            over = [station.over for station, _ in met]
-            bare = len(met) + len(step.joints) + 2 > MOST_TAGS
-            for number, (station, others) in enumerate(met, start=1):
-                if bare and not self._told(number, over):
-                    continue
-                for other in others[:1] if bare else others:
-                    text = f"{number}" if bare else f"{number} {other}"
-                    yield self._mark(key, other, text, station.crossing, over=station.over)
+        met = list(self._met())
+        over = [self._stations[at].over for at, _ in met]
+        joints = sum(1 for _ in self.joints())
+        shown = sum(at in self._shown for at, _ in met)
+        bare = shown + joints + (1 if self._half == 1 else 2) > MOST_TAGS
+        for number, (at, others) in enumerate(met, start=1):
+            if at in self._shown and (
+                not bare or shown <= MOST_NUMBERS or self._told(number, over)
+            ):
+                text = f"{number}" if bare else f"{number} {' '.join(others)}"
+                yield self._mark(at, others[0], text)
 
     @staticmethod
     def _told(number: int, over: Sequence[bool]) -> bool:
@@ -187,58 +196,56 @@ class Places:
 
         Where there are many, those that go on as one expects, over and under in turn, do not.
         """
-        if len(over) <= MOST_NUMBERS or number in (1, len(over)):
+        if number in (1, len(over)):
             return True
         return over[number - 1] in (over[number - 2], over[number])
 
-    def _met(self, key: str, step: StepRecord) -> Iterator[tuple[StationRecord, list[str]]]:
-        """Yield where a new piece meets others that are in place, and which."""
-        drawn = self._drawn
-        for station in drawn.pieces[drawn.number[key]].stations:
+    def _met(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield at which stations the new piece meets others that are in place, and which."""
+        drawn, step = self._drawn, self._step
+        for at, station in enumerate(self._stations):
             if station.crossing in (step.over if station.over else step.under):
                 others = drawn.strands[station.crossing, not station.over]
                 there = [other for other in others if drawn.step_of[other] <= self._at]
                 if there:
-                    yield station, there
+                    yield at, there
 
-    def _mark(self, key: str, other: str, text: str, crossing: int, *, over: bool) -> PictureLabel:
-        """Return the name of what a piece meets at a crossing."""
-        drawn, frame = self._drawn, self._frame
-        own = frame.pixels(drawn.panel(key, crossing, over=over).reshape(-1, 3))
-        strand = drawn.panel(other, crossing, over=not over).mean(axis=1)
+    def _mark(self, at: int, other: str, text: str) -> PictureLabel:
+        """Return the name of what the new piece meets at a station."""
+        drawn, frame, station = self._drawn, self._frame, self._stations[at]
+        own = self._pixels(at)
+        strand = drawn.panel(other, station.crossing, over=not station.over).mean(axis=1)
         ends = on_page(frame.pixels(strand), frame)
         along = ends[1] - ends[0]
         along = along / max(float(np.linalg.norm(along)), 1e-9)
-        middle = own.mean(axis=0)
         corners = on_page(own, frame)
-        at = corners.mean(axis=0)
+        middle = corners.mean(axis=0)
         return PictureLabel(
             text,
-            "over" if over else "under",
-            at,
+            "over" if station.over else "under",
+            middle,
             along,
-            float(np.abs((corners - at) @ along).max()),
-            self._hidden(middle),
+            float(np.abs((corners - middle) @ along).max()),
+            self._hidden(own.mean(axis=0)),
         )
 
-    def joints(self, step: StepRecord) -> Iterator[PictureLabel]:
+    def joints(self) -> Iterator[PictureLabel]:
         """Yield the joints that are made."""
-        for key in step.joints:
-            middle = self._pixels(self._drawn.joints[key].crossing).mean(axis=0)
-            at = on_page(middle, self._frame)
-            up = np.array([0.0, 1.0])
-            yield PictureLabel(f"#{key}", "joint", at, up, 0.0, self._hidden(middle))
+        for key in self._step.joints:
+            at = self._station.get(self._drawn.joints[key].crossing)
+            if at is not None:
+                pixel = self._pixels(at).mean(axis=0)
+                middle, up = on_page(pixel, self._frame), np.array([0.0, 1.0])
+                yield PictureLabel(f"#{key}", "joint", middle, up, 0.0, self._hidden(pixel))
 
-    def starts(self, step: StepRecord) -> Iterator[PictureLabel]:
-        """Yield the starts of the new pieces that the picture shows."""
-        for key in step.pieces:
-            line = self._frame.pixels(self._drawn.scene.middle_line(self._drawn.number[key])[:2])
-            at, after = on_page(line, self._frame)
-            if np.all((at > 0.0) & (at < on_page(self._corner, self._frame))):
-                along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
-                yield PictureLabel(
-                    "start", "start", at, along, 0.0, self._hidden(line.mean(axis=0))
-                )
+    def starts(self) -> Iterator[PictureLabel]:
+        """Yield the start of the new piece, if the picture shows it."""
+        line = self._frame.pixels(self._drawn.scene.middle_line(self._number)[:2])
+        at, after = on_page(line, self._frame)
+        corner = on_page(np.array([self._frame.width_px, 0.0]), self._frame)
+        if self._half != 1 and np.all((at > 0.0) & (at < corner)):
+            along = (at - after) / max(float(np.linalg.norm(at - after)), 1e-9)
+            yield PictureLabel("start", "start", at, along, 0.0, self._hidden(line.mean(axis=0)))
 
     def _hidden(self, pixel: FloatArray) -> bool:
         """Return whether something well in front of a place is seen there, or it is not shown."""
@@ -247,28 +254,25 @@ class Places:
             return True
         return bool(self._near[int(y), int(x)] > near + _LAYERS_MM * frame.pixels_per_mm)
 
-    def slides(self, step: StepRecord) -> Iterator[Slide]:
+    def slides(self) -> Iterator[Slide]:
         """Yield the ways of the ends that slide beneath what is in place."""
-        for key in step.pieces:
-            number = self._drawn.number[key]
-            stations = self._drawn.pieces[number].stations
-            beneath = [not station.over and station.crossing in step.under for station in stations]
-            line = on_page(self._frame.pixels(self._drawn.scene.middle_line(number)), self._frame)
-            panels = [self._drawn.scene.panel(number, at) for at in range(len(stations))]
-            half = len(stations) / 2
-            for back in (True, False):
-                under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
-                if not under:
-                    continue
-                inner = max(under) + 1 if back else min(under) - 1
-                inner = min(max(inner, 0), len(stations) - 1)
-                start = panels[inner]
-                rungs = range(start, -1, -1) if back else range(start, len(line))
-                hidden = {panels[at] for at in under}
-                points = line[list(rungs)]
-                covered = [(min(one, two) in hidden) for one, two in pairwise(rungs)]
-                if len(points) > 1:
-                    yield Slide(points, np.array(covered))
+        scene, stations = self._drawn.scene, self._stations
+        beneath = [not one.over and one.crossing in self._step.under for one in stations]
+        line = on_page(self._frame.pixels(scene.middle_line(self._number)), self._frame)
+        panels = [scene.panel(self._number, at) for at in range(len(stations))]
+        half = len(stations) / 2
+        for back in (True, False):
+            under = [at for at, low in enumerate(beneath) if low and (at < half) == back]
+            if not under or self._half == int(back):
+                continue
+            inner = max(under) + 1 if back else min(under) - 1
+            start = panels[min(max(inner, 0), len(stations) - 1)]
+            rungs = range(start, -1, -1) if back else range(start, len(line))
+            hidden = {panels[at] for at in under}
+            points = line[list(rungs)]
+            covered = [(min(one, two) in hidden) for one, two in pairwise(rungs)]
+            if len(points) > 1:
+                yield Slide(points, np.array(covered))
 
 
 #: From where steps may be seen: around at four heights, and from straight above and below; the
@@ -287,14 +291,20 @@ _ENOUGH, MOST_TURNS = (0.9, 0.8, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1), 1 / 8
 SITTING_DEG = (20.0, 55.0)
 #: From elsewhere, or from below, is seen what shows so many times as much from there.
 _WORTH_A_LOOK = 1.5
-#: What shows less than this share of what the best view shows shows little.
-_LITTLE = 0.3
+#: A strip that meets fewer strands is not drawn half by half; one that meets more than this is.
+_SPLIT_FROM, _ONE_PICTURE = 4, 6
+#: What shows less than this share of what the best view shows shows little; a half of a strip of
+#: which one picture shows less than that has a picture of its own.
+_LITTLE, _HALF_SEEN = 0.3, 0.7
+#: A strip is a ring if its ends are no farther apart than this share of its extent; it is seen well
+#: if it is so many times as wide as it is high.
+_CLOSED, _OPEN = 0.2, 0.4
 #: A strip of which less of its area is turned to the eye is seen from its edge.
 FACED = 0.35
 _SIDES = ("front", "front right", "right", "back right", "back", "back left", "left", "front left")
 
 
-def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
+def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray, IntArray]:
     """Choose a view for each step, so that the object is turned in an eighth of them.
 
     In early steps it is held as a person sees it who sits. Strips are drawn neither from their
@@ -305,8 +315,12 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
     held, drawn : (S,) int arrays
         How the object is held, and from where the step is drawn: that is another view where no
         turn is left for a strip that would be seen from its edge or from inside.
+    halves : (S, 2) int array
+        From where the halves of the step's piece are best drawn, at its start and at its end: the
+        same view where one shows enough of both.
     """
-    least, outer, inner = np.moveaxis(seen_from_views(scene), 2, 0)
+    seen_areas = seen_from_views(scene) * ring_shares(scene)[..., None]
+    least, outer, inner, *halves = np.moveaxis(seen_areas, 2, 0)
     rise = np.array([view.elevation_deg for view in VIEWS])[:, None]
     seats = ~scene.early | ((rise >= SITTING_DEG[0]) & (rise <= SITTING_DEG[1]))
     faced = (faced_shares(scene) >= FACED) & (outer > inner)
@@ -321,8 +335,29 @@ def views_of_steps(scene: Scene) -> tuple[IntArray, IntArray]:
         held = choose_views(shares, enough)
         if np.count_nonzero(np.diff(held)) <= MOST_TURNS * len(held):
             break
-    shown = best[held, np.arange(len(held))]
-    return held, np.where(shown >= _LITTLE, held, best.argmax(axis=0))
+    every = np.arange(len(held))
+    drawn = np.where(best[held, every] >= _LITTLE, held, best.argmax(axis=0))
+    seen = np.where(open_views, halves, -1.0)
+    shown, most = np.take_along_axis(seen, drawn[None, None], 1)[:, 0], seen.max(axis=1)
+    two = np.where(shown >= _HALF_SEEN * most, drawn, seen.argmax(axis=1))
+    return held, drawn, two.T
+
+
+def ring_shares(scene: Scene) -> FloatArray:
+    """Return how open each view shows a step's piece that is a ring, 0 to 1, (V, S); 1 for others.
+
+    A ring that is seen from its side is a line, however its faces are turned.
+    """
+    shares = np.ones((len(VIEWS), scene.n_steps))
+    for piece, step in enumerate(scene.step_of_piece.tolist()):
+        line = scene.middle_line(piece)
+        if np.linalg.norm(line[-1] - line[0]) > _CLOSED * np.ptp(line, axis=0).max():
+            continue
+        for share, view in zip(shares, VIEWS, strict=True):
+            across = (line - line.mean(axis=0)) @ view.axes()[:2].T
+            wide, narrow = np.linalg.svd(across, compute_uv=False)
+            share[step] = min(1.0, narrow / (_OPEN * wide))
+    return shares
 
 
 def faced_shares(scene: Scene) -> FloatArray:
@@ -345,9 +380,9 @@ def seen_from_views(scene: Scene) -> FloatArray:
 
     Returns
     -------
-    (V, S, 3) float array
-        Pixels of small pictures: outer faces, of the piece that is seen least and of all; and
-        inner faces, of all.
+    (V, S, 5) float array
+        Pixels of small pictures: outer faces, of the piece that is seen least and of all; inner
+        faces, of all; and outer faces of the halves at starts and at ends.
     """
     return np.array([_seen(scene, view) for view in VIEWS])
 
@@ -403,7 +438,7 @@ def choose_views(shares: FloatArray, enough: float) -> IntArray:
 
 
 def _seen(scene: Scene, view: View) -> FloatArray:
-    """Return what a view shows of each step's new pieces, (S, 3).
+    """Return what a view shows of each step's new pieces, (S, 5).
 
     Steps are painted one over the other: of a piece that counts which is nearer than all before,
     and than the former.
@@ -415,13 +450,17 @@ def _seen(scene: Scene, view: View) -> FloatArray:
     )
     board = scene.former_seen(frame, 0)[1].ravel()[pixel]
     triangle = triangle[(near > board) | (scene.step[triangle] + 1 >= scene.leaving.until)]
-    side = 2 * scene.piece + (scene.normals @ frame.axes[2] < 0.0)
+    back = scene.normals @ frame.axes[2] < 0.0
+    side = 2 * scene.piece + back
     area = np.bincount(side[triangle], minlength=2 * len(scene.step_of_piece)).astype(np.float64)
+    outer = triangle[~back[triangle]]
+    half = 2 * scene.step[outer] + scene.beyond[outer]
+    halves = np.bincount(half, minlength=2 * scene.n_steps).reshape(-1, 2)
     least = np.full(scene.n_steps, np.inf)
     np.minimum.at(least, scene.step_of_piece, area[::2])
     sides = area[::2], area[1::2]
     totals = [np.bincount(scene.step_of_piece, each, scene.n_steps) for each in sides]
-    return np.column_stack((least, *totals))
+    return np.column_stack((least, *totals, halves))
 
 
 def side_words(view: View) -> str:
@@ -440,14 +479,12 @@ def side_words(view: View) -> str:
     return f"the {side}" + (f" and {high}" if view.elevation_deg else "")
 
 
-#: Sizes of pictures in points: of the whole object, and of what is new, wide or tall.
-WHOLE, WIDE, TALL = (254.0, 134.0), (254.0, 130.0), (150.0, 138.0)
+#: Sizes of pictures in points: of the whole object after some steps, and of a step.
+WHOLE, TALL = (254.0, 134.0), (150.0, 138.0)
 #: A ribbon is drawn so wide, in millimetres; else only what is around its crossings is drawn.
 RIBBON_MM = 3.0
 #: What is drawn of it beyond its crossings then, in widths.
 _BEYOND = 1.5
-#: More names than that need a wide picture.
-_MANY_NAMES = 12
 #: What is new keeps so far from the border of its picture, in points: there is room for names.
 _ROOM = 15.0
 #: An object is drawn so many times smaller than it is, at the least and further on.
@@ -467,6 +504,7 @@ class Overview:
     Parameters
     ----------
     painted : Painted
+    view : View
     marks : tuple of PictureLabel
         The new pieces.
     bands : (N, 2) float array
@@ -474,6 +512,7 @@ class Overview:
     """
 
     painted: Painted
+    view: View
     marks: tuple[PictureLabel, ...]
     bands: FloatArray
 
@@ -499,12 +538,14 @@ class StepPicture:
         How far each of them reaches.
     ends : tuple of (N, 2, 2) float arrays
         For each new piece both ends of its rungs.
-    fasten : (N, 2) float array
-        The crossings that are complete now.
+    fasten, clips : (N, 2) float arrays
+        The crossings that are complete now, and those where a clip is put on.
     slides : tuple of Slide
     place : Overview or None
-        Where that is on the object, as it is held, in a tall picture: of early steps, and of those
-        that are drawn from another side, or not all in large.
+        Where that is on the object, as it is held, or from where it is seen; of the half at the
+        end there is none.
+    other : StepPicture or None
+        The half at the end, where this one shows that at the start alone.
     """
 
     painted: Painted
@@ -517,8 +558,10 @@ class StepPicture:
     radius: float
     ends: tuple[FloatArray, ...]
     fasten: FloatArray
+    clips: FloatArray
     slides: tuple[Slide, ...]
-    place: Overview | None
+    place: Overview | None = None
+    other: "StepPicture | None" = None
 
 
 @frozen_value
@@ -560,13 +603,18 @@ def step_pictures(scene: Scene, crossing_map: CrossingMap) -> list[WholePicture]
         Of all steps together, in order.
     """
     drawn = Drawn(scene, crossing_map)
-    held, seen_from = (each.tolist() for each in views_of_steps(scene))
+    held, seen_from, halves = (each.tolist() for each in views_of_steps(scene))
     pictures: list[WholePicture] = []
     for number, run in groupby(range(scene.n_steps), key=lambda at: held[at]):
         view = VIEWS[number]
         for part, own in enumerate(_parted(list(run), crossing_map)):
             turned = part == 0 and own[0] > 0
-            details = tuple(_detail(drawn, view, VIEWS[seen_from[at]], at) for at in own)
+            details = tuple(
+                _two_details(drawn, VIEWS[seen_from[at]], halves[at], at)
+                if _is_parted(len(_strands_met(drawn, at)), halves[at])
+                else _detail(drawn, VIEWS[seen_from[at]], at)
+                for at in own
+            )
             overview = _overview(drawn, view, own, WHOLE)
             pictures.append(WholePicture(overview, view, turned, details))
     return pictures
@@ -592,47 +640,84 @@ def _overview(
 ) -> Overview:
     """Return the picture of the whole object after some steps, what is new, and where it is."""
     early = bool(drawn.scene.early[steps[0]])
-    stage = drawn.stage(view, size, table=early)
+    stage = drawn.stage(view, size, table=_tabled(drawn, view, steps[0]))
     frame = stage.frame
     painted, shown = stage.paint(steps[-1], steps[0], coming=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
     marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
-    return Overview(painted, marks, on_page(frame.pixels(lines), frame))
+    return Overview(painted, view, marks, on_page(frame.pixels(lines), frame))
 
 
-def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
+def _tabled(drawn: Drawn, view: View, at: int) -> bool:
+    """Say whether the table is seen: in early steps, and from above, where it hides nothing."""
+    return bool(drawn.scene.early[at]) and view.elevation_deg > 0.0
+
+
+def _detail(drawn: Drawn, view: View, at: int) -> StepPicture:
     """Return the picture of a step in large."""
+    ends = np.concatenate([drawn.scene.rung_ends(number) for number in drawn.new(at)])
+    breadth = float(np.median(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)))
+    window = _window(ends.reshape(-1, 3), view)
+    if breadth / window[0] < RIBBON_MM:
+        window = min(
+            window, _window(_worked(drawn, at, _BEYOND * breadth), view), key=itemgetter(0)
+        )
+    return replace(_close_up(drawn, view, at, window), place=_overview(drawn, view, [at], TALL))
+
+
+def _is_parted(met: int, halves: Sequence[int]) -> bool:
+    """Say whether a strip that meets so many strands is drawn half by half."""
+    return met > _ONE_PICTURE or (met >= _SPLIT_FROM and halves[0] != halves[1])
+
+
+def _strands_met(drawn: Drawn, at: int) -> tuple[int, ...]:
+    """Return where a step's piece meets what is in place."""
+    return (*drawn.steps[at].over, *drawn.steps[at].under)
+
+
+def _two_details(drawn: Drawn, whole: View, halves: Sequence[int], at: int) -> StepPicture:
+    """Return the pictures of a step in large whose piece winds around the object, half by half."""
+    (number,) = drawn.new(at)
+    ends, count = drawn.scene.rung_ends(number), len(drawn.pieces[number].stations)
+    pictures = []
+    for half, view in enumerate(VIEWS[one] for one in halves):
+        own = stations_of_half(count, half)
+        first, last = (drawn.scene.panel(number, station) for station in (own[0], own[-1]))
+        rungs = slice(last + 2) if half == 0 else slice(first, None)
+        window = _window(ends[rungs].reshape(-1, 3), view)
+        pictures.append(_close_up(drawn, view, at, window, half))
+    place = _overview(drawn, whole, [at], TALL)
+    return replace(pictures[0], place=place, other=pictures[1])
+
+
+def _close_up(
+    drawn: Drawn,
+    view: View,
+    at: int,
+    window: tuple[float, Frame],
+    half: int | None = None,
+) -> StepPicture:
+    """Return the picture of a step in a window, of its piece or a half of that."""
     scene, step = drawn.scene, drawn.steps[at]
-    early = bool(scene.early[at])
-    ends = [scene.rung_ends(number) for number in drawn.new(at)]
-    wide = np.concatenate(ends)
-    half = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1))) / 2.0
-    many = len(step.over) + len(step.under) + len(step.joints) > _MANY_NAMES
-    beside = early or view != held
-    sizes = (TALL,) if beside else (WIDE,) if many else (WIDE, TALL)
-    ratio, size, frame = _window(wide.reshape(-1, 3), view, sizes)
-    if 2.0 * half / ratio < RIBBON_MM and (beside or not many):
-        closer = _window(_worked(drawn, at, _BEYOND * 2.0 * half), view, (TALL,))
-        if closer[0] < ratio:
-            beside, (ratio, size, frame) = True, closer
-    place = _overview(drawn, held, [at], TALL) if beside else None
-    # From below, the table would hide the object.
-    table = early and view.elevation_deg > 0.0
-    painted, shown = Stage(scene, frame, table=table).paint(at, at, coming=False)
-    places = Places(drawn, frame, shown.near, at)
+    ratio, frame = window
+    stage = Stage(scene, frame, table=_tabled(drawn, view, at))
+    painted, shown = stage.paint(at, at, coming=False)
+    places = Places(drawn, frame, shown.near, at, half)
     marks = [
         *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
-        *places.neighbours(step),
-        *places.joints(step),
-        *places.starts(step),
+        *places.neighbours(),
+        *places.joints(),
+        *places.starts(),
     ]
-    spots = [places.middle(key) for key in dict.fromkeys((*step.over, *step.under))]
-    spots += [places.middle(drawn.joints[key].crossing) for key in step.joints]
-    fasten = [places.middle(key) for key in step.fasten if key not in drawn.idle]
+    joints = (drawn.joints[key].crossing for key in step.joints)
+    ends = [scene.rung_ends(number) for number in drawn.new(at)]
+    wide = np.concatenate(ends)
+    breadth = float(np.median(np.linalg.norm(wide[:, 0] - wide[:, 1], axis=1)))
+    fasten = places.middles(key for key in step.fasten if key not in drawn.idle)
     return StepPicture(
         painted,
-        size,
+        TALL,
         view,
         tuple(
             drawn.pieces[number].id
@@ -641,12 +726,12 @@ def _detail(drawn: Drawn, held: View, view: View, at: int) -> StepPicture:
         ),
         ratio,
         tuple(marks),
-        np.array(spots).reshape(-1, 2),
-        half * frame.pixels_per_mm * POINTS_PX,
+        np.array(places.middles((*step.over, *step.under, *joints))).reshape(-1, 2),
+        breadth / 2.0 * frame.pixels_per_mm * POINTS_PX,
         tuple(on_page(frame.pixels(one.reshape(-1, 3)), frame).reshape(-1, 2, 2) for one in ends),
         np.array(fasten).reshape(-1, 2),
-        tuple(_cut_off(places.slides(step), size)),
-        place,
+        np.array(places.middles(key for key, _, _ in step.clips or ())).reshape(-1, 2),
+        tuple(_cut_off(places.slides(), TALL)),
     )
 
 
@@ -680,28 +765,19 @@ def _worked(drawn: Drawn, at: int, beyond: float) -> FloatArray:
     return np.concatenate(shown)
 
 
-def _window(
-    points: FloatArray, view: View, sizes: Sequence[tuple[float, float]]
-) -> tuple[float, tuple[float, float], Frame]:
-    """Return how many times smaller points are drawn, the size of their picture, and its frame.
-
-    Of pictures of these sizes that is taken which shows them larger.
-    """
+def _window(points: FloatArray, view: View) -> tuple[float, Frame]:
+    """Return how many times smaller points are drawn, and the frame of their picture."""
     axes = view.axes()
     across = points @ axes[:2].T
     low, high = across.min(axis=0), across.max(axis=0)
-    options = []
-    for size in sizes:
-        room = (np.array(size) - 2.0 * _ROOM) * _MM_POINTS
-        needed = float(np.max((high - low) / room))
-        ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))
-        options.append((ratio, size))
-    ratio, size = min(options, key=lambda option: option[0])
-    width, height = _pixels(size)
+    room = (np.array(TALL) - 2.0 * _ROOM) * _MM_POINTS
+    needed = float(np.max((high - low) / room))
+    ratio = next((one for one in _SCALES if one >= needed), float(np.ceil(needed)))
+    width, height = _pixels(TALL)
     scale = PX_MM / ratio
     middle = (low + high) / 2.0 * scale
     left, top = float(width / 2.0 - middle[0]), float(height / 2.0 + middle[1])
-    return ratio, size, Frame(width, height, axes, scale, left, top)
+    return ratio, Frame(width, height, axes, scale, left, top)
 
 
 def _pixels(size: tuple[float, float]) -> tuple[int, int]:

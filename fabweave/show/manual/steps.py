@@ -1,7 +1,7 @@
 """Write the steps of the manual: the whole object now and then, and each step in large."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import shapely
@@ -28,9 +28,17 @@ from fabweave.show.manual.step_pictures import (
 from fabweave.show.manual.tags import CORNER, SIGN, TAG, Tag, place_tags
 
 SECTION = "Steps"
+#: Between two pictures of one step, in points.
+_PICTURES_APART = 6.0
+#: The middle of a clip is so far from its mouth, in points.
+_CLIP_UP = np.array([0.0, 6.0])
+#: What to look for, now and then.
+_LOOK = (
+    "Compare. A name or tick that can still be seen waits for a strand to come; all others are "
+    "covered. A name that shows beside a strand: that strand is one place off, or under for over."
+)
 #: Size of all texts, of the number of a step, and of what stands beside it, in points.
 _TEXT, _NUMBER, _HEAD = 9.5, 24.0, 25.0
-_SEEN = 11.0
 #: Between columns, below each step, and between the line above it and its picture.
 _GUTTER, _GAP, _BELOW_LINE = 15.0, 5.0, 4.0
 _BOX = 8.0
@@ -41,21 +49,26 @@ _BESIDE_PICTURE = 5
 #: Numbers of holes stand so far beyond the border, and need so much room, and so much is between
 #: pieces, in points.
 _BEYOND, _DIGITS, _BETWEEN = 7.0, 7.0, 6.0
+#: Beyond a number stands whose hole it is: the size of the name, and how far it reaches, in points.
+_ON_TOP, _NAMES = 7.5, 22.0
 #: The corners of arcs are off by so much, millimetres.
 _FLAT_MM = 0.05
 _POINTS_MM = 72.0 / 25.4
 LEGEND = (
     "Each step is one strip, read along its length from its start, where the arrow begins. What it "
-    "crosses is numbered 1, 2, 3 ... in the words, in the picture and on the card below: a disc "
-    "where it goes over, a ring where it runs under. The card shows the strip flat, outer face up, "
-    "with its holes, and small numbers for the millimetres from its first crossing; grey lines "
-    "are strands to come. New strips are dark with a black name, and hatched where something "
-    "nearer hides them; those in place are pale. # marks a joint. An arrow shows where an end "
-    "slides under other strips, dotted where it is beneath them. A circle with a cross shows where "
-    "all layers are now in place. Hole on hole: lap the ends of two strips so that their holes are "
-    "in line. Clip A to B: hold both together with a clip at that crossing. Before each run of "
-    "steps a picture shows how the whole looks after them; the first ones show the table, and the "
-    "finished object as a ghost."
+    "crosses is numbered 1, 2, 3 ... in the words, in the pictures and on the card: a disc where "
+    "it goes over, on the outside, a ring where it runs under. Where your strip runs under, the "
+    "place is marked on your strip; where it goes over, on the strip that lies there. Millimetres "
+    'count from a strip\'s first crossing, 0 on its card: "E1 at its 243 mm" is a place on E1, '
+    "small numbers on a card are places on its own strip. Front, back, left and right are those of "
+    "page 1: lay the first strip as its picture shows, and mark the front on the table. The card "
+    "shows the strip flat, outer face up, with its holes; grey lines are strands to come. New "
+    "strips are dark with a black name, and hatched where something nearer hides them. # marks a "
+    "joint: lap both ends, holes in line, either on top. White arrows show where an end is pushed "
+    "under, dotted where it is beneath. At a circle with a cross all layers are in place: set what "
+    "the step says. At a clip, hold both strips together with one. The first pictures show the "
+    "table, and the finished object as a ghost: strips may lie flat until others bend them; what "
+    "counts is who crosses whom, and where."
 )
 UNPICTURED = (
     "There are too many steps to show each in a picture here: model.glb shows the woven object, "
@@ -102,9 +115,9 @@ def write_steps(
     steps = iter(woven)
     for whole in pictures:
         own = [next(steps) for _ in whole.steps]
-        writer.write_whole(whole, own)
         for step, picture in zip(own, whole.steps, strict=True):
-            writer.write(step, picture)
+            writer.write(step, picture, turn=whole if step is own[0] else None)
+        writer.write_whole(whole, own)
     for step, ring in zip(crossing_map.steps[len(woven) :], rings, strict=True):
         writer.write_ring(step, ring)
 
@@ -177,20 +190,17 @@ class _Writer:
         return x, y
 
     def write_whole(self, whole: WholePicture, steps: Sequence[StepRecord]) -> None:
-        """Write the picture of the whole object before the steps that it shows."""
+        """Write the picture of the whole object after the steps that it shows."""
         book = self._book
         self._there += sum(len(step.pieces) for step in steps)
         x, y = self._room(WHOLE[1] + _BELOW_LINE)
         room = self._wide - WHOLE[0] - _GUTTER
-        first, last = steps[0].step, steps[-1].step
-        head = f"Step {first}" if first == last else f"Steps {first} to {last}"
-        head += ": so it looks then"
-        book.text(x, y - 16.0, head, size=14.0, bold=True)
-        seen = view_words(whole.view, turned=whole.turned)
-        end = book.block(x, y - 22.0, seen, room, size=_SEEN, bold=whole.turned)
-        all_of_them = agree(len(self._pieces), "{n} [piece is|pieces are]")
-        progress = f"With these, {self._there} of {all_of_them} in place."
-        book.block(x, end, progress, room, size=_TEXT)
+        book.text(x, y - 16.0, f"After step {steps[-1].step} it looks so", size=14.0, bold=True)
+        seen = f"{view_words(whole.view, turned=False)} New strips are dark."
+        end = book.block(x, y - 22.0, seen, room, size=_TEXT)
+        all_of_them = agree(len(self._pieces), "{n} [strip is|strips are]")
+        end = book.block(x, end, f"{self._there} of {all_of_them} in place.", room, size=_TEXT)
+        book.block(x, end - 4.0, _LOOK, room, size=_TEXT)
         left, low = x + self._wide - WHOLE[0], y - _BELOW_LINE - WHOLE[1]
         self._draw_overview(whole.overview, WHOLE, np.array([left, low]))
 
@@ -203,42 +213,57 @@ class _Writer:
         tags = place_tags(overview.marks, size, np.zeros((0, 2)), 0.0, overview.bands)
         self._draw_tags(tags, corner, ringed=True)
 
-    def write(self, step: StepRecord, picture: StepPicture | None) -> None:
-        """Write a step: its number, its pieces, what to do, its cards, and its picture."""
-        wide, tall = picture.size if picture else (-_GUTTER, 0.0)
-        if picture and picture.place:
-            wide, tall = wide + TALL[0], max(tall, TALL[1])
-        room = self._wide - wide - _GUTTER
-        below = picture is not None and len(step.over) + len(step.under) > _BESIDE_PICTURE
-        across = self._wide if below else room
-        cards = list(self._cards(step, across)) if picture else []
+    def write(
+        self, step: StepRecord, picture: StepPicture | None, turn: WholePicture | None = None
+    ) -> None:
+        """Write a step: its number, its piece, what to do, its card, and its pictures.
+
+        ``turn`` begins with it, if the object is to be turned for that.
+        """
+        shown = [] if picture is None else [one for one in (picture, picture.other) if one]
+        sizes = [one.size for one in shown]
+        if picture:
+            sizes.insert(0, TALL)
+        wide = sum(size[0] for size in sizes) + (_PICTURES_APART * len(shown[1:]))
+        tall = max((size[1] for size in sizes), default=0.0)
+        # Three pictures stand in a row of their own.
+        row = bool(shown[1:])
+        room = self._wide if row or not shown else self._wide - wide - _GUTTER
+        below = row or (picture is not None and len(step.over) + len(step.under) > _BESIDE_PICTURE)
+        card = self._card(step, self._wide if below else room) if picture else None
         due = [key for key in step.fasten if key not in self._idle]
         texts = [
+            view_words(turn.view, turned=True) if turn and turn.turned else "",
             *self._told_of(step),
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
             hang_words(step, self._map),
-            f"Close-up, from {side_words(picture.view)}." if picture else "",
-            inside_words(picture.inside) if picture else "",
+            seen_words(shown),
+            inside_words(sorted({name for one in shown for name in one.inside})),
         ]
         rows = self._rows(step, room)
         high = self._text_top(rows) + self._told(texts, room)
-        flat = sum(card.high + _CARD_GAP for card in cards)
+        flat = card.high + _CARD_GAP if card else 0.0
         pictured = tall + _BELOW_LINE
-        x, y = self._room(max(high, pictured) + flat if below else max(high + flat, pictured))
+        if row:
+            x, y = self._room(high + flat + pictured)
+        else:
+            x, y = self._room(max(high, pictured) + flat if below else max(high + flat, pictured))
         end = self._write_texts(x, y, step, rows, texts, room)
-        if below:
+        top = y
+        if row:
+            top, end = end, end - pictured
+        elif below:
             end = min(end, y - pictured) - _CARD_GAP
-        for card in cards:
+        if card:
             write_card(self._book, card, x, end - _CARD_GAP / 2.0)
-            end -= card.high + _CARD_GAP
-        if picture:
-            low = y - _BELOW_LINE
-            right = x + self._wide
-            if picture.place:
-                corner = np.array([right - wide, low - TALL[1]])
-                self._draw_overview(picture.place, TALL, corner)
-            self._draw(picture, np.array([right - picture.size[0], low - picture.size[1]]))
+        low, left = top - _BELOW_LINE, x + self._wide - wide
+        if picture and picture.place:
+            self._draw_overview(picture.place, TALL, np.array([left, low - TALL[1]]))
+            left += TALL[0]
+        for one in shown:
+            self._draw(one, np.array([left, low - one.size[1]]))
+            left += one.size[0] + _PICTURES_APART
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
@@ -249,7 +274,7 @@ class _Writer:
         pieces, high, ratio = lay_ring(ring, self._wide, page - above)
         x, y = self._room(above + high)
         end = self._write_texts(x, y, step, rows, texts, self._wide)
-        self._draw_ring(pieces, np.array([x, end]))
+        self._draw_ring(ring, pieces, np.array([x, end]))
         corner = x + self._wide, end - high + 2.5
         self._book.text(*corner, f"1 : {ratio:g}", size=_TEXT, align=1.0)
 
@@ -287,22 +312,37 @@ class _Writer:
             end = self._book.block(x, end, text, room, size=_TEXT) - 2.0
         return end
 
-    def _cards(self, step: StepRecord, room: float) -> Iterator[Card]:
-        """Yield the cards of a step's pieces."""
-        by_kind = self._map.cut.labels == "kinds"
-        for piece in map(self._pieces.__getitem__, step.pieces):
-            met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
-            yield lay_card(piece, met, room, back=by_kind and bool(piece.turned))
+    def _card(self, step: StepRecord, room: float) -> Card:
+        """Return the card of a step's piece."""
+        piece = self._pieces[step.pieces[0]]
+        met = what_is_met(piece, step, self._strands, self._joints, self._step_of, self._idle)
+        back = self._map.cut.labels == "kinds" and bool(piece.turned)
+        return lay_card(piece, met, room, back=back)
 
-    def _draw_ring(self, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
-        """Draw the pieces of a ring with their upper left corner at a place."""
+    def _draw_ring(self, ring: RimRing, pieces: Sequence[FlatPiece], corner: FloatArray) -> None:
+        """Draw the pieces of a ring with their upper left corner at a place.
+
+        Beyond the number of each hole stands which piece lies on top there, on the object.
+        """
         book = self._book
-        for piece in pieces:
+        for piece, cut in zip(pieces, ring.pieces, strict=True):
             book.line(piece.outline + corner, width=0.8, closed=True, fill=0.93)
             for x, y in (piece.holes + corner).tolist():
                 book.circle(x, y, piece.hole)
             for number, (x, y) in enumerate((piece.numbers + corner).tolist(), start=1):
                 book.text(x, y, str(number), size=_TEXT, align=0.5, middle=True)
+            outward = unit(piece.numbers - piece.holes)
+            beyond = piece.numbers + _DIGITS * outward + corner
+            for key, (x, y), (right, up) in zip(
+                cut.crossings.tolist(), beyond.tolist(), outward.tolist(), strict=True
+            ):
+                turn = math.degrees(math.atan2(up, right))
+                back = abs(turn) > 90.0
+                name = self._strands[key, True][0]
+                book.text(
+                    x, y, name, size=_ON_TOP, align=float(back), middle=True,
+                    angle_deg=turn - 180.0 * back,
+                )  # fmt: skip
             x, y = (piece.middle + corner).tolist()
             book.text(x, y, piece.id, size=_TEXT, bold=True, align=0.5, middle=True)
 
@@ -358,8 +398,12 @@ class _Writer:
             _draw_slide(book, slide, corner)
         for spot in (picture.fasten + corner).tolist():
             book.complete(*spot)
+        for spot in (picture.clips + corner).tolist():
+            book.clip(*spot)
         bands = np.concatenate([ends.mean(axis=1) for ends in picture.ends])
-        tags = place_tags(picture.marks, picture.size, picture.crossings, picture.radius, bands)
+        # What a clip covers is as much in the way of names as a crossing.
+        spots = np.concatenate((picture.crossings, picture.clips + _CLIP_UP))
+        tags = place_tags(picture.marks, picture.size, spots, picture.radius, bands)
         self._draw_tags(tags, corner, ringed=False)
         ratio = f"1 : {picture.ratio:g}"
         book.box(x + wide - CORNER[0], y, *CORNER, width=0.0, fill=1.0)
@@ -485,6 +529,15 @@ def view_words(view: View, *, turned: bool) -> str:
     return f"Turn the object to see it from {side}." if turned else f"Seen from {side}."
 
 
+def seen_words(shown: Sequence[StepPicture]) -> str:
+    """Say from where a step is drawn in large; both halves of its strip, where these are apart."""
+    sides = [side_words(one.view) for one in shown]
+    if sides[1:] and shown[0].place:
+        whole = side_words(shown[0].place.view)
+        return f"Whole from {whole}, half at the start from {sides[0]}, at the end from {sides[1]}."
+    return f"Close-up, from {sides[0]}." if sides else ""
+
+
 def inside_words(names: Sequence[str]) -> str:
     """Say which new pieces are seen from inside.
 
@@ -532,7 +585,7 @@ def lay_ring(
     """
     outlines = [piece.path.flattened(_FLAT_MM) for piece in ring.pieces]
     widest = max(float(np.ptp(outline[:, 0])) for outline in outlines)
-    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS))
+    needed = widest * _POINTS_MM / (wide - 2.0 * (_BEYOND + _DIGITS + _NAMES))
     ratio = max(math.ceil(10.0 * needed) / 10.0, 1.0)
     pieces, high = _one_below_another(ring, outlines, wide, _POINTS_MM / ratio)
     while high > tall and ratio < _MOST_RATIO:
@@ -550,7 +603,7 @@ def _one_below_another(
         holes, outward = piece.holes[:, :2] * scale, piece.outward
         border = shapely.LinearRing(outline * scale)
         numbers = holes + (_reach(border, holes, outward) + _BEYOND)[:, None] * outward
-        drawn = np.concatenate((outline * scale, numbers))
+        drawn = np.concatenate((outline * scale, numbers, numbers + _NAMES * outward))
         low, high = drawn.min(axis=0) - _DIGITS, drawn.max(axis=0) + _DIGITS
         shift = np.array([(wide - low[0] - high[0]) / 2.0, top - high[1]])
         pieces.append(

@@ -30,7 +30,7 @@ const KEYS = {
   PageDown: (page) => page.next(1), PageUp: (page) => page.next(-1),
   Home: (page) => page.visit(1), End: (page) => page.visit(page.last),
   d: (page) => page.setDone(page.state.step, !page.state.done.has(page.state.step)),
-  p: (page) => page.playOrPause(), a: (page) => page.show(), l: () => by("show-labels").click(),
+  r: () => by("read").click(), p: (page) => page.playOrPause(), a: (page) => page.show(), l: () => by("show-labels").click(),
   "/": () => by("query").focus(), "?": () => by("keys").showModal(),
 };
 
@@ -77,6 +77,7 @@ function connect(page) {
   on("done", "change", () => page.setDone(state.step, by("done").checked));
   on("mode-whole", "click", () => page.whole());
   on("mode-steps", "click", () => page.visit(state.step));
+  on("read", "change", () => page.sayStep());
   on("only", "click", () => page.showAll());
   on("show-labels", "click", () => {
     state.labels = !state.labels;

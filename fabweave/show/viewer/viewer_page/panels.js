@@ -202,7 +202,7 @@ export class StepsPanel {
   #list() {
     const rows = this.plan.steps.map((step, k) => `<li data-step="${k + 1}">
       <label><input type="checkbox" aria-label="Step ${k + 1} done"></label>
-      <button type="button" data-step="${k + 1}"><b>${k + 1}</b> ${escaped(this.plan.told(step.text))}</button></li>`);
+      <button type="button" data-step="${k + 1}"><b>${k + 1}</b> ${escaped(this.plan.told([...step.pieces, step.text].join(": ")))}</button></li>`);
     return `<p id="progress"></p><progress max="${rows.length}" aria-labelledby="progress"></progress>
       <ol>${rows.join("")}</ol>`;
   }

@@ -75,7 +75,7 @@ export class Plan {
   }
 
   /**
-   * The numbers of the pieces that those of a step lie over and run under.
+   * The numbers of the pieces that those of a step lie over and run under, and that its words name.
    *
    * @param {Values} step
    * @returns {Set<number>}
@@ -83,7 +83,8 @@ export class Plan {
   metIn(step) {
     const stations = step.pieces.flatMap((id) => this.piece(id).stations);
     const met = stations.filter(({ crossing, over }) => (over ? step.over : step.under).includes(crossing));
-    return new Set(met.map(({ partner }) => this.pieceAt.get(partner)));
+    const named = (step.text.match(/[A-Za-z]+\d+/g) || []).filter((id) => this.pieceAt.has(id));
+    return new Set([...met.map(({ partner }) => partner), ...named].map((id) => this.pieceAt.get(id)));
   }
 
   /** @param {Values} piece */

@@ -1,5 +1,6 @@
 import { by, memory, turnUp } from "../../scripts/html.js";
 import { Stage } from "../../scripts/stage.js";
+import { BusyHands } from "./busy_hands.js";
 import { colourBy, colourSchemes, legendOf } from "./colours.js";
 import { Finding } from "./finding.js";
 import { makeClock } from "./hands.js";
@@ -51,6 +52,7 @@ export class Viewer {
     this.panels = { piece: new PiecePanel(plan), sheet: new SheetPanel(plan), steps: new StepsPanel(plan, this.clock) };
     this.finding = new Finding(plan, (hit) => this.take(hit));
     const stage = Stage.on(by("object"));
+    this.hands = new BusyHands(by("step-text"), (steps) => this.next(steps));
     this.space = stage && new Space(stage, by("labels"), plan, {
       chosen: (piece) => this.choose(piece), seen: (words) => (by("spoken").textContent = words),
     });
@@ -174,6 +176,13 @@ export class Viewer {
     card.dataset.step = step;
     card.innerHTML = stepCard(this.plan, this.clock, step);
     card.scrollTop = 0;
+    this.sayStep();
+  }
+
+  /** Say a step aloud, if that is asked for. */
+  sayStep() {
+    const { step, pieces, text } = this.step;
+    this.hands.say(this.state.stepwise && by("read").checked ? `Step ${step}. ${pieces.join(" ")}. ${text}` : "");
   }
 
   /** Bring out a piece, and one of its stations; -1 for none. @param {number} piece */
@@ -232,6 +241,7 @@ export class Viewer {
     const { state, plan } = this, { stepwise, step: before } = state;
     const to = Math.max(1, Math.min(this.last, step));
     Object.assign(state, { stepwise: true, only: null, step: to, piece: -1, station: -1 });
+    this.hands.stayAwake();
     const [piece] = plan.piecesOf(this.step);
     if (piece !== undefined) state.sheet = plan.sheetAt.get(plan.pieces[piece].sheet);
     this.remember();
