@@ -59,7 +59,7 @@ LEGEND = (
     "crosses is numbered 1, 2, 3 ... in the words, in the pictures and on the card: a disc where "
     "it goes over, on the outside, a ring where it runs under. Where your strip runs under, the "
     "place is marked on your strip; where it goes over, on the strip that lies there. Millimetres "
-    'count from a strip\'s first crossing, 0 on its card: "E1 at its 243 mm" is a place on E1, '
+    'count from a strip\'s first crossing, 0 on its card: "A1 at its 243 mm" is a place on A1, '
     "small numbers on a card are places on its own strip. Front, back, left and right are those of "
     "page 1: lay the first strip as its picture shows, and mark the front on the table. The card "
     "shows the strip flat, outer face up, with its holes; grey lines are strands to come. New "
