@@ -12,7 +12,6 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.messages import agree, few_of
 from fabweave.nest.container import Container, clear_rectangle
 from fabweave.nest.fits import fits_rectangle
-from fabweave.nest.layout import Placement
 from fabweave.nest.place.fill import NestingJob, Plan, fill_sheet
 from fabweave.stock.sheet_size import SheetSize, format_stock
 
@@ -139,8 +138,9 @@ def _sheet_name(job: NestingJob, number: int) -> str:
 
 #: How much a seed may change the length by which pieces are ordered, as a share.
 _JITTER = 0.05
-#: A last sheet that is filled to less than this share may be saved.
-_LITTLE = 0.05
+#: A last sheet that is filled to less than this share may be saved, by a closer look at so many
+#: sheets before it: what more of them would gain takes long.
+_LITTLE, _AGAIN = 0.05, 4
 
 
 def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
@@ -159,23 +159,25 @@ def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) ->
     -------
     Plan
         Without a placement for the pieces that the stock has no sheet left for. Where the last
-        sheet holds so little that a closer look may save it, all angles are tried, too.
+        sheet holds so little that a closer look may save it, all angles are tried, too, for what
+        lies on the last sheets.
     """
-    plan = _filled(job, seed, progress)
+    plan = _filled(job, seed, Plan((), {}), progress)
     if len(plan.sheets) < 2 or job.effort.likely >= job.effort.angles:
         return plan
     if plan.areas_mm2(job)[-1] >= _LITTLE * job.stock[plan.sheets[-1]].area_mm2:
         return plan
     closer = replace(job, effort=replace(job.effort, likely=job.effort.angles))
-    again = _filled(closer, seed, progress)
+    kept = max(len(plan.sheets) - 1 - _AGAIN, 0)
+    first = {piece: place for piece, place in plan.placements.items() if place.sheet < kept}
+    again = _filled(closer, seed, Plan(plan.sheets[:kept], first), progress)
     return min(plan, again, key=lambda one: (-len(one.placements), len(one.sheets)))
 
 
-def _filled(job: NestingJob, seed: int, progress: Progress) -> Plan:
-    """Fill sheet after sheet."""
-    queue = _ordered(job, seed)
-    placements: dict[int, Placement] = {}
-    sheets: list[int] = []
+def _filled(job: NestingJob, seed: int, begun: Plan, progress: Progress) -> Plan:
+    """Fill sheet after sheet with what has no place yet."""
+    placements, sheets = dict(begun.placements), list(begun.sheets)
+    queue = [piece for piece in _ordered(job, seed) if piece not in placements]
     while queue:
         number = next_sheet(job, queue, sheets)
         if number is None:
