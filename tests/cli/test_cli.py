@@ -185,7 +185,7 @@ def test_the_axis_that_points_up_becomes_z_in_every_file(up, tmp_path):
     write_mesh(tmp_path / "box.obj", cube.with_vertices(cube.vertices * (1.0, 2.0, 4.0)))
     job = tmp_path / "job"
     assert run("make", tmp_path / "box.obj", "--size", "200mm", "--up", up, "--effort", "quick",
-               "--remesh", "none", "-o", job) == 0  # fmt: skip
+               "--remesh", "none", "--as-drawn", "off", "-o", job) == 0  # fmt: skip
     assert tomllib.loads((job / "job.toml").read_text())["job"]["up"] == up
     told = trimesh.load(job / "woven_mesh.obj", process=False)
     expected = {"y": (50, 200, 100), "x": (100, 200, 50), "-x": (100, 200, 50),
