@@ -9,6 +9,7 @@ from scipy.ndimage import binary_closing
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
+from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.nearest import Surface
@@ -412,7 +413,9 @@ def _volumes(triangles: PolyMesh, part: IntArray) -> FloatArray:
 def winding(mesh: PolyMesh, places: FloatArray) -> FloatArray:
     """Return how often a surface winds around places, (N,)."""
     # igl takes a while to import, and most jobs never need it.
-    from igl import fast_winding_number  # noqa: PLC0415 -- see above
+    # An interrupt in the midst of it would end the process.
+    with held_back():
+        from igl import fast_winding_number  # noqa: PLC0415 -- see above
 
     triangles = triangulate(mesh)
     corners = np.ascontiguousarray(triangles.indices.reshape(-1, 3))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, places_in_groups
+from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.polymesh import PolyMesh, corner_sines, face_of_corner
 from fabweave.mesh.topology import keep_faces, sound_faces
 from fabweave.mesh.triangulate import polygon_triangles
@@ -38,7 +39,9 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     [[0, 1]]
     """
     # igl takes a while to import, and most jobs never need it.
-    from igl.predicates import find_self_intersections  # noqa: PLC0415 -- see above
+    # An interrupt in the midst of it would end the process.
+    with held_back():
+        from igl.predicates import find_self_intersections  # noqa: PLC0415 -- see above
 
     none = np.zeros((0, 2), dtype=np.int64)
     small, out_of_range, repeating = sound_faces(mesh)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.parallel.interrupt import held_back
 
 
 @frozen_value
@@ -43,7 +44,9 @@ class Surface:
     def __init__(self, points: FloatArray, triangles: IntArray) -> None:
         """Sort the triangles into a tree."""
         # igl takes a while to import, and most jobs never need it.
-        from igl import AABB  # noqa: PLC0415 -- see above
+        # An interrupt in the midst of it would end the process.
+        with held_back():
+            from igl import AABB  # noqa: PLC0415 -- see above
 
         # igl ends the interpreter on input that it does not expect, so it gets none.
         if not np.isfinite(points).all():

@@ -261,7 +261,7 @@ def test_a_file_is_dropped_and_bad_ones_are_told(tab):
             {"name": name, "mimeType": "application/octet-stream", "buffer": data}
         )
         title = "Tetra" if name.endswith("obj") else "Cube"
-        tab.until(f"studio.seen.title === '{title}'")
+        tab.until(f"studio.seen?.title === '{title}'")
     tab.page.locator("#open").set_input_files(
         {"name": "bad.toml", "mimeType": "text/plain", "buffer": b"[job"}
     )
