@@ -137,12 +137,12 @@ def test_the_latest_wish_wins(page):
 
 @pytest.mark.slow
 def test_a_process_that_is_killed_is_replaced_and_the_wish_done_once_more(studio, page):
-    wish = page.wish("plan", "shape:torus?m=20&n=12", {"size": "600mm"})
+    wish = page.wish("plan", "shape:torus?m=40&n=24", {"size": "1200mm"})
     for again in range(2):
         while "progress" not in page.told():
             pass
         before = {pid: cpu(pid) for pid in children(studio.process.pid)}
-        time.sleep(1.0)
+        time.sleep(0.5)
         os.kill(max(before, key=lambda pid: cpu(pid) - before[pid]), signal.SIGKILL)
         if again:
             # Once is an accident; twice is told.
