@@ -120,10 +120,10 @@ def serve(model: str | None, output: Path, port: int, *, browser: bool, lan: boo
         )
     if browser:
         webbrowser.open(own)
-    try:
+    # Where much is going on, the loop may take the interrupt for its own, and simply return.
+    with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
-    except KeyboardInterrupt:
-        click.echo("The studio has ended.")
+    click.echo("The studio has ended.")
 
 
 def _own_address() -> str:
