@@ -22,10 +22,15 @@ def time_text(span: Span | None) -> str:
         return "unknown"
     if span[1] == 0.0:
         return "none"
-    hours = span[1] > 3 * _HOUR_S
-    low, high = (each / (_HOUR_S if hours else _MINUTE_S) for each in span)
-    digits = 1 if high < 10.0 else 0
-    return f"{low:.{digits}f} to {high:.{digits}f} {'h' if hours else 'min'}"
+    low, high, unit = _numbers(*span)
+    return f"{low} to {high} {unit}"
+
+
+def _numbers(low_s: float, high_s: float) -> tuple[str, str, str]:
+    """Return both ends of a range of seconds, and the unit that suits the higher one."""
+    each_s, unit = (_HOUR_S, "h") if high_s > 3 * _HOUR_S else (_MINUTE_S, "min")
+    digits = 1 if high_s < 10.0 * each_s else 0
+    return f"{low_s / each_s:.{digits}f}", f"{high_s / each_s:.{digits}f}", unit
 
 
 def hours_text(span: Span) -> str:
@@ -34,15 +39,18 @@ def hours_text(span: Span) -> str:
     Examples
     --------
     >>> hours_text((0.25, 0.8)), hours_text((8.1, 16.2)), hours_text((0.0, 0.0))
-    ('48 min, the next 15 min', '16 h, the next 8 h', 'none')
+    ('48 min the first time, 15 min the next', '16 h the first time, 8 h the next', 'none')
     """
-    after, _, first = time_text((_HOUR_S * span[0], _HOUR_S * span[1])).partition(" to ")
-    return f"{first}, the next {after} {first.split()[1]}" if first else after
+    if span[1] == 0.0:
+        return "none"
+    after, first, unit = _numbers(_HOUR_S * span[0], _HOUR_S * span[1])
+    return f"{first} {unit} the first time, {after} {unit} the next"
 
 
 def _one(hours: float) -> str:
     """Return a number of hours as people say it."""
-    return time_text((_HOUR_S * hours, _HOUR_S * hours)).rpartition(" to ")[2]
+    _, one, unit = _numbers(_HOUR_S * hours, _HOUR_S * hours)
+    return f"{one} {unit}" if hours else "none"
 
 
 def machine_text(costs: Costs) -> str:

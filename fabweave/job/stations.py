@@ -3,7 +3,7 @@
 Settings → LoadedMesh → WovenMesh → WovenObject → JoinedObject → PieceSet → PlannedJob → Layout
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -156,14 +156,17 @@ class Stations:
         for (before, names), (now, _) in zip(views(self.asked), views(asked), strict=True):
             if before != now:
                 break
-            other.know(**{name: vars(self)[name] for name in names if name in vars(self)})
+            other.know(**self._made_of(names))
         return other
+
+    def _made_of(self, names: Iterable[str]) -> dict[str, Any]:
+        """Return those of some stations that were made."""
+        return {name: vars(self)[name] for name in names if name in vars(self)}
 
     @property
     def made(self) -> dict[str, Any]:
         """The stations that were made so far, by their names, for others of the same settings."""
-        names = (name for _, some in views(self.asked) for name in some)
-        return {name: vars(self)[name] for name in names if name in vars(self)}
+        return self._made_of(name for _, names in views(self.asked) for name in names)
 
     def know(self, **stations: Any) -> "Stations":
         """Take stations that were made elsewhere, so that they are not made here."""

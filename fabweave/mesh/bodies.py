@@ -9,10 +9,9 @@ from scipy.ndimage import binary_closing
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
-from fabweave.core.parallel.interrupt import held_back
 from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.nearest import Surface
+from fabweave.mesh.nearest import Surface, libigl
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, without_loose
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
 from fabweave.mesh.remesh.remeshed import sound_faults
@@ -412,15 +411,10 @@ def _volumes(triangles: PolyMesh, part: IntArray) -> FloatArray:
 
 def winding(mesh: PolyMesh, places: FloatArray) -> FloatArray:
     """Return how often a surface winds around places, (N,)."""
-    # igl takes a while to import, and most jobs never need it.
-    # An interrupt in the midst of it would end the process.
-    with held_back():
-        from igl import fast_winding_number  # noqa: PLC0415 -- see above
-
     triangles = triangulate(mesh)
     corners = np.ascontiguousarray(triangles.indices.reshape(-1, 3))
     points = np.ascontiguousarray(triangles.vertices)
-    found = fast_winding_number(points, corners, np.ascontiguousarray(places))
+    found = libigl().fast_winding_number(points, corners, np.ascontiguousarray(places))
     return np.asarray(found, dtype=np.float64).reshape(-1)
 
 
@@ -438,9 +432,7 @@ def _beside(inside: BoolArray) -> BoolArray:
 
 def _border(height: FloatArray, lattice: FloatArray, counts: IntArray) -> PolyMesh:
     """Return where heights on a lattice go through zero."""
-    from igl import marching_cubes  # noqa: PLC0415 -- as above
-
-    points, faces, *_ = marching_cubes(height, lattice, *counts.tolist(), 0.0)
+    points, faces, *_ = libigl().marching_cubes(height, lattice, *counts.tolist(), 0.0)
     corners = np.asarray(faces, dtype=np.int64)
     return PolyMesh.from_triangles(np.asarray(points, dtype=np.float64), corners)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, places_in_groups
-from fabweave.core.parallel.interrupt import held_back
+from fabweave.mesh.nearest import libigl
 from fabweave.mesh.polymesh import PolyMesh, corner_sines, face_of_corner
 from fabweave.mesh.topology import keep_faces, sound_faces
 from fabweave.mesh.triangulate import polygon_triangles
@@ -38,11 +38,6 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     >>> self_intersections(crossed).tolist()
     [[0, 1]]
     """
-    # igl takes a while to import, and most jobs never need it.
-    # An interrupt in the midst of it would end the process.
-    with held_back():
-        from igl.predicates import find_self_intersections  # noqa: PLC0415 -- see above
-
     none = np.zeros((0, 2), dtype=np.int64)
     small, out_of_range, repeating = sound_faces(mesh)
     keep = ~(small | out_of_range | repeating)
@@ -64,7 +59,7 @@ def self_intersections(mesh: PolyMesh) -> IntArray:
     triangles, face = np.ascontiguousarray(triangles[wide]), face[wide]
     if not len(triangles):
         return none
-    _, pairs, _ = find_self_intersections(places, triangles)
+    _, pairs, _ = libigl().predicates.find_self_intersections(places, triangles)
     face_pairs = np.sort(np.flatnonzero(keep)[face[pairs]].reshape(-1, 2), axis=1)
     face_pairs = face_pairs[face_pairs[:, 0] != face_pairs[:, 1]]
     code = np.unique(face_pairs[:, 0] * mesh.n_faces + face_pairs[:, 1])

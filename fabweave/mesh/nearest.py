@@ -1,9 +1,23 @@
 """Find the closest points of a surface."""
 
+from functools import cache
+from types import ModuleType
+
 import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.parallel.interrupt import held_back
+
+
+@cache
+def libigl() -> ModuleType:
+    """Return libigl, which takes a while to import, and which most jobs never need.
+
+    An interrupt in the midst of that would end the process.
+    """
+    with held_back():
+        import igl.predicates  # noqa: PLC0415 -- see above
+    return igl
 
 
 @frozen_value
@@ -43,11 +57,6 @@ class Surface:
 
     def __init__(self, points: FloatArray, triangles: IntArray) -> None:
         """Sort the triangles into a tree."""
-        # igl takes a while to import, and most jobs never need it.
-        # An interrupt in the midst of it would end the process.
-        with held_back():
-            from igl import AABB  # noqa: PLC0415 -- see above
-
         # igl ends the interpreter on input that it does not expect, so it gets none.
         if not np.isfinite(points).all():
             raise ValueError("a surface needs finite points")
@@ -68,7 +77,7 @@ class Surface:
         self._numbers = np.flatnonzero(wide)
         self._triangles = np.ascontiguousarray(triangles[wide])
         self._normals = area[wide] / size[wide]
-        self._tree = AABB()
+        self._tree = libigl().AABB()
         self._tree.init(self._points, self._triangles)
 
     def feet(self, places: FloatArray) -> Feet:

@@ -26,6 +26,7 @@ from fabweave.job.planned import PlannedJob, order_of
 from fabweave.job.stations import Stations, views
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.load import LoadedMesh
+from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import is_shape
 from fabweave.mesh.upright import guess_up, turn_of, turn_upright
@@ -181,10 +182,7 @@ def _clay(mesh: PolyMesh) -> dict[str, np.ndarray[Any, Any]]:
     points, triangles, _, _ = polygon_triangles(mesh)
     corner = points[triangles]
     area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    sides, areas = triangles.T.ravel(), np.tile(area, (3, 1))
-    normal = np.zeros((len(points), 3))
-    for axis in range(3):
-        normal[:, axis] = np.bincount(sides, areas[:, axis], len(points))
+    normal = sum_at(triangles.T.ravel(), np.tile(area, (3, 1)), len(points))
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     shade = np.zeros((len(points), 4), dtype=np.int8)
     shade[:, :3] = (normal * 127.0).round()

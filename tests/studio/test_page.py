@@ -18,21 +18,6 @@ pytestmark = pytest.mark.apt
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
-@pytest.fixture(scope="module")
-def studio(tmp_path_factory):
-    started = Studio(tmp_path_factory.mktemp("studio"), "shape:torus?m=8&n=4")
-    yield started
-    code, _, wrong = started.end()
-    assert (code, wrong) == (0, "")
-
-
-@pytest.fixture
-def tab(browser, studio):
-    opened = Tab(browser, studio)
-    yield opened
-    opened.close()
-
-
 def fields(tab, kind):
     """Return the names of the controls of a kind."""
     return tab.page.evaluate(

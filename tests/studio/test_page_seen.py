@@ -12,21 +12,6 @@ pytestmark = pytest.mark.apt
 TORUS = "shape:torus?m=8&n=4"
 
 
-@pytest.fixture(scope="module")
-def studio(tmp_path_factory):
-    started = Studio(tmp_path_factory.mktemp("studio"), TORUS)
-    yield started
-    code, _, wrong = started.end()
-    assert (code, wrong) == (0, "")
-
-
-@pytest.fixture
-def tab(browser, studio):
-    opened = Tab(browser, studio)
-    yield opened
-    opened.close()
-
-
 def test_before_anything_is_there_the_canvas_is_paper_with_words_on_it(browser, studio):
     page = browser.new_page(viewport={"width": 900, "height": 640})
     page.add_init_script("window.WebSocket = class { send() {} }; WebSocket.OPEN = 1;")

@@ -29,15 +29,6 @@ TORUS = "shape:torus?m=8&n=4"
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 
-@pytest.fixture(scope="module")
-def studio(tmp_path_factory):
-    started = Studio(tmp_path_factory.mktemp("studio"), TORUS)
-    yield started
-    code, out, wrong = started.end()
-    assert (code, wrong) == (0, "")
-    assert "ended" in out
-
-
 @pytest.fixture
 def page(studio):
     opened = studio.page()

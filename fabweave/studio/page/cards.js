@@ -3,7 +3,8 @@ import { by, escaped } from "../../show/scripts/html.js";
 /** What each card is beside the others. @type {Record<string, string>} */
 const ROLES = { quicker: "Quick", usual: "Usual", finer: "Fine" };
 const ORDER = ["quicker", "usual", "finer"];
-const CARD_PX = 320;
+/** How wide their pictures are. */
+export const CARD_PX = 320;
 
 /**
  * @typedef {object} Card A design that was tried.
@@ -74,6 +75,3 @@ function figure({ name, picture, figures, hours, level, role }, number, chosen) 
   return `<figure><button type="button" class="link" data-card="${number}" aria-pressed="${chosen}">${seen}
     <span class="caption"><b>${escaped(title)}</b><br>${escaped(words)}</span></button></figure>`;
 }
-
-/** How wide their pictures are. */
-export const cardWidth = CARD_PX;

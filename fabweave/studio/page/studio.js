@@ -1,5 +1,5 @@
 import { by, escaped, turnUp } from "../../show/scripts/html.js";
-import { Cards, cardWidth } from "./cards.js";
+import { CARD_PX, Cards } from "./cards.js";
 import { Controls } from "./controls.js";
 import { Cut } from "./cut.js";
 import { connect, listen } from "./hands.js";
@@ -236,7 +236,7 @@ class Studio {
 
   /** A design was tried. @param {any} card @param {Values} found */
   #tried(card, found) {
-    const wide = this.scene ? this.scene.picture(cardWidth, found) : "";
+    const wide = this.scene ? this.scene.picture(CARD_PX, found) : "";
     if (card.figures) {
       this.cards.add({ ...card, picture: wide });
       this.drawCards();
