@@ -284,8 +284,10 @@ def test_an_object_runs_in_strand_by_strand_unless_nothing_is_to_move(browser, s
         page.close()
         return shares
 
-    # It grows to what is seen at once where nothing moves.
-    assert min(covered(True)) < 0.6 * max(covered(False))
+    # It grows to what is seen at once where nothing moves. A busy machine takes its first picture
+    # when the film is over: then it is opened again.
+    whole = max(covered(False))
+    assert any(min(covered(True)) < 0.6 * whole for _ in range(4))
 
 
 @pytest.mark.slow
