@@ -247,7 +247,7 @@ def test_a_step_says_what_is_fastened_and_marks_its_stations(tab, torus):
 
 def first_text(span):
     """What the first of its kind takes, as pages and manual say it."""
-    return hours_text(span).partition(",")[0]
+    return hours_text(span).partition(" the first time")[0]
 
 
 def test_time_is_that_of_the_job(tab, torus):
