@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, places_in_groups
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, places_in_groups
 from fabweave.mesh.nearest import libigl
 from fabweave.mesh.polymesh import PolyMesh, corner_sines, face_of_corner
 from fabweave.mesh.topology import keep_faces, sound_faces
@@ -74,15 +74,21 @@ def _near_one(points: FloatArray) -> FloatArray:
 
 def _triangles(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
     """Cut faces into triangles, convex ones from their first corner; return whose each is, too."""
-    hollow = flags(mesh.n_faces, face_of_corner(mesh)[corner_sines(mesh) < -_STRAIGHT])
-    sizes = np.where(hollow, 0, mesh.face_sizes - 2)
+    turns_in = corner_sines(mesh) < -_STRAIGHT
+    hollow = np.add.reduceat(turns_in, mesh.offsets[:-1], dtype=np.int64)
+    # A quad with one corner that turns in is cut from there.
+    dart = (hollow == 1) & (mesh.face_sizes == 4)
+    shift = np.zeros(mesh.n_faces, dtype=np.int64)
+    corner = np.flatnonzero(turns_in & dart[face_of_corner(mesh)])
+    shift[dart] = corner - mesh.offsets[:-1][dart]
+    others = (hollow > 0) & ~dart
+    sizes = np.where(others, 0, mesh.face_sizes - 2)
     face = np.repeat(np.arange(mesh.n_faces), sizes)
-    first = mesh.offsets[:-1][face]
-    place = first + 1 + places_in_groups(sizes)
-    triangles = np.column_stack([mesh.indices[first], mesh.indices[place], mesh.indices[place + 1]])
-    parts = [triangles]
+    place = np.column_stack([np.zeros_like(face), *(k + places_in_groups(sizes) for k in (1, 2))])
+    place = (place + shift[face, None]) % mesh.face_sizes[face, None]
+    parts = [mesh.indices[mesh.offsets[:-1][face, None] + place]]
     owners = [face]
-    for one in np.flatnonzero(hollow).tolist():
+    for one in np.flatnonzero(others).tolist():
         loop = mesh.indices[mesh.offsets[one] : mesh.offsets[one + 1]].tolist()
         cut = polygon_triangles(mesh.vertices, loop)
         parts.append(np.array(cut, dtype=np.int64).reshape(-1, 3))

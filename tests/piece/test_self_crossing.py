@@ -81,11 +81,8 @@ def test_a_kink_in_a_ribbon_of_given_width_is_refused_with_its_place():
     options = {"size": "1500mm", "sheet": "1200x800mm", "width": 0.65, **BENT}
     mesh = steep_sheet(0, 50)
     place = r"^1 .*: [A-Z]+ between its crossings \d+ and \d+, near \(-?\d+, -?\d+, -?\d+\) mm;"
-    with pytest.raises(CannotMakeError, match=place) as refusal:
+    with pytest.raises(CannotMakeError, match=place):
         pieces_of(mesh, **options)
-    # Whoever asks before is told the same.
-    told = fw.inspect(fw.mesh(*mesh), **options).facts["pieces"]
-    assert told["because"] == str(refusal.value)
 
 
 @pytest.mark.slow
