@@ -126,16 +126,18 @@ def plan_coupon(
 
 
 def draw_coupon(coupon: Coupon) -> SheetDrawing:
-    """Draw a coupon: hole ladder, kerf comb, lap, lettering, bend sample, and a cross to weigh.
+    """Draw a coupon: hole ladder, kerf comb, lap, letters, bend, a cross to weigh, a mat to weave.
 
     Returns
     -------
     SheetDrawing
         Pieces ``KERF1`` to ``KERF10``, ``HOLES``, ``LAP-A``, ``LAP-B``, ``TEXT``, ``BEND``,
-        ``CROSS-A`` and ``CROSS-B`` on a sheet as small as they allow.
+        ``CROSS-A``, ``CROSS-B``, and ``P1``, ``P2``, ``Q1``, ``Q2`` on a sheet as small as they
+        allow.
     """
     parts = [
         *_comb(), _ladder(coupon), *_laps(coupon), _letters(), _bend(coupon), *_crosses(coupon),
+        *_mat(coupon),
     ]  # fmt: skip
     gap = max(coupon.material.gap_mm, _LEAST_GAP_MM)
     comb = BLOCKS * (BLOCK_MM[0] + gap) - gap
@@ -205,6 +207,10 @@ CROSS    How it keeps its form. Press CROSS-A on a table up to its first tick, s
          down by 10 mm: M grams. The crossing resists turning with {_turning():.3g} x M N mm.
          Set both for your own material (fabweave guide materials): young_mpa = [along, across],
          turning_nmm = [with the needle, with the fastener].
+MAT      To practise before the first step. Lay P1 and, right of it, P2, letters up, arrows away
+         from you. From the left, push Q1 under P1 and over P2, and beyond it Q2 over P1 and under
+         P2, hole on hole, arrows to the right. Each ring and the name beside it end under the strip
+         that they name. Set a fastener in each hole.
 """
 
 
@@ -250,6 +256,37 @@ def _crosses(coupon: Coupon) -> list[_Part]:
         )
         for name in ("CROSS-A", "CROSS-B")
     ]
+
+
+def _mat(coupon: Coupon) -> list[_Part]:
+    """Return two strips and two across, with a hole and ticks at each crossing.
+
+    As on the pieces of a job, the strip that is covered has the name of who crosses it.
+    """
+    names, under = ("P1", "P2", "Q1", "Q2"), {"P1": "Q2", "P2": "Q1", "Q1": "P1", "Q2": "P2"}
+    signs = [f"{UNDER_SIGN}{name}" for name in names]
+    letters = max(text_box(text, _LETTER_MM).width for text in (*signs, f"P1{ARROW}"))
+    # Beside the hole in the middle there is room for a name under the strip that covers it.
+    wide = max(coupon.width_mm, coupon.hole_mm + 2.0 * (letters + 2.0 * _AIR_MM))
+    first, second = (letters + 2.0 * _AIR_MM + wide * turn for turn in (0.5, 1.7))
+    ticks = _ticks([x + side for x in (first, second) for side in (-wide / 2, wide / 2)], wide, 2.0)
+    beside = (coupon.hole_mm + letters) / 2.0 + _AIR_MM
+    parts = []
+    for name in names:
+        at = first if under[name] in ("P1", "Q1") else second
+        parts.append(
+            _Part(
+                name,
+                (second + first, wide),
+                [(x, wide / 2, coupon.hole_mm) for x in (first, second)],
+                [
+                    (f"{name}{ARROW}", _LETTER_MM, letters / 2 + _AIR_MM, wide / 2),
+                    (f"{UNDER_SIGN}{under[name]}", _LETTER_MM, at + beside, wide / 2),
+                ],
+                ticks,
+            )
+        )
+    return parts
 
 
 def _across(material: Material) -> str:

@@ -55,6 +55,28 @@ def test_what_is_written_has_the_diameters_and_widths(tmp_path, read):
     assert drawing.problems == ()
 
 
+def test_the_mat_weaves_plain_hole_on_hole():
+    drawing = draw_coupon(COUPONS[-1])
+    strips = [named(drawing, name) for name in ("P1", "P2", "Q1", "Q2")]
+    along = [[hole.x - outline(one).bounds[0] for hole in holes(one)] for one in strips]
+    (first, second), *others = along
+    assert all(other == pytest.approx([first, second]) for other in others)
+    # Strips as wide as these lie beside one another there.
+    assert second - first > max(sides(one)[1] for one in strips)
+    # What is written near a hole is under the strip that crosses there, and each strip is covered
+    # once: its letters end within half a width of one of its holes, of the other hole on the next.
+    covered = []
+    for one, (near, far) in zip(strips, along, strict=True):
+        left = outline(one).bounds[0]
+        letters = np.concatenate([line.points[:, 0] - left for line in one.entities
+                                  if line.layer is Layer.ENGRAVE_LABEL])  # fmt: skip
+        half = sides(one)[1] / 2
+        there = [bool(np.any(abs(letters - place) < half)) for place in (near, far)]
+        assert sum(there) == 1
+        covered.append(there[0])
+    assert covered == [False, True, True, False]
+
+
 def test_the_kerf_comes_out_of_the_instruction():
     # The beam takes half a kerf off each side of each block.
     drawing, kerf = draw_coupon(plan_coupon(material_named("card"))), 0.17
