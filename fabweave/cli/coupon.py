@@ -27,7 +27,7 @@ def coupon(
     fastener: str | None,
     output: Path,
 ) -> None:
-    """Draw a test coupon to cut first: holes, kerf, a lap, lettering, a bend, and a mat to practise on.
+    """Draw a test coupon to cut first: holes, kerf, a lap, letters, a bend, a mat to practise on.
 
     In the folder of a finished job it finds material, hole, laps, ribbons and tightest bend.
     coupon.txt says what to measure, and which option to set.
