@@ -33,6 +33,9 @@ _BULGE = 0.02
 _RIM_DEG, _RIM, _WITHIN, _DOWN = 24.0, 0.08, 0.5, 0.25
 #: A rim is no narrower than this share of the whole.
 _TIP = 0.05
+#: The head of a body is on top. Where the top, so much of the height, leans by this share of the
+#: width, views from there count more; by more than the last to the back, and that is the front.
+_HEAD, _LEANS, _BACK = 0.3, 0.12, 0.2
 #: Another view must show this much more; one from higher up, as the horizon reads better.
 _WORTH_A_TURN, _WORTH_A_RISE = 1.15, 1.2
 #: What a view is worth in which nearly all that is seen of a body lies in one plane, and the length
@@ -168,8 +171,9 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
     tetrahedron would be, whose other faces then are hidden.
 
     The front is where y is least; but a mask or a relief that stands is looked in the face, from
-    the side to which it bulges or, where it is flat, that of its normals. What is open above is
-    seen from so high that its rim reads, and a roof from a low side.
+    the side to which it bulges or, where it is flat, that of its normals; and a body whose top, its
+    head, leans to the back is seen from there, and rather from the side to which it leans. What is
+    open above is seen from so high that its rim reads, and a roof from a low side.
 
     Parameters
     ----------
@@ -187,13 +191,18 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
     across, along, _ = np.ptp(used, axis=0)
     front = _front(corners.mean(axis=1), normal)
     level = float(np.hypot(*front[:2])) > _LEVEL * float(np.linalg.norm(front))
-    facing = _FRONT_DEG if not level else float(np.degrees(np.arctan2(front[1], front[0])))
+    lean = np.zeros(2) if level else _lean(corners.mean(axis=1), normal)
+    if level:
+        facing = float(np.degrees(np.arctan2(front[1], front[0])))
+    else:
+        facing = -_FRONT_DEG if lean[1] > max(_BACK, abs(lean[0])) else _FRONT_DEG
     elevations = _heights(used, front, level=level)
     turns = _TURNS_DEG if along > _LONG * across and not level else _TURNS_DEG[:4]
     for elevation in elevations:
         for turn in turns:
             view = View(round(facing + turn, 1), elevation)
-            area = _shown(normal, view.axes()[2])
+            towards = view.axes()[2]
+            area = _shown(normal, towards) * (1.0 + float(lean @ towards[:2]))
             first = elevation == elevations[0] or best.elevation_deg == elevation
             if area > most * (_WORTH_A_TURN if first else _WORTH_A_RISE):
                 best, most = view, area
@@ -219,6 +228,17 @@ def _front(places: FloatArray, normal: FloatArray) -> FloatArray:
     aside = np.sum(away**2, axis=1) - ahead**2
     bulge = float(np.average((aside - aside.mean()) * ahead, weights=np.maximum(area, 1e-300)))
     return -mean if bulge > _BULGE * float(aside.mean()) ** 1.5 else mean
+
+
+def _lean(places: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return how far an object's top is off the middle of its surface, over its width; or zero."""
+    area = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    extent = np.ptp(places, axis=0)
+    top = places[:, 2] >= places[:, 2].max() - _HEAD * extent[2]
+    away = np.average(places[top], axis=0, weights=area[top])
+    away -= np.average(places, axis=0, weights=area)
+    lean = away[:2] / np.maximum(extent[:2], 1e-9 * max(float(extent.max()), 1e-300))
+    return np.asarray(lean if np.hypot(*lean) > _LEANS else np.zeros(2))
 
 
 def _heights(points: FloatArray, front: FloatArray, *, level: bool) -> tuple[float, float]:

@@ -29,10 +29,12 @@ from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.one_rings import sum_at
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import is_shape
+from fabweave.mesh.triangulate import plain_triangles
 from fabweave.mesh.upright import guess_up, turn_of, turn_upright
 from fabweave.options.command import long_command
 from fabweave.options.settings import Settings, job_toml
 from fabweave.picture.bodies import yarn_bodies
+from fabweave.picture.camera import choose_view
 from fabweave.picture.surfaces import polygon_triangles, ribbon_triangles, rung_colours
 from fabweave.piece.development import piece_stretches
 from fabweave.plan.steps import build_steps
@@ -172,9 +174,16 @@ def _glance(wish: dict[str, Any]) -> Told | None:
         return None
     try:
         up = settings.mesh.up or file.up or (guess_up(file.mesh) or ("z", ""))[0]
-        return {"glance": True, "faces": file.mesh.n_faces}, _clay(turn_upright(file.mesh, up))
+        mesh = turn_upright(file.mesh, up)
+        return {"glance": True, "faces": mesh.n_faces, "view": _view(mesh)}, _clay(mesh)
     except (FabweaveError, ValueError):
         return None  # the checks say what is wrong with it
+
+
+def _view(mesh: PolyMesh) -> list[float]:
+    """Return from where an object is seen first, as in its pictures: azimuth and elevation."""
+    view = choose_view(*plain_triangles(mesh))
+    return [view.azimuth_deg, view.elevation_deg]
 
 
 def _clay(mesh: PolyMesh) -> dict[str, np.ndarray[Any, Any]]:
@@ -198,7 +207,7 @@ def _raw(stations: Stations, wish: dict[str, Any], kept: dict[str, Any]) -> Told
     loaded, settings = stations.loaded, stations.asked
     told = {
         "raw": True, "title": loaded.title, "faces": loaded.mesh.n_faces, "notes": [],
-        "better": False, "turn": turn_of(loaded.upward).tolist(),
+        "better": False, "turn": turn_of(loaded.upward).tolist(), "view": _view(loaded.mesh),
         "command": long_command(settings), "toml": job_toml(settings, {}),
         "controls": [asdict(one) for one in controls(settings, stations.completed[0], loaded)],
     }  # fmt: skip
@@ -229,6 +238,7 @@ def _seen(
         "notes": [note.text for note in woven.notes if not note.detail],
         "better": better,
         "turn": turn_of(woven.source.upward).tolist(),
+        "view": _view(woven.source.mesh),
         "command": long_command(settings),
         "toml": job_toml(settings, {}),
         "controls": [asdict(one) for one in controls(settings, complete, woven.source, woven)],

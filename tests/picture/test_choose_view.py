@@ -84,6 +84,19 @@ def test_a_flat_relief_is_seen_from_the_side_of_its_normals(inside_out) -> None:
     assert choose_view(points, triangles).axes()[2] @ normal > 0.7 * np.linalg.norm(normal)
 
 
+@pytest.mark.parametrize(("aside", "back"), [(0, -1), (0, 1), (1, 0), (-1, 0)])
+def test_a_body_is_seen_from_where_its_head_leans(aside, back) -> None:
+    ball = parse_shape("shape:sphere?n=8")
+    points, triangles = polygon_triangles(ball)[:2]
+    points = points / np.abs(points).max()
+    # A body that lies, with a head on its one end.
+    body, head = points * [1, 1, 0.6], 0.5 * points + [0.8 * aside, 0.8 * back, 1.0]
+    view = choose_view(
+        np.concatenate([body, head]), np.concatenate([triangles, triangles + len(points)])
+    )
+    assert view.axes()[2] @ [aside, back, 0.0] > 0.4
+
+
 def test_a_rim_reads_from_above_and_a_roof_from_a_low_side() -> None:
     def height(mesh: PolyMesh) -> float:
         return choose_view(*polygon_triangles(mesh)[:2]).elevation_deg

@@ -12,7 +12,7 @@ import { Arrow, ROOM } from "./up.js";
 const STILL_MS = 450;
 /** Pixels of the moving picture for each of the screen, along both, where software draws. */
 const COARSE = 0.6;
-/** From where the object is seen first: azimuth and elevation. */
+/** From where an object is seen until more is known of it: azimuth and elevation. */
 const VIEW_DEG = [-60, 24];
 /** Strands run in for so long when an object opens. */
 const RUN_MS = 2200;
@@ -141,6 +141,12 @@ export class Scene {
     this.arrow.position.copy(center);
     this.arrow.scale.setScalar(radius);
     this.#outer.splice(0, Infinity, ...this.#points, ...(this.arrow.visible ? [top] : []));
+  }
+
+  /** See an object that opens from where its pictures show it. @param {number[]} viewDeg */
+  seeFrom(viewDeg) {
+    this.camera.firstDeg = viewDeg;
+    this.camera.home();
   }
 
   /** Let strands run in, one after the other, unless nothing is to move. */

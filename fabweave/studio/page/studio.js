@@ -119,7 +119,7 @@ class Studio {
     if (!this.wishes.wanted(to, n)) return;
     if (head.progress) this.#progress(to, head.progress);
     else if (head.error) this.#failed(to, head);
-    else if (head.glance && found) this.#glanced(found);
+    else if (head.glance && found) this.#glanced(head, found);
     else if (to === "look" && found) this.#looked(head, found);
     else if (head.card) this.#tried(head.card, found ?? {});
     else if (head.choice) this.#chose(head.choice);
@@ -191,7 +191,7 @@ class Studio {
 
   /** @param {Values} head @param {Values} found */
   #looked(head, found) {
-    const another = !this.seen || this.seen.title !== head.title || this.seen.raw !== head.raw;
+    const opened = this.seen?.title !== head.title, another = opened || this.seen.raw !== head.raw;
     this.seen = head;
     this.#arrays = found;
     this.#have = this.yarns || head.raw ? "" : found.index ? head.shape : this.#have;
@@ -200,6 +200,7 @@ class Studio {
     this.#wait("");
     this.#forgetTrouble();
     this.scene?.show(found, this.yarns);
+    if (opened) this.scene?.seeFrom(head.view);
     if (another && !head.raw && !this.yarns) this.scene?.runIn();
     this.scene?.choose(-1);
     this.up?.reset();
@@ -212,11 +213,12 @@ class Studio {
     document.body.dataset.seen = head.n;
   }
 
-  /** A large model as its file has it, while it is checked. @param {Values} found */
-  #glanced(found) {
+  /** A large model as its file has it, while it is checked. @param {Values} head @param {Values} found */
+  #glanced(head, found) {
     this.#wait("");
     hint("The model as its file has it. It is being checked …");
     this.scene?.show(found);
+    this.scene?.seeFrom(head.view);
     document.body.dataset.glance = "1";
   }
 
