@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabweave.estimate.money import price_text, priced
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.shapes.catalogue import SHAPES, described, is_shape
@@ -13,24 +14,24 @@ from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 from fabweave.options.user_files import all_entries
 from fabweave.ribbon.lay import WovenObject
-from fabweave.stock.material import material_library
+from fabweave.stock.material import Material, material_library
 from fabweave.weave.strand_colours import STRATEGIES
 
 #: Sizes that a slider reaches, millimetres; the faces that a remesher is asked for; and counts.
 _SIZES_MM, _FACES, _COUNT = (60.0, 1500.0), (60, 2000), 64.0
-_PATTERNS = ("plain", "kagome", "twill", "triaxial", "3/1", "2/2/1", "satin:5/2")
+_PATTERNS = ("plain", "kagome", "twill", "triaxial", "3/1", "2/2/-1", "satin:5/2")
 _BOUNDARIES = ("auto", "end", "turn")
 _REFINED = ("catmull-clark:1", "catmull-clark:2", "doo-sabin:1", "loop:1", "mid-edge:1")
 #: What people call some values.
 _WORDS = {
     "plain": "plain", "kagome": "kagome, open",
     "twill": "twill 2/2", "triaxial": "triaxial, dense",
-    "3/1": "twill 3/1", "2/2/1": "twill 2/2/1",
+    "3/1": "twill 3/1", "2/2/-1": "twill 2/2, leaning left",
     "satin:5/2": "satin of 5", "end": "end at rims", "turn": "turn at rims",
     "catmull-clark:1": "once, rounded", "catmull-clark:2": "twice, rounded",
     "doo-sabin:1": "corners cut off", "loop:1": "triangles, rounded",
     "mid-edge:1": "edges halved", "joints": "at joints", "form": "for the form",
-    "rim": "along rims", "every:2": "every other", "all": "all crossings",
+    "rivet:2": "two rivets", "rim": "along rims", "every:2": "every other", "all": "all crossings",
 }  # fmt: skip
 
 
@@ -51,6 +52,8 @@ class Control:
         How the option is written, with ``{}`` for the value.
     choices : tuple of (str, str)
         What can be chosen, and in words; the empty one leaves it to fabweave.
+    asides : tuple of (str, str)
+        The colour of each, and what it costs, as far as it has any.
     least, most, step : float
         Of a range.
     unit, help : str
@@ -63,6 +66,7 @@ class Control:
     value: str | float | bool
     template: str = "{}"
     choices: tuple[tuple[str, str], ...] = ()
+    asides: tuple[tuple[str, str], ...] = ()
     least: float = 0.0
     most: float = 0.0
     step: float = 1.0
@@ -222,17 +226,28 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
     return [*found, drawn]
 
 
+def _aside(material: Material) -> tuple[str, str]:
+    """Return the colour of a material, and what a square metre costs."""
+    price = material.price_per_m2
+    span = price if isinstance(price, tuple | None) else (price, price)
+    costs = f"{price_text(priced(span, material.currency))}/m²" if span else ""
+    return "#{:02x}{:02x}{:02x}".format(*material.rgb), costs
+
+
 def _stock(settings: Settings, complete: Settings) -> list[Control]:
     stock = settings.stock
     known = [entry for entry, _ in all_entries("library", material_library())]
-    words = [(entry.name, entry.title.partition(",")[0].replace("{g_m2} ", ""))
-             for entry in known]  # fmt: skip
+    titles = [entry.title.partition(",")[0].replace("{g_m2} ", "") for entry in known]
+    words = [
+        (one.name, title + f", {one.thickness_mm:g} mm" * (titles.count(title) > 1))
+        for one, title in zip(known, titles, strict=True)
+    ]
     if stock.material not in dict(words):
         words.append((stock.material, stock.material))
     thick = complete.stock.thickness_mm
     found = [
         Control("Material", "Material", "material", "choice", stock.material, choices=tuple(words),
-                help=option_named("material").text)
+                asides=tuple(map(_aside, known)), help=option_named("material").text)
     ]  # fmt: skip
     if isinstance(thick, float):
         found.append(

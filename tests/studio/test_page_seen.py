@@ -1,6 +1,7 @@
 """What a person sees of the studio in a real browser: pixels, words, what hands and keys do."""
 
 import time
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -310,3 +311,16 @@ def test_a_found_model_is_grey_at_once_then_cards_to_choose_from(browser, tmp_pa
     assert page.locator("#undo").is_disabled()
     page.close()
     assert studio.end()[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "alike"), [("pattern-Pattern", 1), ("joint-Joint", 1), ("material-Material", 2)]
+)
+def test_each_choice_has_a_drawing_of_its_own(tab, name, alike):
+    tab.page.locator(f'select[data-field="{name}"]').click()
+    drawings = tab.page.locator(f'select[data-field="{name}"] option:not([value=""]) svg').all()
+    seen = Counter(drawing.screenshot() for drawing in drawings)
+    assert len(drawings) > 6
+    # A material in two thicknesses looks the same.
+    assert max(seen.values()) <= alike
+    tab.page.keyboard.press("Escape")

@@ -1,4 +1,5 @@
 import { by, escaped } from "../../show/scripts/html.js";
+import { thumb } from "./thumbs.js";
 
 /** @typedef {Record<string, any>} Control As the server describes it. */
 
@@ -9,11 +10,16 @@ const fieldName = ({ option, label }) => `${option}-${label}`.replace(/[^\w-]/g,
 const fieldsOf = (name) => by("controls").querySelectorAll(`[data-field="${name}"]`);
 
 /** @param {Control} control */
-function fieldOf({ kind, group, label, choices, unit, ...rest }) {
+function fieldOf({ kind, group, label, choices, asides, unit, ...rest }) {
   const name = `data-field="${fieldName({ label, ...rest })}" aria-label="${escaped(`${group}: ${label}`)}"`;
   if (kind === "choice") {
-    const options = choices.map(([value, text]) => `<option value="${escaped(value)}">${escaped(text)}</option>`);
-    return `<select ${name}>${options.join("")}</select>`;
+    // Browsers that show nothing but text in a list leave the drawings out.
+    const options = choices.map(([value, text], k) => {
+      const [colour, price] = asides[k] ?? [];
+      const aside = price ? ` <small>${escaped(price)}</small>` : "";
+      return `<option value="${escaped(value)}">${thumb(rest.option, value, colour)}${escaped(text)}${aside}</option>`;
+    });
+    return `<select ${name}><button><selectedcontent></selectedcontent></button>${options.join("")}</select>`;
   }
   if (kind === "text") return `<input type="text" ${name} spellcheck="false">`;
   const number = `<input type="number" ${name}>${unit ? `<small>${unit}</small>` : ""}`;

@@ -191,7 +191,7 @@ class Studio {
 
   /** @param {Values} head @param {Values} found */
   #looked(head, found) {
-    const opened = this.seen?.title !== head.title, another = opened || this.seen.raw !== head.raw;
+    const opened = this.seen?.title !== head.title, another = opened || this.seen?.raw !== head.raw;
     this.seen = head;
     this.#arrays = found;
     this.#have = this.yarns || head.raw ? "" : found.index ? head.shape : this.#have;
