@@ -184,15 +184,15 @@ def homing_note(found: Sequence[Homing]) -> str:
 
     Examples
     --------
-    >>> homing_note([Homing(40, True, 12.0, "top", 0.3)]).split("; ")[1]
-    'clip it there. The piece comes home by hand (up to 0.3 N)'
+    >>> homing_note([Homing(40, True, 12.0, "top", 0.3)]).partition(": ")[0]
+    'Before step 41, which closes a ring'
     """
     if not found:
         return ""
     hard = max(found, key=lambda one: (one.force_n, one.springs_mm))
     ring = ", which closes a ring" if hard.closes else ""
     return (
-        f"while it is built: before step {hard.step + 1}{ring}, what lies there wants to spring by "
-        f"up to {hard.springs_mm:.0f} mm, most at the {hard.where}; clip it there. The piece comes "
-        f"home {hard.hands} (up to {max(hard.force_n, 0.1):.1f} N)"
+        f"Before step {hard.step + 1}{ring}: strips that lie there want to spring by up to "
+        f"{hard.springs_mm:.0f} mm, most at the {hard.where}; clip them there. Push the new strip "
+        f"into its place {hard.hands} (up to {max(hard.force_n, 0.1):.1f} N)"
     )

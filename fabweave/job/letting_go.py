@@ -41,7 +41,7 @@ class LetGo(NamedTuple):
         late = homings(settled.body, settled.pins, threads, runs, order)
         why = "no strips as they are cut were found that lie as it rests"
         missing = Note("form", f"form: there is no model_relaxed.glb, as {why}")
-        hard = [Note("building", homing_note(late))] if late else []
+        hard = [Note("building", homing_note(late), detail=True)] if late else []
         return hard if self.bands is not None else [missing, *hard]
 
 

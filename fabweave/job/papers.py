@@ -158,11 +158,11 @@ def show_job(
 
 def job_facts(job: Job, bill: BillOfMaterials, costs: Costs, portrait: bytes) -> Facts:
     """Return what the manual says about a job besides its crossing map."""
-    building = [note for note in job.notes if note.rule == "building"]
     return Facts(
         title=job.woven.title,
         buildable=verdict_words(job.verdict),
-        form="; ".join([job.form_text, *building]),
+        form=job.form_text,
+        building=next((note for note in job.notes if note.rule == "building"), ""),
         size_mm=tuple(np.ptp(job.woven.wished.vertices, axis=0).tolist()),
         material=job.supplies.description,
         bill=bill,

@@ -243,7 +243,7 @@ def _upward(
         kind = file.format.upper()
         turned = f"the mesh was turned so that its {stated} axis points up, as {kind} files have it"
         return stated, [f"{turned}; --up z leaves it as it is"] if stated != "z" else []
-    guess = guess_up(mesh)
+    guess = guess_up(mesh, file.format)
     up, reason = guess or ("z", "")
     # The settings of a job say what was guessed for it, and its notes are the same again.
     if settings.up not in (None, up):

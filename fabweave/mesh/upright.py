@@ -207,6 +207,8 @@ _LEAST_BASE, _CLEARLY = 0.2, 1.6
 #: A rim is flat if it is no thicker than this share of its width, and across an axis where its
 #: normal has such a share along it; it is at an end within this share of the height.
 _FLAT, _ACROSS, _END = 0.35, 0.9, 0.2
+#: Files of programs in which y mostly points up; those for printers have z.
+_OF_MODELS = ("obj", "off", "ply")
 #: Samples of the surface.
 _SAMPLES = 4000
 #: A surface is its own mirror image if that is so near, as a share of its size, on the root mean
@@ -214,20 +216,23 @@ _SAMPLES = 4000
 _MIRRORED, _NOT = 0.025, 0.04
 
 
-def guess_up(mesh: PolyMesh) -> Guess | None:
+def guess_up(mesh: PolyMesh, kind: str = "") -> Guess | None:
     """Guess whether y or z of a mesh points up.
 
     What stands has a base: near its lowest end the surface spreads out below its middle. That axis
     points up at an end of which the base is much larger than at the ends of the others. Where none
     is, what is open stands on its rim, or has it above, if that is flat and at an end of an axis.
     Else y points up if nothing can stand along z, and z is the only axis along which left and right
-    mirror one another: a mirror plane mostly contains what points up. x is never guessed: hardly
-    a file has it.
+    mirror one another: a mirror plane mostly contains what points up. Where x is that axis, and
+    nothing can stand along y or z, y points up in files of programs for modelling. x is never
+    guessed: hardly a file has it.
 
     Parameters
     ----------
     mesh : PolyMesh
         With any unit.
+    kind : str
+        The format of its file, such as ``obj``.
 
     Returns
     -------
@@ -255,8 +260,12 @@ def guess_up(mesh: PolyMesh) -> Guess | None:
         return ends, "rim"
     surface = Surface(points, triangles)
     off = [_off_mirror(surface, places, axis) for axis in range(3)]
-    sole = off[2] < _MIRRORED and min(off[:2]) > _NOT
-    return ("y", "symmetry") if sole and z == 0.0 else None
+    along_x, along_z = (
+        off[axis] < _MIRRORED and min(off[:axis] + off[axis + 1 :]) > _NOT for axis in (0, 2)
+    )
+    if (along_z and z == 0.0) or (along_x and kind in _OF_MODELS and max(y, z) < _LEAST_BASE):
+        return "y", "symmetry"
+    return None
 
 
 def _rim_ends(mesh: PolyMesh, used: FloatArray) -> Literal["y", "z"] | None:

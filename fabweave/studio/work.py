@@ -173,7 +173,7 @@ def _glance(wish: dict[str, Any]) -> Told | None:
     if file.mesh.n_faces < _LARGE:
         return None
     try:
-        up = settings.mesh.up or file.up or (guess_up(file.mesh) or ("z", ""))[0]
+        up = settings.mesh.up or file.up or (guess_up(file.mesh, file.format) or ("z", ""))[0]
         mesh = turn_upright(file.mesh, up)
         return {"glance": True, "faces": mesh.n_faces, "view": _view(mesh)}, _clay(mesh)
     except (FabweaveError, ValueError):

@@ -106,6 +106,13 @@ def test_where_nothing_stands_a_sole_mirror_along_z_makes_y_point_up():
     assert guess_up(lying(left_and_right_along_y)) == ("y", "symmetry")
 
 
+@pytest.mark.parametrize(("kind", "told"), [("obj", ("y", "symmetry")), ("stl", None), ("", None)])
+def test_what_mirrors_along_x_alone_has_y_up_where_models_are_made(kind, told):
+    bird_along_x = bird()
+    bird_along_x = bird_along_x.with_vertices(bird_along_x.vertices[:, [1, 0, 2]])
+    assert guess_up(bird_along_x, kind) == told
+
+
 def test_a_guess_is_used_and_said_and_kept(tmp_path):
     bowl = parse_shape("shape:hemisphere")
     write_mesh(tmp_path / "bowl.obj", lying(bowl))

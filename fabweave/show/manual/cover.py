@@ -39,6 +39,8 @@ class Facts:
         Whether it can be built, and what wants care.
     form : str
         What becomes of its form when it is let go; empty if that is not known.
+    building : str
+        How it springs while it is built; empty if that is not known.
     size_mm : tuple of float
         Its extents along x, y, z.
     material : str
@@ -59,6 +61,7 @@ class Facts:
     title: str
     buildable: str
     form: str
+    building: str
     size_mm: tuple[float, ...]
     material: str
     bill: BillOfMaterials
@@ -148,6 +151,7 @@ def _overview(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, str]]:
     return [
         ("Buildable?", facts.buildable),
         *([("Form", f"When you let go, it {facts.form}")] if facts.form else []),
+        *([("On the way", facts.building)] if facts.building else []),
         ("Size", " x ".join(f"{length:.0f}" for length in facts.size_mm) + " mm"),
         ("Material", facts.material),
         (
