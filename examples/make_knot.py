@@ -4,12 +4,13 @@ Run it with: python examples/make_knot.py examples/meshes/knot.obj
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fabweave.core.arrays import FloatArray
-from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.grids import grid_quads
 
@@ -50,4 +51,4 @@ places = (middle[:, None] + TUBE * ring).reshape(-1, 3)
 # y points up, and the largest dimension is 1.
 places = places[:, [0, 2, 1]] * [1.0, 1.0, -1.0] / np.ptp(places, axis=0).max()
 quads = grid_quads(ALONG, AROUND, wrap=(True, True))
-write_mesh(sys.argv[1], PolyMesh.from_faces(places.round(6), quads))
+Path(sys.argv[1]).write_bytes(obj_bytes(PolyMesh.from_faces(places.round(6), quads)))

@@ -4,10 +4,11 @@ Run it with: python examples/make_lampshade.py examples/lampshade.obj
 """
 
 import sys
+from pathlib import Path
 
 import numpy as np
 
-from fabweave.mesh.io.files import write_mesh
+from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
 
 AROUND, ROWS = 16, 6
@@ -31,4 +32,4 @@ row, column = np.divmod(np.arange(AROUND * ROWS), AROUND)
 right = AROUND * row + (column + 1) % AROUND
 above = right + AROUND, AROUND * row + column + AROUND
 quads = np.column_stack((AROUND * row + column, right, *above))
-write_mesh(sys.argv[1], PolyMesh.from_faces(vertices.round(3), quads))
+Path(sys.argv[1]).write_bytes(obj_bytes(PolyMesh.from_faces(vertices.round(3), quads)))

@@ -757,12 +757,12 @@ class Ribbons(_Solid):
         'ObjectWidget'
         """
         try:
-            from fabweave.studio.widget import object_widget  # noqa: PLC0415 - it may be absent
+            from fabweave.studio.widget import ObjectWidget  # noqa: PLC0415 - it may be absent
         except ImportError as error:
             raise InputError(
                 f"widgets need {error.name}: pip install 'fabweave[notebook]'"
             ) from error
-        return object_widget(self.stations)
+        return ObjectWidget(self.stations)
 
     @property
     def vertices(self) -> FloatArray:

@@ -279,8 +279,9 @@ def _together(
     """Write the sheets that jobs share, unless they are there; sheets of other jobs are removed."""
     place = directory / TOGETHER
     plans = [
-        (one.number, one.asked.name, _digest(directory / one.asked.name / "crossing_map.json"))
+        (one.number, one.asked.name, hashlib.sha256(plan.read_bytes()).hexdigest())
         for one in jobs
+        for plan in [directory / one.asked.name / "crossing_map.json"]
     ]
     asked = hashlib.sha256(json.dumps([__version__, plans]).encode()).hexdigest()
     there = sorted(path for path in place.glob("*") if (path / QUEUE_FILE).is_file())
@@ -319,8 +320,3 @@ def _together(
     done = _record(directory) | {TOGETHER: asked}
     _write_record(directory, done)
     return tuple(sorted(folders))
-
-
-def _digest(path: Path) -> str:
-    """Return the SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()

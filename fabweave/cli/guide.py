@@ -95,7 +95,8 @@ def guide(topic: str | None) -> None:
 
     console = Console(highlight=False)
     console.width = min(console.width, _WIDEST)
-    pages = _pages()
+    pages: dict[str, Callable[[], str]] = {name: partial(page, name) for name in TOPICS}
+    pages["options"] = options_page
     if topic is None:
         table = Table("topic", "what it is about", box=None)
         for name, write in pages.items():
@@ -108,11 +109,6 @@ def guide(topic: str | None) -> None:
         console.print(Markdown(text))
     else:
         click.echo(text, nl=False)
-
-
-def _pages() -> dict[str, Callable[[], str]]:
-    """Return what gives the page of each topic; the reference of options is made when asked for."""
-    return {**{topic: partial(page, topic) for topic in TOPICS}, "options": options_page}
 
 
 _HEAD = """\

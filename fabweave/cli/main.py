@@ -18,28 +18,12 @@ from fabweave.cli.model import model
 from fabweave.cli.studio import studio
 from fabweave.cli.terminal import speak_plainly, speak_to_nobody
 from fabweave.cli.verify import verify
-from fabweave.core.errors import CannotMakeError, FabweaveError, InputError
+from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.interrupt import exit_when_ended
 from fabweave.options.table import GONE
 
-#: Commands that went, and what to write in their place.
-_GONE = {"design": "fabweave inspect MESH --designs, or fabweave make MESH --goal hours=5 -o DIR"}
-
-
-class _Commands(click.Group):
-    """The commands; of one that went, it says what to write."""
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command that is named."""
-        if args[0] in _GONE:
-            raise InputError(f"there is no command {args[0]} any more; write {_GONE[args[0]]}")
-        return super().resolve_command(ctx, args)
-
 
 @click.group(
-    cls=_Commands,
     commands=[
         batch, coupon, guide, inspect, machine, make, materials, model, shapes, studio, targets,
         verify,

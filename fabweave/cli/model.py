@@ -53,11 +53,11 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--show",
-    type=click.Choice(("weave", "twists", "faults", "seams")),
+    type=click.Choice(("weave", "twists", "faults")),
     default="weave",
     show_default=True,
-    help="What a picture shows: the weave, edges by the sense of their twist, the broken "
-    "conditions of a 2/2 twill, or the seams where its diagonal changes direction.",
+    help="What a picture shows: the weave, edges by the sense of their twist, or the "
+    "broken conditions of a 2/2 twill.",
 )
 @json_option
 @quiet_option
@@ -67,7 +67,7 @@ def model(
     yarn_radius: float | None,
     sides: int,
     views: "tuple[View, ...]",
-    show: Literal["weave", "twists", "faults", "seams"],
+    show: Literal["weave", "twists", "faults"],
     as_json: bool,
     quiet: bool,
     mesh: str | None,

@@ -1,16 +1,17 @@
 """Account for the material: what of every sheet becomes pieces, and what is waste."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Literal, TypeVar
 
 import numpy as np
+import shapely
 
 from fabweave.core.arrays import IntArray
 from fabweave.core.files import csv_text
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.accounts import MaterialAccount, SheetAccount, SheetSums, Totals, sum_sheets
-from fabweave.estimate.comparison import Comparison, GrainCost, compare_use
 from fabweave.estimate.costs import Costs, SideSheet, side_costs
 from fabweave.estimate.machine_time import runs_of
 from fabweave.estimate.offcuts import KeptOffcut
@@ -23,6 +24,7 @@ from fabweave.sheet.drawing import Entity, Layer, SheetDrawing
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.side_sheets import SideSheets
 from fabweave.stock.material import sheet_mass_kg
+from fabweave.stock.sheet_size import usable_size
 
 _DECIMALS = 6
 _Account = TypeVar("_Account", SheetAccount, MaterialAccount, Totals, SheetSums)
@@ -87,6 +89,68 @@ def piece_table(
 
 
 @record
+class Comparison:
+    """How the sheets are used, beside what could be; holes are waste everywhere.
+
+    ``gross`` is the share of pieces in whole sheets, and ``net`` that in what of the sheets is not
+    kept as offcuts, ``kept_mm2``. ``bound_mm2`` is what pieces take with half the gap around, so
+    that no layout at that gap could use less, ``bound_sheets`` so many of the largest sheets used,
+    within their margins, and ``best`` the share of pieces in these.
+    """
+
+    gross: float
+    net: float
+    kept_mm2: float
+    bound_mm2: float
+    bound_sheets: int
+    best: float
+
+
+def compare_use(
+    sums: SheetSums,
+    to_cut: Sequence[Piece],
+    layout: Layout,
+    allotment: Allotment,
+    offcuts: Sequence[KeptOffcut],
+) -> Comparison:
+    """Measure what could be, on the largest sheet that is used of each material.
+
+    Parameters
+    ----------
+    sums : SheetSums
+        What the sheets come to.
+    to_cut : sequence of Piece
+        In the order of the layout.
+    layout : Layout
+    allotment : Allotment
+    offcuts : sequence of KeptOffcut
+    """
+    kept = sum(offcut.area_mm2 for offcut in offcuts)
+    outlines = np.array([shapely.Polygon(piece.outline) for piece in to_cut])
+    of_piece = np.array(allotment.of_pieces(to_cut), dtype=np.int64)
+    bound, bound_sheets, bound_area = 0.0, 0, 0.0
+    for index, supply in enumerate(allotment.supplies.each):
+        numbers = np.flatnonzero(allotment.sheets == index).tolist()
+        if not numbers:
+            continue
+        sheet = max((layout.sheets[number] for number in numbers), key=lambda one: one.area_mm2)
+        usable, gap = usable_size(sheet, layout.margin_mm), supply.gap_mm
+        room = float(np.sum(shapely.area(shapely.buffer(outlines[of_piece == index], gap / 2))))
+        # Half the gap of a piece may reach into the margin.
+        needed = math.ceil(room / math.prod(side + gap for side in usable) - 1e-9)
+        bound, bound_sheets = bound + room, bound_sheets + needed
+        bound_area += needed * sheet.area_mm2
+    return Comparison(
+        gross=round(sums.utilisation, 6),
+        net=round(sums.piece_area_mm2 / (sums.area_mm2 - kept), 6),
+        kept_mm2=round(kept, 6),
+        bound_mm2=round(bound, 3),
+        bound_sheets=bound_sheets,
+        best=round(sums.piece_area_mm2 / bound_area, 6),
+    )
+
+
+@record
 class MaterialName:
     """The one material of a job."""
 
@@ -131,7 +195,6 @@ def waste_report(
     costs: Costs,
     bill: BillOfMaterials,
     engrave_seen_mm: float | None = None,
-    grain: GrainCost | None = None,
     beside: Sequence[SideSheets] = (),
 ) -> WasteReport:
     """Account for every sheet, for each material, and for all together.
@@ -150,8 +213,6 @@ def waste_report(
         What the report says besides.
     engrave_seen_mm : float, optional
         How much of the engraving is seen when the object is woven, if it was to be hidden.
-    grain : GrainCost, optional
-        What it costs that pieces lie across the grain.
     beside : sequence of SideSheets
         The sheets of rings and of a former, which only the costs count, too.
     """
@@ -182,7 +243,7 @@ def waste_report(
         sheets=tuple(map(_rounded, sheets)),
         totals=_rounded(totals),
         estimate=costs,
-        comparison=compare_use(totals.sums, pieces, layout, allotment, offcuts, grain),
+        comparison=compare_use(totals.sums, pieces, layout, allotment, offcuts),
         notes=tuple(notes),
         offcuts=tuple(offcuts),
         bill=bill,

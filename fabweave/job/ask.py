@@ -9,7 +9,7 @@ from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.load import LoadedMesh, load_mesh
 from fabweave.mesh.remesh.remeshed import Remeshed
 from fabweave.options.settings import Settings
-from fabweave.piece.brief import Brief, make_brief
+from fabweave.piece.brief import Brief, hole_rules
 from fabweave.plan.crossing_map import read_crossing_map
 from fabweave.sheet.kerf import check_kerf
 from fabweave.stock.per_bunch import by_bunch
@@ -107,7 +107,8 @@ def former_supply(settings: Settings, supplies: Supplies) -> Supply:
 
 def brief_of(settings: Settings, supplies: Supplies) -> Brief:
     """Return what the pieces of a job are made by."""
-    return make_brief(settings.ribbons, settings.pieces, supplies, settings.search.effort)
+    pieces, effort = settings.pieces, settings.search.effort
+    return Brief(settings.ribbons, pieces, supplies, effort, hole_rules(pieces, supplies))
 
 
 def load_asked(

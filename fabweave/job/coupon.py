@@ -204,7 +204,7 @@ CROSS    How it keeps its form. Press CROSS-A on a table up to its first tick, s
          N/mm2{_stiff(material)}.
          Then cross both strips, hole on hole: first with a needle, then with your fastener. Hold
          CROSS-B upright and CROSS-A level. Hang paper clips at its last tick until that has gone
-         down by 10 mm: M grams. The crossing resists turning with {_turning():.3g} x M N mm.
+         down by 10 mm: M grams. The crossing resists turning with {_TURNING_NMM:.3g} x M N mm.
          Set both for your own material (fabweave guide materials): young_mpa = [along, across],
          turning_nmm = [with the needle, with the fastener].
 MAT      To practise before the first step. Lay P1 and, right of it, P2, letters up, arrows away
@@ -217,6 +217,8 @@ MAT      To practise before the first step. Lay P1 and, right of it, P2, letters
 #: How far a strip of the cross stands out over an edge, and how wide it is; where its last tick is.
 _FREE_MM, _CROSS_MM = 130.0, 15.0
 _ARM_MM = _FREE_MM / 2.0
+#: What a gram at the last tick stands for, as it goes down by ten millimetres.
+_TURNING_NMM = GRAVITY * 1e-3 * _ARM_MM**2 / 10.0
 
 
 def _droop(material: Material) -> float:
@@ -232,11 +234,6 @@ def _stiff(material: Material) -> str:
     """Say so where a strip hangs too little to be measured."""
     young = (material.young_mpa or (YOUNG, YOUNG))[1]
     return "" if _droop(material) / young >= 1.0 else " (too stiff to tell: leave what is known)"
-
-
-def _turning() -> float:
-    """Return what a gram at the last tick stands for, as it goes down by ten millimetres."""
-    return GRAVITY * 1e-3 * _ARM_MM**2 / 10.0
 
 
 def _crosses(coupon: Coupon) -> list[_Part]:

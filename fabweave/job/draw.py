@@ -6,7 +6,6 @@ from typing import NamedTuple
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
-from fabweave.estimate.comparison import GrainCost, grain_cost
 from fabweave.estimate.costs import Costs, job_costs
 from fabweave.form.compensate import off_in_parts, vertex_means
 from fabweave.form.relaxed import shown_relaxed
@@ -92,8 +91,6 @@ class Job(PlannedJob):
         Times and money: what waste.json, the manual and the terminal say.
     notes : tuple of Note
         What a maker should know.
-    grain_cost : GrainCost or None
-        What it costs that pieces lie across the grain; None where they need not.
     beside : tuple of SideSheets
         What is cut beside the pieces, on sheets of its own: rings, and the plates of a former.
     laid : Laid or None
@@ -120,7 +117,6 @@ class Job(PlannedJob):
     kerfed: tuple[SheetDrawing, ...]
     costs: Costs
     notes: tuple[Note, ...]
-    grain_cost: GrainCost | None = None
     beside: tuple[SideSheets, ...] = ()
     laid: Laid | None = None
     former_steps: tuple[str, ...] = ()
@@ -334,7 +330,6 @@ def draw_job(
             ),
             *(let_go.notes(planned, order.order) if let_go is not None else ()),
         ),
-        grain_cost=grain_cost(pieces.pieces, planned.supplies, planned.woven.bunches),
         beside=beside,
         laid=laid,
         former_steps=tuple(told),

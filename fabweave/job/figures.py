@@ -6,7 +6,6 @@ import numpy as np
 
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
-from fabweave.estimate.comparison import MOST_PIECES
 from fabweave.estimate.costs import Costs
 from fabweave.estimate.money import sheet_price
 from fabweave.estimate.texts import hours_text
@@ -20,6 +19,8 @@ from fabweave.stock.material import Material
 
 #: By the area of what is cut so few sheets are foretold to one, or any of so many small pieces.
 _SURE_SHEETS, _SMALL_ON_SHEET = 4, 40
+#: More pieces are not nested only to foretell their sheets.
+_MOST_PIECES = 500
 
 
 @record
@@ -126,7 +127,7 @@ def _sheets(planned: PlannedJob) -> tuple[int, float]:
     laps, and large ones lie beside one another as they can: then they are nested roughly.
     """
     foretold, pieces = planned.split_plan.chosen, planned.piece_set.pieces
-    most = min(_SMALL_ON_SHEET * foretold.sheets, MOST_PIECES)
+    most = min(_SMALL_ON_SHEET * foretold.sheets, _MOST_PIECES)
     if foretold.sheets < _SURE_SHEETS or len(pieces) > most:
         return foretold.sheets, foretold.sheets_mm2
     of_thread = planned.supplies.of(planned.woven.bunches)

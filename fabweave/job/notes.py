@@ -18,7 +18,7 @@ from fabweave.piece.joint.holes import WANTED_SHARE, HoleRule
 from fabweave.piece.joint.kinds import KINDS as JOINT_KINDS
 from fabweave.piece.pieces import PieceSet
 from fabweave.piece.split.length_curve import splitting_reason
-from fabweave.plan.bill_of_materials import BillOfMaterials, bom_notes
+from fabweave.plan.bill_of_materials import BillOfMaterials, buy_lines
 from fabweave.plan.crossing_map import StepRecord
 from fabweave.plan.order import Order
 from fabweave.plan.steps import order_note
@@ -77,7 +77,7 @@ def job_notes(
             Note("joints", text, detail=True)
             for text in joint_notes(pieces, woven.size_mm, fastened=bool(planned.rules))
         ),
-        *bom_notes(bill),
+        *(Note("buy", f"buy: {text}", detail=True) for _, text in buy_lines(bill)),
         *([] if rolls else _label_notes(marks)),
         *([] if rolls else _title_notes(woven.title)),
         *([] if seen_mm is None else [Note("engraving", _seen_text(marks, seen_mm), detail=True)]),

@@ -18,8 +18,8 @@ from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
 from fabweave.form.compensate import compensated, foretell_end
 from fabweave.form.hold import Foretold, form_hold
+from fabweave.form.straight import straightened
 from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
-from fabweave.job.lay import lay_strips
 from fabweave.job.planned import PlannedJob
 from fabweave.mesh.given import GivenMesh, give_mesh
 from fabweave.mesh.load import LoadedMesh
@@ -36,7 +36,7 @@ from fabweave.piece.pieces import PieceSet, joined_pieces
 from fabweave.plan.colours import woven_colours
 from fabweave.plan.nest_pieces import nest_pieces
 from fabweave.plan.verdict import NotMakeableError, excess
-from fabweave.ribbon.lay import WovenObject, keep_clear
+from fabweave.ribbon.lay import WovenObject, keep_clear, lay_object
 from fabweave.ribbon.rules.broken_rule import BrokenRule
 from fabweave.ribbon.rules.remedy import FEW, Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck, check_ribbons
@@ -204,7 +204,10 @@ class Stations:
         """The woven object with ribbons as wide as asked."""
         settings, supplies = self.completed
         supplies.require(self.weave.bunches)
-        return lay_strips(self.weave, settings.ribbons, supplies, self.progress)
+        laid = lay_object(self.weave, settings.ribbons, supplies, self.progress)
+        if not settings.ribbons.straight:
+            return laid
+        return straightened(laid, settings.ribbons, supplies, self.progress)
 
     @cached_property
     def clear_ribbons(self) -> WovenObject:

@@ -121,7 +121,6 @@ def write_plan(
         costs=job.costs,
         bill=job.bill,
         engrave_seen_mm=job.engrave_seen_mm,
-        grain=job.grain_cost,
         beside=job.beside,
     )
     check = _write_tables(job, report, directory)

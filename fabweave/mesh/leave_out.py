@@ -396,7 +396,7 @@ def leave_out(mesh: PolyMesh, what: LeaveOut) -> tuple[PolyMesh, tuple[Opening, 
     points = mesh.vertices
     for (side, diameter), (patch, centre) in zip(what.diameters_mm, places, strict=True):
         rim, free = _rim(edges, patch, gone, side)
-        near = patch | _touching(mesh, rim)
+        near = patch | flags(mesh.n_faces, face_of_corner(mesh)[np.isin(mesh.indices, rim)])
         kept = kept.with_vertices(points)
         points = rim_on_circle(keep_faces(mesh, near), kept, free, centre, diameter / 2.0)
         moved = np.linalg.norm(points[free] - mesh.vertices[free], axis=1)
@@ -498,8 +498,3 @@ def _rim(
             "name its faces"
         )
     return rim, np.setdiff1d(rim, edges.rim)
-
-
-def _touching(mesh: PolyMesh, vertices: IntArray) -> BoolArray:
-    """Return the faces that have one of some vertices, (F,)."""
-    return flags(mesh.n_faces, face_of_corner(mesh)[np.isin(mesh.indices, vertices)])

@@ -109,7 +109,8 @@ def _heights(
     away = dijkstra(net, directed=False, indices=rim, limit=reach, min_only=True)
     free = np.isfinite(away)
     # The rest of the boundary, and what is farther off, stay where they are.
-    free[np.setdiff1d(np.flatnonzero(_on_boundary(points, triangles)), rim)] = False
+    boundary = group_edges(PolyMesh.from_triangles(points, triangles)).rim
+    free[np.setdiff1d(boundary, rim)] = False
     side = np.where(flags(count, triangles[stays]), 1.0, -1.0)
     weight = csr_array((1.0 / length, (low, high)), (count, count))
     weight = weight + weight.T
@@ -120,10 +121,6 @@ def _heights(
     height = np.full(count, np.nan)
     height[inner] = spsolve(rows[:, inner].tocsc(), -(rows @ known))
     return height
-
-
-def _on_boundary(points: FloatArray, triangles: IntArray) -> BoolArray:
-    return flags(len(points), group_edges(PolyMesh.from_triangles(points, triangles)).rim)
 
 
 def _cut(points: FloatArray, triangles: IntArray, level: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -58,15 +58,14 @@ def painted(light: list[float]) -> trimesh.visual.TextureVisuals:
 
 def glb_bytes(scene: trimesh.Scene, **options: Any) -> bytes:
     """Return a scene as binary glTF."""
-    exported = scene.export(file_type="glb", tree_postprocessor=_state_up, **options)
+
+    def state_up(tree: dict[str, Any]) -> None:
+        tree["asset"]["extras"] = {"up": "z"}  # the standard says y, and woven objects have z
+
+    exported = scene.export(file_type="glb", tree_postprocessor=state_up, **options)
     if not isinstance(exported, bytes):
         raise TypeError("the glTF exporter returned no bytes")
     return exported
-
-
-def _state_up(tree: dict[str, Any]) -> None:
-    """State in a tree of glTF that z points up: its standard says y, and woven objects have z."""
-    tree["asset"]["extras"] = {"up": "z"}
 
 
 _3MF = "http://schemas.microsoft.com/3dmanufacturing"

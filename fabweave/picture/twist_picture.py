@@ -1,13 +1,12 @@
-"""Make pictures of a weave on its mesh: twists of edges, broken conditions, seams of a twill."""
+"""Make pictures of a weave on its mesh: twists of edges, broken conditions."""
 
 from typing import Literal, TypeAlias
 
 import numpy as np
 from PIL import Image
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray
 from fabweave.core.colour_space import Colours
-from fabweave.core.messages import agree
 from fabweave.mesh.halfedge import Halfedges
 from fabweave.mesh.polymesh import PolyMesh, face_centres
 from fabweave.picture.camera import View, choose_view
@@ -24,16 +23,14 @@ from fabweave.weave.twill.conditions import (
 )
 
 #: What a picture of a weave on its mesh may show.
-ViewOf: TypeAlias = Literal["twists", "faults", "seams"]
+ViewOf: TypeAlias = Literal["twists", "faults"]
 
 #: Edges that twist counter-clockwise, clockwise, and not at all (at the boundary).
 _BLUE, _RED, _GREY = (20, 92, 200), (208, 40, 34), (120, 126, 134)
-#: The mesh, and what is plain on it.
-_PALE, _FAINT = (240, 238, 232), (205, 207, 210)
+#: The mesh.
+_PALE = (240, 238, 232)
 #: Broken edge, face and vertex conditions.
 _OF_EDGE, _OF_FACE, _OF_VERTEX = (255, 122, 0), (0, 140, 96), (120, 20, 150)
-#: Seams, faces with no diagonal, and diagonals.
-_SEAM, _NO_DIAGONAL, _DIAGONAL = (208, 40, 34), (250, 200, 165), (40, 100, 190)
 #: Widths of lines and marks, as shares of the middle edge in the picture, and bounds in pixels.
 _LINE_SHARE, _THINNEST_PX, _THICKEST_PX = 0.16, 1.6, 7.0
 _MARK_SHARE, _SMALLEST_PX, _LARGEST_PX = 0.13, 2.5, 9.0
@@ -53,13 +50,12 @@ def weave_on_mesh(
 
     ``twists`` draws edges that twist counter-clockwise blue, and clockwise ones red, as the figures
     of the paper do. ``faults`` marks there what breaks a condition of the 2/2 twill: at the middle
-    edge of three, at a face, at a vertex. ``seams`` draws the diagonal of the twill on each quad,
-    and the edges where it changes its direction.
+    edge of three, at a face, at a vertex.
 
     Parameters
     ----------
     what : str
-        One of these three.
+        One of these two.
     mesh, halfedges, weave
         The mesh, its connectivity, and the weave on it.
     view : View or None
@@ -78,22 +74,12 @@ def weave_on_mesh(
     ----------
     Akleman, Chen, Chen, Xing, Gross, "Cyclic twill-woven objects" (2011), figures 9, 10 and 17.
     """
-    twist_of_edge = _twist_of_edges(halfedges, weave)
-    edge_colours = np.array([_RED, _BLUE, _GREY], dtype=np.uint8)[twist_of_edge]
-    marks, drawn, owner = None, mesh, np.arange(mesh.n_faces)
-    shown = np.full((mesh.n_faces, 3), _PALE, dtype=np.uint8)
+    edge_colours = np.array([_RED, _BLUE, _GREY], dtype=np.uint8)[_twist_of_edges(halfedges, weave)]
     ends = np.column_stack((halfedges.tail, halfedges.head))
-    colours = edge_colours[halfedges.edge]
-    seams = None
-    if what == "seams":
-        seams = twill_seams(halfedges, weave)
-        edge_colours = np.full((halfedges.n_edges, 3), _FAINT, dtype=np.uint8)
-        edge_colours[seams.edges] = _SEAM
-        shown[seams.across < 0] = _NO_DIAGONAL
-        drawn, owner, ends, colours = _cut_along_diagonals(mesh, halfedges, seams, edge_colours)
-    vertices, triangles, sides, face = polygon_triangles(drawn)
+    marks = None
+    vertices, triangles, sides, face = polygon_triangles(mesh)
     view = choose_view(vertices, triangles) if view is None else view
-    lines = _colours_of_sides(ends, colours, triangles)
+    lines = _colours_of_sides(ends, edge_colours[halfedges.edge], triangles)
     pixels = middle_edge_px(vertices, triangles, sides, view, size_px)
     if what == "faults":
         size = float(np.clip(_MARK_SHARE * pixels, _SMALLEST_PX, _LARGEST_PX))
@@ -101,10 +87,10 @@ def weave_on_mesh(
     picture = render_scene(
         vertices,
         triangles,
-        shown[owner[face]],
+        _PALE,
         size_px=size_px,
         view=view,
-        normals=np.repeat(face_normals(drawn)[face][:, None, :], 3, axis=1),
+        normals=np.repeat(face_normals(mesh)[face][:, None, :], 3, axis=1),
         edges=sides,
         edge_colours=lines,
         line_px=float(np.clip(_LINE_SHARE * pixels, _THINNEST_PX, _THICKEST_PX)),
@@ -113,7 +99,7 @@ def weave_on_mesh(
     )
     if not caption:
         return picture
-    return contact_sheet([picture], [_caption(what, weave, halfedges, seams)])
+    return contact_sheet([picture], [_caption(what, weave, halfedges)])
 
 
 def broken_places(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> tuple[FloatArray, Colours]:
@@ -145,87 +131,6 @@ def broken_places(mesh: PolyMesh, halfedges: Halfedges, weave: Weave) -> tuple[F
         axis=0,
     )
     return np.concatenate((of_edge, of_face, of_vertex)), kinds
-
-
-@frozen_value
-class Seams:
-    """Where the diagonal of a 2/2 twill changes its direction.
-
-    Parameters
-    ----------
-    across : (F,) int array
-        The half-edge of each quad through which its diagonal comes; it goes out through the
-        opposite one. -1 where there is none: quads of which not just one pair of opposite edges
-        twists alike, and faces that are no quads.
-    edges : (S,) int array
-        Edges between two quads through which the diagonal of one goes, and that of the other does
-        not.
-    """
-
-    across: IntArray
-    edges: IntArray
-
-
-def twill_seams(halfedges: Halfedges, weave: Weave) -> Seams:
-    """Find the diagonal of the twill on each quad, and the edges where it changes direction.
-
-    The lines of a 2/2 twill go from crossing to crossing at 45 degrees to the threads, and so
-    through opposite edges of quads: these twist alike, and the other two do not, as of three
-    crossings in a row along a thread the first and the last twist in opposite senses. In an exact
-    twill the diagonals of neighbours are parallel.
-    """
-    twist = _twist_of_edges(halfedges, weave)[halfedges.edge]
-    sizes = np.bincount(halfedges.face)
-    after = halfedges.next
-    opposite, before = after[after], after[after[after]]
-    through = (
-        (sizes[halfedges.face] == 4)
-        & np.all(twist[np.stack((np.arange(len(twist)), after, opposite, before))] < 2, axis=0)
-        & (twist == twist[opposite]) & (twist[after] != twist[before])
-    )  # fmt: skip
-    across = np.full(len(sizes), -1, dtype=np.int64)
-    entered = np.flatnonzero(through)[::-1]
-    across[halfedges.face[entered]] = entered
-    here = weave.threads.crossing_halfedge
-    there = halfedges.twin[here]
-    both = (across[halfedges.face[here]] >= 0) & (across[halfedges.face[there]] >= 0)
-    return Seams(across, halfedges.edge[here[both & (through[here] != through[there])]])
-
-
-def _cut_along_diagonals(
-    mesh: PolyMesh, halfedges: Halfedges, seams: Seams, edge_colours: Colours
-) -> tuple[PolyMesh, IntArray, IntArray, Colours]:
-    """Cut quads in two along their diagonals; return faces, whose they are, and lines to draw."""
-    middle = mesh.n_vertices + halfedges.edge
-    first = np.zeros(halfedges.n_edges, dtype=np.int64)
-    first[halfedges.edge] = np.arange(halfedges.n_halfedges)
-    middles = (mesh.vertices[halfedges.tail[first]] + mesh.vertices[halfedges.head[first]]) / 2
-    faces, owner = [], []
-    for face, here in enumerate(seams.across.tolist()):
-        if here < 0:
-            faces.append(mesh.indices[mesh.offsets[face] : mesh.offsets[face + 1]].tolist())
-            owner.append(face)
-            continue
-        far = int(halfedges.next[halfedges.next[here]])
-        tail, head = halfedges.tail, halfedges.head
-        faces += [
-            [tail[here], middle[here], middle[far], head[far]],
-            [middle[here], head[here], tail[far], middle[far]],
-        ]
-        owner += [face, face]
-    comes = seams.across[seams.across >= 0]
-    goes = halfedges.next[halfedges.next[comes]]
-    ends = np.concatenate((
-        np.column_stack((halfedges.tail, halfedges.head)),
-        np.column_stack((halfedges.tail, middle)),
-        np.column_stack((middle, halfedges.head)),
-        np.column_stack((middle[comes], middle[goes])),
-    ))  # fmt: skip
-    # Edges are drawn whole, and in the halves of quads that are cut.
-    diagonals = np.full((len(comes), 3), _DIAGONAL, dtype=np.uint8)
-    colours = np.concatenate((np.tile(edge_colours[halfedges.edge], (3, 1)), diagonals))
-    cut = PolyMesh.from_faces(np.concatenate((mesh.vertices, middles)), faces)
-    return cut, np.array(owner, dtype=np.int64), ends, colours
 
 
 def _twist_of_edges(halfedges: Halfedges, weave: Weave) -> IntArray:
@@ -276,13 +181,8 @@ def _colours_of_sides(ends: IntArray, colours: Colours, triangles: IntArray) -> 
     return np.asarray(colours[order[place]])
 
 
-def _caption(what: ViewOf, weave: Weave, halfedges: Halfedges, seams: Seams | None) -> str:
+def _caption(what: ViewOf, weave: Weave, halfedges: Halfedges) -> str:
     """Say what is shown, and how often it is there."""
-    if seams is not None:
-        none = int(np.count_nonzero(seams.across < 0))
-        return agree(
-            len(seams.edges), "{n} [edge|edges] (red) where the diagonal changes direction"
-        ) + agree(none, "; {n} [face|faces] (orange) without a diagonal")
     if what == "faults":
         conditions = twill_conditions(halfedges, weave.threads)
         broken = count_broken(conditions, weave.twist)

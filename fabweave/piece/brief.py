@@ -52,29 +52,16 @@ class Brief:
         return self.pieces.holes or "alike"
 
 
-def make_brief(
-    ribbons: RibbonSettings, pieces: PieceSettings, supplies: Supplies, effort: str
-) -> Brief:
-    """Return what pieces are made by, with the holes that were asked for, or that suit the job.
+def hole_rules(pieces: PieceSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
+    """Return the holes that may be used, the largest first; none if none are wanted.
 
-    Parameters
-    ----------
-    ribbons, pieces, supplies, effort
-        Complete.
+    A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
+    size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
 
     Raises
     ------
     InputError
         If the hole is too small to burn.
-    """
-    return Brief(ribbons, pieces, supplies, effort, _hole_rules(pieces, supplies))
-
-
-def _hole_rules(pieces: PieceSettings, supplies: Supplies) -> tuple[HoleRule, ...]:
-    """Return the holes that may be used, the largest first; none if none are wanted.
-
-    A fastener goes through both strands of a crossing, so a hole suits all materials. Where no
-    size is asked for, holes are left out for which nothing is sold that holds so thin a stack.
     """
     fastener = parse_fastener(pieces.fastener)
     if fastener.hole_mm == 0 or (pieces.fasten == "none" and pieces.holes != "all"):

@@ -18,14 +18,6 @@ class Slot:
     path: Path
 
 
-def _no_holes() -> FloatArray:
-    return np.zeros((0, 4))
-
-
-def _no_turns() -> IntArray:
-    return np.zeros(0, dtype=np.int64)
-
-
 @frozen_value
 class Piece:
     """One flat piece of one thread, in its own coordinates (millimetres, nominal, no kerf).
@@ -79,11 +71,11 @@ class Piece:
     hole_mm: FloatArray
     start_joint: int | None
     end_joint: int | None
-    more_holes: FloatArray = field(default_factory=_no_holes)
+    more_holes: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
     slots: tuple[Slot, ...] = ()
     guides: tuple[FloatArray, ...] = ()
     covers: tuple[FloatArray, ...] = ()
-    rim_turns: IntArray = field(default_factory=_no_turns)
+    rim_turns: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def holes(self) -> FloatArray:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fabweave.core.finding import Note
 from fabweave.core.messages import agree
 from fabweave.core.records import optional, record
 from fabweave.piece.pieces import PieceSet, count_layers, grips_mm
@@ -247,11 +246,6 @@ def _washers(bill: BillOfMaterials) -> Counter[str]:
             what = f"washer with a hole of {row.diameter_mm:.1f} mm, one under each back, inside"
             count[f"{what}; none on metal"] += row.buy
     return count
-
-
-def bom_notes(bill: BillOfMaterials) -> list[Note]:
-    """Return the shopping list as notes."""
-    return [Note("buy", f"buy: {text}", detail=True) for _, text in buy_lines(bill)]
 
 
 def _size(row: FastenerRow) -> str:

@@ -392,13 +392,8 @@ def _easy_end(tried: Sequence[MeasuredOrder]) -> MeasuredOrder:
     least = min(order.cost for order in tried)
     return min(
         (order for order in tried if order.cost <= _NEARLY * least),
-        key=lambda order: float(order.effort[-_tenth(len(order.effort)) :].sum()),
+        key=lambda order: float(order.effort[-max(1, len(order.effort) // 10) :].sum()),
     )
-
-
-def _tenth(count: int) -> int:
-    """Return a tenth of a number of pieces, one at least."""
-    return max(1, count // 10)
 
 
 def order_by_number(pieces: Sequence[Piece]) -> IntArray:

@@ -5,9 +5,7 @@ in place of the names of their files, so that a job needs nothing beside it.
 """
 
 import math
-import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,9 +17,9 @@ from ezdxf.filemanagement import readfile
 
 from fabweave.core.arc_path import flattened
 from fabweave.core.arrays import FloatArray
-from fabweave.core.entries import Key, in_range, line_key, number_key, parse_toml, read_entry
+from fabweave.core.entries import Key, in_range, line_key, number_key, read_entry, read_toml
 from fabweave.core.errors import InputError
-from fabweave.core.files import read_input, read_text, silenced
+from fabweave.core.files import read_input, silenced
 from fabweave.core.messages import agree, shown
 from fabweave.core.units import format_length, parse_length
 from fabweave.stock.sheet_size import (
@@ -145,7 +143,6 @@ def _rings(entity: Any, chord: float) -> list[FloatArray]:
 
 
 _KINDS = ("offcut", "sheet")
-_HEAD = re.compile(r"\s*\[\[\s*(offcut|sheet)\s*\]\]")
 _DECIMALS = 4  # of a millimetre, as in drawings
 _CORNERS = 24  # of a polygon around a round defect
 _MOST_CORNERS = 20_000
@@ -160,10 +157,9 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
     Raises
     ------
     InputError
-        If it cannot be read; the message says in which line or entry, and what to do.
+        If it cannot be read; the message says in which entry, and what to do.
     """
-    text = read_text(path, "the stock")
-    document = parse_toml(text, f"cannot read the stock in {path}")
+    document = read_toml(path, "the stock")
     plain = [key for key, value in document.items() if not isinstance(value, list | dict)]
     for key in set(plain) - set(_KINDS):
         del document[key]
@@ -172,20 +168,11 @@ def read_stock(path: Path) -> tuple[SheetSize, ...]:
             f"{path} sets {', '.join(plain[:4])}, but lists no stock: write an entry [[sheet]] or "
             "[[offcut]]"
         )
-    lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
-    for number, line in enumerate(text.splitlines(), start=1):
-        head = _HEAD.match(line)
-        if head is not None:
-            lines[head[1]].append(number)
-    return stock_of(document, str(path), folder=path.parent, lines=lines)
+    return stock_of(document, str(path), path.parent)
 
 
 def stock_of(
-    document: dict[str, Any],
-    where: str,
-    *,
-    folder: Path | None = None,
-    lines: Mapping[str, Sequence[int]] | None = None,
+    document: dict[str, Any], where: str, folder: Path | None = None
 ) -> tuple[SheetSize, ...]:
     """Return the sheets that the tables of a list of stock describe, offcuts first.
 
@@ -197,8 +184,6 @@ def stock_of(
         What it is called in messages.
     folder : Path, optional
         Where files of outlines are looked for.
-    lines : dict, optional
-        The lines at which the entries of each kind begin.
 
     Examples
     --------
@@ -221,13 +206,9 @@ def stock_of(
         )
     sheets: list[SheetSize] = []
     for kind, entries in tables:
-        heads = (lines or {}).get(kind, [])
         for number, entry in enumerate(entries, start=1):
-            # Tables may be written in line, too; then their lines are not known.
-            line = f", line {heads[number - 1]}" if len(heads) == len(entries) else ""
-            sheets.append(
-                _Entry(entry, f"{where}{line}, [[{kind}]] {number}", folder).sheet(kind, number)
-            )
+            place = f"{where}, [[{kind}]] {number}"
+            sheets.append(_Entry(entry, place, folder).sheet(kind, number))
     if not sheets:
         raise InputError(f"{where} lists no stock: write an entry [[sheet]] or [[offcut]]")
     twice = [name for name, count in Counter(sheet.name for sheet in sheets).items() if count > 1]

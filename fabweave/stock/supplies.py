@@ -123,7 +123,8 @@ class Supplies:
         if not self.several:
             return self.each[0].description
         return "; ".join(
-            f"{supply.description} ({', '.join(_in_words(name) for name in supply.bunches)})"
+            f"{supply.description} "
+            f"({', '.join(one if one in NAMED else f'bunch {one}' for one in supply.bunches)})"
             for supply in self.each
         )
 
@@ -205,10 +206,6 @@ class Supplies:
             f"{' and '.join(problems)}. The weave has {count} bunch{'es' * (count != 1)}: "
             f"{few_of(bunch_names)}"
         )
-
-
-def _in_words(name: str) -> str:
-    return name if name in NAMED else f"bunch {name}"
 
 
 _Value = TypeVar("_Value")

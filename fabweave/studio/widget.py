@@ -73,8 +73,3 @@ class ObjectWidget(anywidget.AnyWidget):
         number = int(self._owner["owner"][change["new"]])
         self.piece = self.stations.planned.piece_set.pieces[number].id
         self.chosen = number
-
-
-def object_widget(stations: Stations) -> ObjectWidget:
-    """Return a widget that shows the ribbons of some stations."""
-    return ObjectWidget(stations)

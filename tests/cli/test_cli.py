@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import trimesh
 from jobs import OCTAHEDRON, contents_of, run
+from mesh_writers import write_mesh
 from meshes_shared import mesh_params
 
 from fabweave.cli.main import cli
 from fabweave.cli.make import tell_job
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.stock.sheet_size import SheetSize

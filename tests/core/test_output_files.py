@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from jobs import run
+from mesh_writers import write_mesh
 
 from fabweave.core.errors import InputError
 from fabweave.core.files import check_file, write_files
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from designs import outcome
 from jobs import contents_of
+from mesh_writers import write_mesh
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding
@@ -19,7 +20,6 @@ from fabweave.design.variety import is_free
 from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh

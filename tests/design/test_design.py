@@ -9,6 +9,7 @@ import pytest
 from designs import outcome
 from hypothesis import given
 from hypothesis import strategies as st
+from mesh_writers import write_mesh
 
 from fabweave.core.parallel.executors import processes
 from fabweave.design import search
@@ -20,7 +21,6 @@ from fabweave.design.wishes import Wishes, choose, distance
 from fabweave.form.hold import Foretold
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import Settings
 from fabweave.plan.verdict import NotMakeableError

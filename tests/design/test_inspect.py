@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jobs import make_job, run
+from mesh_writers import write_mesh
 from meshes_shared import known_meshes
 from PIL import Image
 
@@ -18,7 +19,7 @@ from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.inspection.files import inspection_picture
 from fabweave.design.inspection.text import first_rows, inspection_text
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import read_mesh, write_mesh
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.options.settings import Settings

@@ -8,11 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 from jobs import run
+from mesh_writers import write_mesh
 from meshes_shared import shared_mesh
 from spoiling import drop, edit_json, more, put
 
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 from fabweave.verify.measure.walks import trace_walks

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jobs import OCTAHEDRON, run
+from mesh_writers import write_mesh
 from spoiling import edit_text
 
 import fabweave as fw
 from fabweave.core.errors import InputError
 from fabweave.job.remake import remake_job
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import trimesh
+from mesh_writers import write_mesh
 from strategies import merged, volume
 
 from fabweave.core.errors import InputError
 from fabweave.job.stations import Stations
 from fabweave.mesh.bodies import join_bodies
 from fabweave.mesh.check import check_mesh
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from mesh_writers import write_mesh
 
 from fabweave.core.errors import InputError
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.upright import AXES, guess_up, parse_up, turn_of, turn_upright

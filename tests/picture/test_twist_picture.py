@@ -1,4 +1,4 @@
-"""Pictures of a weave on its mesh show every twist, every fault and every seam, and no other."""
+"""Pictures of a weave on its mesh show every twist and every fault, and no other."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from weaving_meshes import walked
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import catmull_clark
 from fabweave.picture.camera import View
-from fabweave.picture.twist_picture import broken_places, twill_seams, weave_on_mesh
-from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
+from fabweave.picture.twist_picture import broken_places, weave_on_mesh
+from fabweave.weave.pattern import Weave, over_of_passes
 from fabweave.weave.twill.conditions import count_broken, twill_conditions
 from fabweave.weave.twill.decide import decide_twill
 
@@ -35,27 +35,16 @@ def exact(name):
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_an_exact_twill_has_a_diagonal_everywhere_and_no_seam(name):
+def test_an_exact_twill_has_no_fault_until_a_crossing_is_turned(name):
     mesh, halfedges, weave = exact(name)
-    seams = twill_seams(halfedges, weave)
     inner = np.ones(mesh.n_faces, dtype=bool)
-    # Faces at the rim have edges without a twist.
     inner[halfedges.face[halfedges.twin < 0]] = False
-    assert np.all(seams.across[inner] >= 0)
-    assert np.all(seams.across[~inner] < 0)
-    assert len(seams.edges) == 0
     assert len(broken_places(mesh, halfedges, weave)[0]) == 0
     # One crossing the other way round is seen at once.
     middle = np.flatnonzero(inner[halfedges.face] & (halfedges.twin >= 0))[0]
     edge = halfedges.edge[weave.threads.crossing_halfedge] == halfedges.edge[middle]
     spoiled = with_twist(weave.threads, weave.twist ^ edge)
-    assert np.count_nonzero(twill_seams(halfedges, spoiled).across[inner] < 0) >= 1
     assert len(broken_places(mesh, halfedges, spoiled)[0]) >= 4
-
-
-def test_plain_weave_has_no_diagonal():
-    _, halfedges, threads = traced("torus?m=8&n=6")
-    assert np.all(twill_seams(halfedges, plain_weave(threads)).across < 0)
 
 
 @given(st.sampled_from(("cube", "octahedron", "torus?m=5&n=4", "hypar")), st.integers(0, 2**32 - 1))
@@ -79,40 +68,6 @@ def test_every_broken_condition_has_its_place(name, seed):
     for found, places in ((edge, ends / 2), (face, centres), (vertex, mesh.vertices)):
         away = np.linalg.norm(found[:, None] - np.array(places)[None], axis=2)
         assert np.all(away.min(axis=1, initial=np.inf) < 1e-9)
-
-
-def naive_seams(mesh, halfedges, weave):
-    """Follow the definition, face after face."""
-    edges = halfedges.edge[weave.threads.crossing_halfedge]
-    twist = dict(zip(edges.tolist(), weave.twist.tolist(), strict=True))
-    through = {}
-    for face in range(mesh.n_faces):
-        edges = halfedges.edge[halfedges.face == face].tolist()
-        if len(edges) != 4 or any(edge not in twist for edge in edges):
-            continue
-        alike = [twist[edges[k]] == twist[edges[k + 2]] for k in (0, 1)]
-        if sum(alike) == 1:
-            k = alike.index(True)
-            through[face] = {edges[k], edges[k + 2]}
-    seams = set()
-    for here in weave.threads.crossing_halfedge.tolist():
-        edge, pair = halfedges.edge[here], halfedges.face[[here, halfedges.twin[here]]].tolist()
-        if all(face in through for face in pair):
-            one, other = (edge in through[face] for face in pair)
-            if one != other:
-                seams.add(int(edge))
-    return set(through), seams
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_seams_are_those_of_a_naive_search(seed):
-    mesh, halfedges, threads = traced("cube", steps=1)
-    twist = np.random.default_rng(seed).random(threads.n_crossings) < 0.5
-    weave = with_twist(threads, twist)
-    found = twill_seams(halfedges, weave)
-    whole, seams = naive_seams(mesh, halfedges, weave)
-    assert set(np.flatnonzero(found.across >= 0).tolist()) == whole
-    assert set(found.edges.tolist()) == seams
 
 
 def test_a_face_shows_the_twists_of_its_edges():

@@ -100,7 +100,7 @@ SPOILT = [
     ("", "stock"),
     ("sheets = 3", "sets sheets,"),
     ("sheet = 3", "sheet"),
-    ("\n\n[[sheet]]\n", "line 3, [[sheet]] 1: "),
+    ("\n\n[[sheet]]\n", ", [[sheet]] 1: "),
     ("[[sheet]]\nsize = 3", "size is 3"),
     ('[[sheet]]\nsize = "600"', "'600'"),
     ('[[sheet]]\nsize = "9x9mm:2"', "quantity = 2"),

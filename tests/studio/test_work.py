@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from jobs import typed
 from live_studio import unpacked
+from mesh_writers import write_mesh
 from meshes_shared import shared_mesh
 
 from fabweave.design.inspection.facts import inspect_mesh
 from fabweave.design.making import make_or_advise
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import mid_edge
 from fabweave.options.settings import settings_from_job, settings_from_options

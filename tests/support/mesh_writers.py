@@ -6,12 +6,19 @@ import json
 import struct
 import zipfile
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from fabweave.mesh.io.text import obj_bytes
 from fabweave.mesh.polymesh import PolyMesh
+
+
+def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
+    """Write a mesh as an OBJ file."""
+    Path(path).write_bytes(obj_bytes(mesh))
 
 
 def binary_ply(mesh: PolyMesh, *, big_endian: bool = False) -> bytes:

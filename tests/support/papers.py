@@ -21,10 +21,10 @@ from pathlib import Path
 
 import click
 import trimesh
+from mesh_writers import write_mesh
 
 from fabweave.cli.main import cli, main
 from fabweave.core.errors import FabweaveError
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.triangulate import triangulate
 

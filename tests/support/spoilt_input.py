@@ -10,14 +10,14 @@ from pathlib import Path
 
 import ezdxf
 import tomli_w
-from mesh_writers import binary_ply, off_bytes, ply_bytes
+from mesh_writers import binary_ply, off_bytes, ply_bytes, write_mesh
 
 from fabweave.core.errors import FabweaveError
 from fabweave.job.coupon import coupon_for
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
 from fabweave.mesh.intersections import self_intersections
-from fabweave.mesh.io.files import read_mesh, write_mesh
+from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.options.settings import settings_from_job

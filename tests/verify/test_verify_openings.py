@@ -4,11 +4,11 @@ import shutil
 
 import pytest
 from jobs import OCTAHEDRON
+from mesh_writers import write_mesh
 from sealing import told, verify_job
 from spoiling import edit_text
 
 import fabweave as fw
-from fabweave.mesh.io.files import write_mesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jobs import OCTAHEDRON
+from mesh_writers import write_mesh
 from random_jobs import random_job
 from sealing import result_of, verify_job
 from slow import slow_but
@@ -15,7 +16,6 @@ from spoiling import edit_text
 import fabweave as fw
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.job.stations import Stations
-from fabweave.mesh.io.files import write_mesh
 from fabweave.options.settings import job_toml, settings_from_options
 from fabweave.verify.check.source import check_source
 from fabweave.verify.read.job_files import load_job

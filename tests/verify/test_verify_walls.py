@@ -1,12 +1,13 @@
 """What was taken of a thin wall is held to the faces that were given."""
 
 import pytest
+from mesh_writers import write_mesh
 from sealing import told, verify_job
 from spoiling import edit_text
 from walled_meshes import revolved
 
 import fabweave as fw
-from fabweave.mesh.io.files import read_mesh, write_mesh
+from fabweave.mesh.io.files import read_mesh
 from fabweave.options.settings import settings_from_job
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")

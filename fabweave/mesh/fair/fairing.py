@@ -103,8 +103,6 @@ class Faired:
     before, after : Waviness
     moved : float
         Largest distance that a vertex moved, in the mesh's unit.
-    n_held : int
-        Vertices that were held back, lest faces turn over or run through one another.
     """
 
     mesh: PolyMesh
@@ -112,7 +110,6 @@ class Faired:
     before: Waviness
     after: Waviness
     moved: float
-    n_held: int
 
     @property
     def note(self) -> Note:
@@ -181,14 +178,13 @@ def fair_mesh(
     guard, motions = Guard(mesh), motions_of(mesh) if steps else None
     here = energy.at(mesh.vertices)
     energies, damping, small = [here.value], CONFIG.damping, 0
-    held = np.zeros(mesh.n_vertices, dtype=bool)
     while len(energies) <= steps and small < CONFIG.most_small:
         progress("fairing", len(energies) - 1, steps)
-        there, kept, damping = _step(energy, guard, motions, here, damping)
+        there, damping = _step(energy, guard, motions, here, damping)
         if there is None:
             break
         small = small + 1 if there.value > (1.0 - CONFIG.small) * here.value else 0
-        here, held = there, held | kept
+        here = there
         energies.append(here.value)
     return Faired(
         mesh=mesh.with_vertices(here.positions),
@@ -196,7 +192,6 @@ def fair_mesh(
         before=_waviness(energy, mesh.vertices),
         after=_waviness(energy, here.positions),
         moved=float(np.linalg.norm(here.positions - mesh.vertices, axis=1).max(initial=0.0)),
-        n_held=int(np.count_nonzero(held)),
     )
 
 
@@ -214,8 +209,8 @@ def _step(
     motions: "Motions | None",
     here: QuadraticModel,
     damping: float,
-) -> tuple[QuadraticModel | None, BoolArray, float]:
-    """Return where a step leads, which vertices it holds, and the damping of the next one."""
+) -> tuple[QuadraticModel | None, float]:
+    """Return where a step leads, and the damping of the next one."""
     held = np.zeros(len(here.positions), dtype=bool)
     for _ in range(CONFIG.tries):
         move = _solve(here, damping, held)
@@ -232,9 +227,9 @@ def _step(
             continue
         there = energy.at(tried)
         if there.value < here.value:
-            return there, held, damping / CONFIG.bolder
+            return there, damping / CONFIG.bolder
         damping *= CONFIG.warier
-    return None, held, damping
+    return None, damping
 
 
 def _solve(here: QuadraticModel, damping: float, held: BoolArray) -> FloatArray:

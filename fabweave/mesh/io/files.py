@@ -11,9 +11,8 @@ from fabweave.mesh.io.gltf import read_gltf
 from fabweave.mesh.io.mesh_file import MeshFile
 from fabweave.mesh.io.ply import read_ply
 from fabweave.mesh.io.stl import is_binary_stl, read_stl
-from fabweave.mesh.io.text import obj_bytes, read_obj, read_off
+from fabweave.mesh.io.text import read_obj, read_off
 from fabweave.mesh.io.threemf import has_model, read_3mf
-from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.weld import weld_mesh
 
 _READERS: dict[str, Callable[[bytes, Path], MeshFile]] = {
@@ -177,31 +176,3 @@ def _called(kind: str) -> str:
     ('an STL file', 'a 3MF file')
     """
     return f"{'an' if kind in ('obj', 'off', 'stl') else 'a'} {kind.upper()} file"
-
-
-def write_mesh(path: str | Path, mesh: PolyMesh) -> None:
-    """Write a mesh as an OBJ file; the same mesh gives the same bytes.
-
-    Reading the file gives the same faces and exactly the same positions.
-
-    Parameters
-    ----------
-    path : str or Path
-        Where to; it ends in ``.obj``.
-    mesh : PolyMesh
-        What to write.
-
-    Raises
-    ------
-    InputError
-        If the name ends otherwise, the file cannot be made, a face has no corners, or it names a
-        vertex that does not exist.
-    """
-    path = Path(path)
-    if path.suffix.lower() != ".obj":
-        raise InputError(f"{path.name}: meshes are written as OBJ; choose a name such as cow.obj")
-    data = obj_bytes(mesh)
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise InputError(f"{path}: cannot write the file: {error.strerror}") from error

@@ -309,10 +309,6 @@ SHAPES: tuple[Shape, ...] = (
 )
 
 
-#: Shapes that went, and what to weave instead.
-_GONE = {"knot": "the mesh of a knot, such as examples/meshes/knot.obj"}
-
-
 def is_shape(text: str) -> bool:
     """Return whether a text names a built-in shape rather than a file.
 
@@ -375,8 +371,6 @@ def described(text: str) -> tuple[Shape, dict[str, str]]:
         raise InputError(f"{text[:60]!r} does not start with {PREFIX!r}")
     name, mark, query = text.removeprefix(PREFIX).partition("?")
     by_name = {shape.name: shape for shape in SHAPES}
-    if name in _GONE:
-        raise InputError(f"there is no shape {name} any more; weave {_GONE[name]}")
     if name not in by_name:
         raise InputError(f"there is no shape {name[:40]!r}; choose one of {', '.join(by_name)}")
     values: dict[str, str] = {}

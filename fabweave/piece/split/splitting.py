@@ -9,16 +9,14 @@ of all.
 """
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-import shapely
 
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.messages import agree
+from fabweave.core.messages import agree, few_of
 from fabweave.piece.development import Runs, Strips, unfold_runs
 from fabweave.piece.outline import resting_frame, simple, strip_outlines
 from fabweave.piece.split.candidates import (
@@ -138,28 +136,8 @@ def _loops(ribbons: Ribbons, threads: IntArray) -> Runs:
 
 #: So many stretches are named.
 _NAMED = 4
-#: What lies on itself by less only comes too near to itself.
-_LEAST_OVERLAP_MM2 = 0.1
 #: What makes strips that come back to themselves keep clear.
-_APART = ("a smaller --width", "a smoother mesh (--fair)")
-
-
-class _Cause(NamedTuple):
-    """Why a stretch can be no piece.
-
-    Parameters
-    ----------
-    measured : str
-        What was found of it.
-    rule : str
-        What it breaks, the same for all that do; may be empty.
-    remedies : tuple of str
-        What would help.
-    """
-
-    measured: str
-    rule: str
-    remedies: tuple[str, ...]
+_APART = "a smaller --width, a smoother mesh (--fair)"
 
 
 def splitting_refusal(
@@ -185,23 +163,18 @@ def splitting_refusal(
         No piece may be longer along its middle.
     """
     said: list[str] = []
-    rules: dict[str, None] = {}
     remedies: dict[str, None] = {}
     for thread in threads:
         for first, last, strip, clear in _stretches(candidates, thread):
-            causes = _causes(strip, bed, longest_mm, clear=clear)
+            causes = dict(_causes(strip, bed, longest_mm, clear=clear))
             if causes:
-                what = ", ".join(cause.measured for cause in causes)
+                what = ", ".join(causes)
                 said.append(f"{labels[thread]} between its crossings {first} and {last} ({what})")
-            for cause in causes:
-                rules[cause.rule] = None
-                remedies.update(dict.fromkeys(cause.remedies))
-    helps = f"{', '.join(remedies)} or a finer mesh (--refine) would help"
+            remedies.update(dict.fromkeys(causes.values()))
     return (
         agree(len(said), "{n} stretch[|es] of thread [has|have] ")
-        + f"no crossing for a joint, and can be no piece: {'; '.join(said[:_NAMED])}"
-        + (f"; and {len(said) - _NAMED} more" if len(said) > _NAMED else "")
-        + f". {'. '.join([*filter(None, rules), helps[0].upper() + helps[1:]])}"
+        + f"no crossing for a joint, and can be no piece: {few_of(said, _NAMED)}. "
+        + f"What would help: {', '.join(remedies)} or a finer mesh (--refine)"
     )
 
 
@@ -231,46 +204,28 @@ def _stretches(candidates: Candidates, thread: int) -> list[tuple[int, int, Stri
     ]
 
 
-def _causes(strip: Strips, bed: Bed, longest_mm: float, *, clear: bool) -> list[_Cause]:
-    """Return why a strip can be no piece; nothing if it can."""
-    causes = []
+def _causes(
+    strip: Strips, bed: Bed, longest_mm: float, *, clear: bool
+) -> Iterator[tuple[str, str]]:
+    """Yield why a strip can be no piece, and what would help; nothing if it can."""
     middle = (strip.right + strip.left) / 2
     length = float(np.hypot(*np.diff(middle, axis=0).T).sum())
     if length > longest_mm:
-        rule = f"No piece may be longer than {longest_mm:g} mm"
-        causes.append(_Cause(f"{length:.1f} mm long", rule, ("a longer --max-length",)))
-    if not keeps_clear(strip)[0]:
-        overlap = _overlap_mm2(strip)
-        near = f"nearer than {SELF_CLEARANCE_MM:g} mm to itself when unfolded"
-        lying = f"lying on itself over {overlap:.1f} mm² when unfolded"
-        return [*causes, _Cause(lying if overlap > _LEAST_OVERLAP_MM2 else near, "", _APART)]
+        yield f"{length:.1f} mm long, and {longest_mm:g} mm is the most", "a longer --max-length"
     outline = strip_outlines(strip)[0]
-    if not bed.fits(outline):
-        causes.append(_too_large(outline, middle, bed))
-    elif not causes and not clear:
-        causes.append(_Cause("crossing itself as it is cut, laps and all", "", _APART))
-    return causes
-
-
-def _too_large(outline: FloatArray, middle: FloatArray, bed: Bed) -> _Cause:
-    """Say by how much a piece is too large for the stock."""
-    size = np.ptp(resting_frame(outline, middle[0], middle[-1]).apply(outline), axis=0)
-    said = f"{size.max():.1f} × {size.min():.1f} mm"
-    larger = ("a larger --sheet", "a smaller --size")
-    if bed.free_mm is None:
-        return _Cause(said, "That is too large for the sheet", larger)
-    room = f"{max(bed.free_mm):.1f} × {min(bed.free_mm):.1f} mm"
-    rule = f"The sheets have {room} free, inside margins, defects and laps"
-    if np.all(np.sort(size) <= np.sort(bed.free_mm)):
-        return _Cause(f"{said} at no allowed angle", rule, ("--rotations free", *larger))
-    return _Cause(said, rule, larger)
-
-
-def _overlap_mm2(strip: Strips) -> float:
-    """Return over what area an unfolded strip lies on itself."""
-    corners = (strip.right[:-1], strip.right[1:], strip.left[1:], strip.left[:-1])
-    facets = shapely.make_valid(shapely.polygons(np.stack(corners, axis=1)))
-    return float(shapely.area(facets).sum() - shapely.union_all(facets).area)
+    if not keeps_clear(strip)[0]:
+        yield f"nearer than {SELF_CLEARANCE_MM:g} mm to itself when unfolded", _APART
+    elif not bed.fits(outline):
+        size = np.ptp(resting_frame(outline, middle[0], middle[-1]).apply(outline), axis=0)
+        free = np.sort(bed.free_mm or (0.0, 0.0))
+        turned = "--rotations free, " if np.all(np.sort(size) <= free) else ""
+        yield (
+            f"{size.max():.1f} × {size.min():.1f} mm, where the sheets have {free[1]:.1f} × "
+            f"{free[0]:.1f} mm free",
+            f"{turned}a larger --sheet, a smaller --size",
+        )
+    elif length <= longest_mm and not clear:
+        yield "crossing itself as it is cut, laps and all", _APART
 
 
 #: A joint beside another strand's joint costs more by this share of a joint.

@@ -3,7 +3,6 @@
 Forces are not balanced again here: tests hold what finds where it rests to mechanics of their own.
 """
 
-import re
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -23,8 +22,6 @@ from fabweave.verify.report import Place, Tally, stated_number
 
 Complex: TypeAlias = npt.NDArray[np.complexfloating]
 
-#: How bare crossings, those of one fastener and those of more resist turning, N mm per radian.
-BARE, ONE, MORE = 1.0, 25.0, 10_000.0
 #: Distances are told to hundredths of a millimetre.
 TOLD_MM = 0.011
 #: Strips of the relaxed model unfold to those that are cut, from panel to panel, to this.
@@ -35,10 +32,6 @@ BESIDE, WISHED_MM = 0.5, 0.001
 #: What goes farther than this share of a body's size collapses, and is told without a number; and
 #: a body whose lowest place is higher than that share above all stands on nothing.
 FALLS, FOOT = 0.1, 0.02
-#: What pulls at a kilogram, N.
-GRAVITY = 9.81
-_LOAD = re.compile(r"([\d.]+)(kg|g|oz|lb)(?:@(.+))?")
-_MASSES = {"g": 1e-3, "kg": 1.0, "oz": 0.028349523125, "lb": 0.45359237}
 #: States, and what is told of each.
 _NAMES = {"let go": "settles_mm", "standing": "sags_mm", "loaded": "loaded_mm"}
 
@@ -98,16 +91,8 @@ def _check_given(job: Job, form: FormRecord, bodies: list["_Body"], place: Place
     if not (
         place.equal("how many threads there are", len(form["threads"]), len(plan.threads))
         and place.equal("the states", [one["name"] for one in form["states"]], names)
-        and place.equal("how crossings resist turning", form["pins_nmm"], _pins(job, plan))
     ):
         return False
-    for one, strip in zip(plan.threads, form["threads"], strict=True):
-        wanted = job.supplies[one.id].thickness_mm
-        place.at(f"thread {one.label}").number("its thickness", strip["thickness_mm"], wanted)
-    bears, due = np.array(form["load_n"]).reshape(-1, 2), _load(job, plan)
-    loads = np.zeros(len(plan.crossings))
-    loads[bears[:, 0].astype(np.int64)] = bears[:, 1]
-    place.expect(np.allclose(loads, due, rtol=1e-6), "the load is not what was asked for")
     held, hung = set(form["held"]), _hung(job)
     for own in (set(body.own.tolist()) for body in bodies):
         if hung & own:
@@ -245,32 +230,6 @@ def _places(state: StateRecord) -> Floats:
 def _hung(job: Job) -> set[int]:
     """Return the crossings that settings hang it from."""
     return hanging(str(job.options.get("hang", "")), required(job.map))
-
-
-def _pins(job: Job, plan: CrossingMap) -> list[float]:
-    """Return how each crossing resists turning, as it is fastened: of two materials, the less."""
-    own, turning = job.options.get("library"), []
-    for supply in job.supplies.values():
-        name = str(supply.material).partition(":")[0]
-        entry = own.get(name) if isinstance(own, dict) else None
-        turning.append(tuple((entry or {}).get("turning_nmm", (BARE, ONE))))
-    bare, one_nmm = map(min, zip(*turning, strict=True))
-    if str(job.options.get("fasten")).partition(",")[0] == "glue":
-        return [MORE] * len(plan.crossings)
-    riveted = {joint.crossing for joint in plan.joints if len(joint.holes) > 1}
-    return [
-        MORE if one.id in riveted else one_nmm if one.fastened else bare for one in plan.crossings
-    ]
-
-
-def _load(job: Job, plan: CrossingMap) -> Floats:
-    """Return what each crossing is to bear as settings ask, (X,), N."""
-    load = np.zeros(len(plan.crossings))
-    words = _LOAD.fullmatch(str(job.options.get("load", "")))
-    if words:
-        at = sorted(hanging(words[3] or "top", plan))
-        load[at] = GRAVITY * float(words[1]) * _MASSES[words[2]] / len(at)
-    return load
 
 
 def _check_relaxed(job: Job, form: FormRecord, tally: Tally) -> None:
