@@ -1,5 +1,7 @@
 """Let an elastic net go: it moves until its forces are in balance."""
 
+from typing import Literal
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
@@ -15,15 +17,16 @@ _STEPS, _REST = 200, 1e-5
 #: none; and how small and how large it may become.
 _DAMPING, _EASE, _STIFFEN, _LEAST, _MOST = 1e-2, 0.1, 8.0, 1e-8, 1e6
 #: A step that is too long is made so many times shorter, so often; after a whole one with so little
-#: damping, stress counts.
-_SHORTER, _HALVINGS, _CALM = 3.0, 4, 1e-3
+#: damping that gained no more than such a share of the energy, stress counts.
+_SHORTER, _HALVINGS, _CALM, _SLOW = 3.0, 4, 1e-3, 0.1
 #: No body turns by more radians in a step.
 _TURN = 0.4
 #: A step that gains less than this share of the energy gains nothing; then forces may be so many
 #: times larger.
 _GAIN, _ROUGH = 1e-14, 1e3
-#: So many steps are looked at together.
-_LOOK = 6
+#: So many steps are looked at together; one of Newton's, which leaves far less than it gains, is to
+#: gain no more than this share of what is asked for.
+_LOOK, _NEWTON = 6, 0.1
 #: What is as good as fixed, N/mm.
 _FIXED = 1e12
 
@@ -55,7 +58,7 @@ class Relaxed:
 class Solver:
     """Forces of a net and their change, factored in an order that keeps factors sparse."""
 
-    def __init__(self, net: Net, state: NetState) -> None:
+    def __init__(self, net: Net) -> None:
         """Find the order."""
         self.net = net
         #: A typical span, mm, and what it resists motions and turns with, N/mm and N mm.
@@ -148,7 +151,7 @@ class Solver:
         return float(min(1.0, _TURN / max(turn, 1e-300)))
 
 
-def factor(matrix: sp.csc_array, order: str = "NATURAL") -> SuperLU:
+def factor(matrix: sp.csc_array, order: Literal["NATURAL", "MMD_AT_PLUS_A"] = "NATURAL") -> SuperLU:
     """Return the factors of a symmetric matrix, which is in order unless SuperLU is to find one."""
     return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
@@ -193,12 +196,13 @@ def relax(
     state : NetState
         Where it is let go.
     gain : float
-        It is at rest, too, when the last few steps gain no more than this share of the energy.
+        It is at rest, too, when the last few steps gain no more than this share of the energy, or
+        one of Newton's a tenth of it.
     most : int
         Steps at most.
     progress : callable
     """
-    solver = Solver(net, state)
+    solver = Solver(net)
     enough = _REST * float(solver.scale[0])
     damping, steps, history = _DAMPING, 0, [energy(net, state)]
     stressed = rough = False
@@ -221,11 +225,15 @@ def relax(
         if there < least:
             state = moved
             history.append(there)
-            stressed = share == 1.0 and damping <= _CALM
-            damping = max(damping * _EASE, _LEAST) if share == whole else damping
+            gained = least - there
             # What is left is rounding, or less than is asked for.
-            rough = least - there <= _GAIN * abs(least) and residual <= _ROUGH * enough
+            rough = gained <= _GAIN * abs(least) and residual <= _ROUGH * enough
             rough |= history[-_LOOK:][0] - there <= gain * there and len(history) > _LOOK
+            if stressed and share == 1.0:
+                expected = -0.5 * float(force @ step)
+                rough |= max(gained, expected) <= _NEWTON * gain * there
+            stressed = share == 1.0 and damping <= _CALM and gained <= _SLOW * abs(there)
+            damping = max(damping * _EASE, _LEAST) if share == whole else damping
         elif stressed:
             stressed = False
         else:
@@ -252,7 +260,7 @@ def soft_modes(net: Net, state: NetState, count: int) -> tuple[FloatArray, Float
     motion : (N, B, 3) float array
         How bodies move, their squares summing up to 1.
     """
-    solver = Solver(net, state)
+    solver = Solver(net)
     _, matrix, _ = solver.system(state, 0.0, stressed=True)
     bodies = net.n_bodies
     # Turns weigh little: they follow.
