@@ -90,7 +90,7 @@ frozen: $(INSTALLED)  ## freeze the program, with all that it needs, into the fo
 release: $(INSTALLED)  ## build wheel and sdist into dist, the same twice, and check them for an index
 	$(BIN)/python tests/tools/make_release.py dist
 
-bench: $(INSTALLED)  ## print times, memory and ratios; nothing here is a test
+bench: $(INSTALLED)  ## print times, memory, ratios; BEFORE=COMMIT: beside those of a commit
 	for script in tests/benchmarks/bench_*.py; do $(BIN)/python $$script || exit 1; done
 
 $(INSTALLED): pyproject.toml

@@ -166,7 +166,7 @@ def _rest(
         pins=np.where(_bound(net, spans), pins, 0.0),
     )
     state = NetState(wished.bodies, wished.angles, wished.inner[inner])
-    solver = Solver(some, state)
+    solver = Solver(some)
     force, matrix, local = solver.system(state, _DAMPING)
     step = solver.solve(factor(matrix), -force)
     turned = step[: 6 * net.n_bodies].reshape(-1, 6)[:, :3]

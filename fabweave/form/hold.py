@@ -84,7 +84,7 @@ class Foresight:
     def __init__(self, body: ElasticBody) -> None:
         """Find forces and stiffness, but for those of pins."""
         free = replace(body.net, weight=0 * body.net.weight, pins=0 * body.net.pins)
-        self._solver = Solver(free, body.wished)
+        self._solver = Solver(free)
         self._bodies = free.n_bodies
         self._axes = body.wished.bodies.axes
         self._force, self._matrix, _ = self._solver.system(body.wished, _DAMPING)

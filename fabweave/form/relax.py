@@ -1,5 +1,7 @@
 """Let an elastic net go: it moves until its forces are in balance."""
 
+from typing import Literal
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
@@ -15,17 +17,18 @@ _STEPS, _REST = 200, 1e-5
 #: none; and how small and how large it may become.
 _DAMPING, _EASE, _STIFFEN, _LEAST, _MOST = 1e-2, 0.1, 8.0, 1e-8, 1e6
 #: A step that is too long is made so many times shorter, so often; after a whole one with so little
-#: damping, stress counts.
-_SHORTER, _HALVINGS, _CALM = 3.0, 4, 1e-3
+#: damping that gained no more than such a share of the energy, stress counts.
+_SHORTER, _HALVINGS, _CALM, _SLOW = 3.0, 4, 1e-3, 0.1
 #: No body turns by more radians in a step.
 _TURN = 0.4
 #: A step that gains less than this share of the energy gains nothing; then forces may be so many
 #: times larger.
 _GAIN, _ROUGH = 1e-14, 1e3
-#: So many steps are looked at together.
-_LOOK = 6
-#: Bodies that are ordered no further, and what is as good as fixed.
-_LEAF, _FIXED = 24, 1e12
+#: So many steps are looked at together; one of Newton's, which leaves far less than it gains, is to
+#: gain no more than this share of what is asked for.
+_LOOK, _NEWTON = 6, 0.1
+#: What is as good as fixed, N/mm.
+_FIXED = 1e12
 
 
 @frozen_value
@@ -55,7 +58,7 @@ class Relaxed:
 class Solver:
     """Forces of a net and their change, factored in an order that keeps factors sparse."""
 
-    def __init__(self, net: Net, state: NetState) -> None:
+    def __init__(self, net: Net) -> None:
         """Find the order."""
         self.net = net
         #: A typical span, mm, and what it resists motions and turns with, N/mm and N mm.
@@ -69,15 +72,13 @@ class Solver:
         own = 6 * net.ends[:, :, None] + np.arange(6)
         #: The freedoms of each span's ends, (S, 14); one past all for none.
         self.rows = np.concatenate([own, turn[:, :, None]], axis=2).reshape(-1, 14)
-        self.order = self._freedoms_in_order(dissection(net.ends, state.bodies.origin))
+        self.order = self._freedoms_in_order(sparse_order(net.ends, net.n_bodies))
         self._fixed = np.zeros(net.n_freedoms)
         self._fixed[: 6 * net.n_bodies] = np.repeat(net.fixed * _FIXED, 6)
 
-    def _freedoms_in_order(self, bodies: IntArray) -> IntArray:
-        """Return all freedoms, each body's together with the angles there."""
+    def _freedoms_in_order(self, place: IntArray) -> IntArray:
+        """Return all freedoms by the places of bodies, each body's with the angles there."""
         net = self.net
-        place = np.empty(net.n_bodies)
-        place[bodies] = np.arange(net.n_bodies)
         key = np.full(net.n_freedoms, np.inf)
         key[: 6 * net.n_bodies] = np.repeat(place, 6)
         used = net.turns >= 0
@@ -150,48 +151,30 @@ class Solver:
         return float(min(1.0, _TURN / max(turn, 1e-300)))
 
 
-def factor(matrix: sp.csc_array) -> SuperLU:
-    """Return the factors of a symmetric matrix that is in order."""
-    return splu(
-        matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+def factor(matrix: sp.csc_array, order: Literal["NATURAL", "MMD_AT_PLUS_A"] = "NATURAL") -> SuperLU:
+    """Return the factors of a symmetric matrix, which is in order unless SuperLU is to find one."""
+    return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
-def dissection(pairs: IntArray, places: FloatArray) -> IntArray:
-    """Return an order of points in which few of those come late that join the others.
+def sparse_order(pairs: IntArray, count: int) -> IntArray:
+    """Return the place of each point in an order that keeps factors sparse.
 
-    Points are parted in two across their longest extent, again and again; of each two parts, those
-    points of one come last that are joined to the other (George, "Nested dissection of a regular
-    finite element mesh", SIAM J. Numer. Anal. 10, 1973).
+    The point with the fewest neighbours is eliminated first (Liu, "Modification of the minimum-
+    degree algorithm by multiple elimination", ACM TOMS 11, 1985), as SuperLU does it.
 
     Parameters
     ----------
     pairs : (N, 2) int array
         Which points are joined.
-    places : (P, 3) float array
+    count : int
+        Number of points.
     """
-    order: list[IntArray] = []
-    todo = [(np.arange(len(places)), pairs)]
-    while todo:
-        points, joined = todo.pop()
-        if len(points) <= _LEAF:
-            order.append(points)
-            continue
-        spread = places[points]
-        axis = int(np.ptp(spread, axis=0).argmax())
-        ranked = points[np.argsort(spread[:, axis], kind="stable")]
-        side = np.zeros(len(places), dtype=np.int8)
-        side[ranked] = 1
-        side[ranked[len(ranked) // 2 :]] = 2
-        across = side[joined]
-        between = np.unique(joined[across.sum(axis=1) == 3][across[across.sum(axis=1) == 3] == 1])
-        side[between] = 3
-        order.append(between)
-        across = side[joined]
-        for part in (1, 2):
-            own = joined[(across == part).all(axis=1)]
-            todo.append((ranked[side[ranked] == part], own))
-    return np.concatenate(order[::-1])
+    one, two, own = *pairs.T, np.arange(count)
+    rows, columns = np.concatenate([own, one, two]), np.concatenate([own, two, one])
+    # No sum of a row is as large as what stands on its diagonal.
+    values = np.concatenate([np.full(count, 1.0 + 2.0 * len(pairs)), np.ones(2 * len(pairs))])
+    graph = sp.coo_array((values, (rows, columns)), shape=(count, count)).tocsc()
+    return factor(graph, "MMD_AT_PLUS_A").perm_c
 
 
 def relax(
@@ -213,12 +196,13 @@ def relax(
     state : NetState
         Where it is let go.
     gain : float
-        It is at rest, too, when the last few steps gain no more than this share of the energy.
+        It is at rest, too, when the last few steps gain no more than this share of the energy, or
+        one of Newton's a tenth of it.
     most : int
         Steps at most.
     progress : callable
     """
-    solver = Solver(net, state)
+    solver = Solver(net)
     enough = _REST * float(solver.scale[0])
     damping, steps, history = _DAMPING, 0, [energy(net, state)]
     stressed = rough = False
@@ -241,11 +225,15 @@ def relax(
         if there < least:
             state = moved
             history.append(there)
-            stressed = share == 1.0 and damping <= _CALM
-            damping = max(damping * _EASE, _LEAST) if share == whole else damping
+            gained = least - there
             # What is left is rounding, or less than is asked for.
-            rough = least - there <= _GAIN * abs(least) and residual <= _ROUGH * enough
+            rough = gained <= _GAIN * abs(least) and residual <= _ROUGH * enough
             rough |= history[-_LOOK:][0] - there <= gain * there and len(history) > _LOOK
+            if stressed and share == 1.0:
+                expected = -0.5 * float(force @ step)
+                rough |= max(gained, expected) <= _NEWTON * gain * there
+            stressed = share == 1.0 and damping <= _CALM and gained <= _SLOW * abs(there)
+            damping = max(damping * _EASE, _LEAST) if share == whole else damping
         elif stressed:
             stressed = False
         else:
@@ -272,7 +260,7 @@ def soft_modes(net: Net, state: NetState, count: int) -> tuple[FloatArray, Float
     motion : (N, B, 3) float array
         How bodies move, their squares summing up to 1.
     """
-    solver = Solver(net, state)
+    solver = Solver(net)
     _, matrix, _ = solver.system(state, 0.0, stressed=True)
     bodies = net.n_bodies
     # Turns weigh little: they follow.

@@ -534,7 +534,7 @@ def _sag(body: ElasticBody, stood: Relaxed, free: Relaxed) -> float:
 
 def _thumb(net: Net, state: NetState) -> tuple[float, int]:
     """Return how far the softest of a few crossings gives way to a newton, and which that is."""
-    solver = Solver(net, state)
+    solver = Solver(net)
     _, matrix, _ = solver.system(state, _THUMB_DAMPING, stressed=True)
     factors = factor(matrix)
     pressed = np.unique(np.linspace(0, net.n_bodies - 1, _THUMBS).round().astype(np.int64))

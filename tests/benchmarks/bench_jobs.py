@@ -1,11 +1,12 @@
 """Compare whole jobs with those of an older commit, in one run; run by hand.
 
     python tests/benchmarks/bench_jobs.py [COMMIT] [--only NAME ...]
+    make bench BEFORE=COMMIT
 
-Without a commit, the seconds of this tree alone are printed. Each job is made once by each tree,
+Without a commit, the seconds of this tree alone are printed. Each command is run once by each tree,
 one after the other, each in a process of its own; seconds are those of the processor, of that
-process and, on Linux, of all that it started. Printed are their ratio, and what says whether the
-result is as good: pieces, sheets, how full the last one is, and the grade.
+process and, on Linux, of all that it started. Printed are their ratio, and of what was made, what
+says whether it is as good: pieces, sheets, how full the last one is, and the grade.
 """
 
 import argparse
@@ -20,17 +21,27 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-_SHEET = ("--sheet", "600x400mm")
+_SHEET, _MESHES = ("--sheet", "600x400mm"), "examples/meshes/"
 #: Meshes are those of this tree.
 JOBS = {
-    "torus": ("shape:torus?m=24&n=12", "--size", "400mm", "--pattern", "twill", *_SHEET),
-    "lampshade": ("examples/lampshade.obj", "--size", "300mm", "--pattern", "twill", *_SHEET),
-    "koala": ("examples/meshes/koala.obj", "--size", "400mm", "--remesh", "quads:350", *_SHEET),
-    "plain spot": ("examples/meshes/spot.obj", "--size", "400mm", *_SHEET),
-    "plain head": ("examples/meshes/nefertiti.obj", "--size", "400mm", *_SHEET),
-    "straight ball": ("shape:sphere?n=6", "--size", "200mm", "--strips", "straight", *_SHEET),
-    "2,304 crossings": ("shape:torus?m=48&n=24", "--size", "900mm", *_SHEET),
-}
+    "torus": ("make", "shape:torus?m=24&n=12", "--size", "400mm", "--pattern", "twill", *_SHEET),
+    "lampshade": (
+        "make", "examples/lampshade.obj", "--size", "300mm", "--pattern", "twill", *_SHEET,
+        "--effort", "quick",
+    ),
+    "koala": ("make", _MESHES + "koala.obj", "--size", "400mm", "--remesh", "quads:350", *_SHEET),
+    "plain spot": ("make", _MESHES + "spot.obj", "--size", "400mm", *_SHEET),
+    "plain head": ("make", _MESHES + "nefertiti.obj", "--size", "400mm", *_SHEET),
+    "straight ball": (
+        "make", "shape:sphere?n=6", "--size", "200mm", "--strips", "straight", *_SHEET,
+    ),
+    "2,304 crossings": (
+        "make", "shape:torus?m=48&n=24", "--size", "900mm", *_SHEET, "--effort", "quick",
+    ),
+    "inspect lampshade": ("inspect", "examples/lampshade.obj", "--size", "300mm"),
+    "inspect koala": ("inspect", _MESHES + "koala.obj", "--size", "400mm"),
+    "inspect spot": ("inspect", _MESHES + "spot.obj", "--size", "400mm"),
+}  # fmt: skip
 
 
 #: prctl: what a child leaves behind becomes this process's.
@@ -38,11 +49,12 @@ _SUBREAPER = 36
 
 
 def made(tree: Path, job: tuple[str, ...], folder: Path) -> tuple[float, dict[str, str]]:
-    """Make a job by a tree; return the seconds that it took, and what it came to."""
+    """Run a command by a tree; return the seconds that it took, and what it made."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    out = ("-o", str(folder), "--quiet") if job[0] == "make" else ()
     subprocess.run(
-        [sys.executable, "-P", "-m", "fabweave", "make", *job, "-o", str(folder), "--quiet"],
-        check=True, cwd=ROOT, env=os.environ | {"PYTHONPATH": str(tree)},
+        [sys.executable, "-P", "-m", "fabweave", *job, *out], check=True, cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(tree)}, stdout=subprocess.DEVNULL,
     )  # fmt: skip
     # What it started counts once it is waited for.
     with contextlib.suppress(ChildProcessError):
@@ -50,6 +62,8 @@ def made(tree: Path, job: tuple[str, ...], folder: Path) -> tuple[float, dict[st
             os.waitpid(-1, 0)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    if not out:
+        return seconds, {}
     waste, verdict = (
         json.loads((folder / name).read_text()) for name in ("waste.json", "verdict.json")
     )
@@ -65,7 +79,9 @@ def made(tree: Path, job: tuple[str, ...], folder: Path) -> tuple[float, dict[st
 def main() -> None:
     """Print a line for each job and tree."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("commit", nargs="?", help="the older commit")
+    parser.add_argument(
+        "commit", nargs="?", help="the older commit", default=os.environ.get("BEFORE")
+    )
     parser.add_argument("--only", nargs="+", choices=JOBS, default=list(JOBS))
     asked = parser.parse_args()
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)

@@ -188,7 +188,7 @@ def random_net(seed, pieces=1):
 @pytest.mark.parametrize("seed", range(4))
 def test_forces_are_the_slope_of_the_energy(seed):
     net, state = random_net(seed)
-    solver = Solver(net, state)
+    solver = Solver(net)
     force, _, local = solver.system(state, 0.0)
     step = 1e-5
     for number, unit in enumerate(np.eye(net.n_freedoms)):
@@ -209,7 +209,7 @@ def test_stiffness_is_the_slope_of_the_forces_where_pieces_turn_little():
         weight=random.normal(size=(4, 3)), held=random.random((4, 3)),
         place=state.bodies.origin + random.normal(size=(4, 3)),
     )  # fmt: skip
-    solver = Solver(net, state)
+    solver = Solver(net)
     _, _, local = solver.system(state, 0.0)
     both = []
     for stressed in (False, True):
@@ -235,7 +235,7 @@ def test_stiffness_is_the_slope_of_the_forces_where_pieces_turn_little():
 def test_a_rigid_motion_changes_nothing():
     net, state = random_net(2, pieces=2)
     net = replace(net, weight=0 * net.weight, held=0 * net.held)
-    solver = Solver(net, state)
+    solver = Solver(net)
     away = exponential(np.array([[30.0, -8.0, 5.0, 0.7, -1.2, 0.4]]))
     count = net.n_bodies
     bodies = away[np.zeros(count, dtype=int)].then(state.bodies)
