@@ -200,6 +200,7 @@ def relax(
     *,
     gain: float = 0.0,
     most: int = _STEPS,
+    near: bool = False,
     progress: Progress = no_progress,
 ) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
@@ -216,12 +217,14 @@ def relax(
         It is at rest, too, when the last few steps gain no more than this share of the energy.
     most : int
         Steps at most.
+    near : bool
+        Whether it is near to rest, so that the first step is Newton's.
     progress : callable
     """
     solver = Solver(net, state)
     enough = _REST * float(solver.scale[0])
-    damping, steps, history = _DAMPING, 0, [energy(net, state)]
-    stressed = rough = False
+    damping, steps, history = _CALM if near else _DAMPING, 0, [energy(net, state)]
+    stressed, rough = near, False
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)
