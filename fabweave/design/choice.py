@@ -28,7 +28,6 @@ from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.remesh.engines import lacking
 from fabweave.mesh.remesh.grid import lacks_grid
-from fabweave.mesh.remesh.rings import lacks_rings
 from fabweave.mesh.triangulate import surface_area
 from fabweave.options.settings import Settings
 from fabweave.plan.grade import EASY_MM
@@ -225,7 +224,7 @@ def mesh_rounds(
         share = 1.0 if kind != "triangles" else KAGOME_SHARE if straight else _TRIANGLES
         return base.but(remesh=f"{kind}:{two_digits(share * max(number, FEWEST))}", bodies=bodies)
 
-    if asked.weave.pattern == "twill" and not is_open and not lacks_rings(model.mesh):
+    if asked.weave.pattern == "twill" and not is_open:
         for number in (first, first / _COARSER):
             yield [mesh("rings", number)]
             if any(_is_exact(one) for one in search.ranked):

@@ -37,11 +37,6 @@ class Irregular:
         """Return how many there are."""
         return len(self.vertex)
 
-    @property
-    def breaks_twill(self) -> BoolArray:
-        """Which of them break a biaxial twill: inside, of a valence not a multiple of 4, (K,)."""
-        return ~self.boundary & (self.valence % 4 != 0)
-
 
 def interior_valences(halfedges: Halfedges) -> tuple[IntArray, IntArray]:
     """Return the vertices inside the surface and their valences.
@@ -186,16 +181,8 @@ def irregular_note(irregular: Irregular) -> Note:
         )
     )
     more = "; …" if len(irregular) > _NAMED else ""
-    broken = int(np.count_nonzero(irregular.breaks_twill))
-    where = "there" if broken == len(irregular) == 1 else f"at {broken} of them"
-    twill = (
-        f"a biaxial twill breaks {where}, whose valence is not a multiple of 4"
-        if broken
-        else "none of them breaks a biaxial twill: all are on the boundary, or have a valence that "
-        "is a multiple of 4"
-    )
     number = agree(len(irregular), "{n} irregular [vertex|vertices]")
-    return Note("irregular", f"{number} ({kinds}): {places}{more}; {twill}", detail=True)
+    return Note("irregular", f"{number} ({kinds}): {places}{more}", detail=True)
 
 
 @frozen_value

@@ -36,6 +36,7 @@ def woven_colours(
         strategy,
         breaks=None if pieces is None else _joint_passes(woven.weave, pieces),
         materials=of_supply[own].reshape(-1, 3),
+        rows=None if (twill := woven.result.twill) is None else twill.rows,
     )
 
 

@@ -12,6 +12,7 @@ from fabweave.core.colour_space import Colours, bytes_of, light_of, light_of_hue
 from fabweave.core.errors import InputError
 from fabweave.weave.pattern import Weave, strand_passes
 from fabweave.weave.threads import Threads
+from fabweave.weave.twill.rows import TWISTS
 
 #: With more shades than this, threads may change theirs at every crossing, where few suffice.
 _MOST_SHADES = 24
@@ -84,6 +85,45 @@ def shade_strands(
     used = np.bincount(shade[stretch].ravel())
     number = np.argsort(np.argsort(-used, kind="stable"))
     return number[shade][stretch]
+
+
+def lean_shades(weave: Weave, rows: IntArray, breaks: BoolArray | None = None) -> IntArray:
+    """Give the strands of a twill in rings one of two shades, by the way they lean.
+
+    Of the two strands of a crossing one goes up to the right, seen from outside, and one to the
+    left. A thread leans the other way after a tip, and around a saddle: there its shade changes,
+    below another strand if it can.
+
+    Parameters
+    ----------
+    weave : Weave
+        A twill that its rows give.
+    rows : (X,) int array
+        Of `fabweave.weave.twill.rows.ring_rows`, at each crossing.
+    breaks : (P,) bool array, optional
+        The passes at which shades may change; between them most passes decide.
+
+    Returns
+    -------
+    (P, 2) int array
+        With which shade each pass comes to its crossing, and with which it leaves: 1 to the right.
+    """
+    threads, below = weave.threads, ~weave.over
+    row = rows[threads.crossing]
+    # Of a counter-clockwise edge that strand is on top which leans to the right of the edge; an
+    # edge between rows points up, one along a row is a quarter turn from there.
+    right = weave.over ^ TWISTS[row] ^ (row % 2 == 0)
+    if breaks is None:
+        after = np.arange(len(right)) + 1
+        filled = np.flatnonzero(threads.woven)
+        first, last = threads.offsets[filled], threads.offsets[filled + 1] - 1
+        after[last] = np.where(threads.closed[filled], first, last)
+        turns = right != right[after]
+        breaks = turns & (below | ~below[after])
+        breaks[after[turns & ~below & below[after]]] = True
+    stretch = _stretches(threads, breaks)
+    votes = np.bincount(stretch.ravel(), weights=np.repeat(np.where(right, 1, -1), 2))
+    return (votes > 0).astype(np.int64)[stretch]
 
 
 def _parted(weave: Weave, place: IntArray, broken: BoolArray) -> tuple[IntArray, IntArray]:
@@ -334,6 +374,7 @@ def strand_colours(
     *,
     breaks: BoolArray | None = None,
     materials: Colours | None = None,
+    rows: IntArray | None = None,
 ) -> Colours:
     """Choose the colours with which every strand comes to each crossing, and leaves it.
 
@@ -356,6 +397,8 @@ def strand_colours(
         The passes at which two pieces of a thread meet, where pieces are known.
     materials : (T, 3) uint8 array, optional
         The colour of each thread's material, for ``material``.
+    rows : (X,) int array, optional
+        Of a twill in rings, the row of each crossing: directions are then those of `lean_shades`.
 
     Returns
     -------
@@ -397,11 +440,11 @@ def strand_colours(
         colours = thread_colours(bunches, strategy)
         return np.asarray(np.repeat(colours[owner, None], 2, axis=1))
     if strategy in ("safe", "direction", "piece"):
-        shades = shade_strands(
-            weave,
-            breaks=None if strategy == "direction" else breaks,
-            distinct=strategy == "piece",
-        )
+        may_change = None if strategy == "direction" else breaks
+        if rows is not None and strategy != "piece":
+            shades = lean_shades(weave, rows, may_change)
+        else:
+            shades = shade_strands(weave, breaks=may_change, distinct=strategy == "piece")
         return np.asarray(SAFE_PALETTE[shades % len(SAFE_PALETTE)])
     if strategy == "bunch":
         base = _bunch_hues(int(bunches.max(initial=-1)) + 1)
@@ -411,7 +454,7 @@ def strand_colours(
             raise InputError("colours of materials are asked for, and no material is known")
         base, kind = np.unique(materials, axis=0, return_inverse=True)
         kind = kind.reshape(-1)
-    shade = shade_strands(weave, groups=kind)
+    shade = shade_strands(weave, groups=kind) if rows is None else lean_shades(weave, rows)
     shown = base[kind[owner]][:, None].repeat(2, axis=1)
     for each, colour in enumerate(base):
         own = kind[owner] == each

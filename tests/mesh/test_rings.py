@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 from starfish import starfish
 
-from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.one_rings import irregular_share
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import sheet_of
+from fabweave.mesh.remesh.handle_cuts import cut_handles
 from fabweave.mesh.remesh.level_cuts import find_saddles, parts_of, saddle_cuts
 from fabweave.mesh.remesh.remeshed import check_remeshed
 from fabweave.mesh.remesh.rings import remesh_rings
 from fabweave.mesh.remesh.strand_flow import LEAST, choose_fluxes, field_of, find_poles, links_of
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hemisphere, sphere, torus
 from fabweave.mesh.triangulate import triangulate
 from fabweave.weave.threads import trace_threads
@@ -71,16 +72,40 @@ def test_round_and_open_models_have_rings(model):
     assert ring_rows(build_halfedges(made)) is not None
 
 
-def test_handles_are_refused_in_one_message():
-    with pytest.raises(CannotMakeError, match="1 handle"):
-        remesh_rings(triangulate(torus(24, 12, 100.0, 30.0)), 200)
+def test_a_handle_is_cut_around_the_tube_and_a_torus_needs_no_saddle():
+    model = triangulate(torus(24, 12, 100.0, 30.0))
+    cut, ((one, other),) = cut_handles(model)
+    assert check_mesh(cut).component_genus == (0,)
+    assert check_mesh(cut).euler == 0
+    assert np.array_equal(cut.vertices[one], cut.vertices[other])
+    assert not set(one.tolist()) & set(other.tolist())
+    # The short way around: no loop along the ring, nor twice around the tube.
+    way = cut.vertices[one]
+    assert np.linalg.norm(way - np.roll(way, 1, axis=0), axis=1).sum() < 2.2 * np.pi * 30.0
+    made = remesh_rings(model, 150).mesh
+    assert check_remeshed(model, made, None) == ()
+    assert (made.face_sizes == 4).all()
+    assert irregular_share(made) == 0
+    assert ring_rows(build_halfedges(made)) is not None
+
+
+@pytest.mark.parametrize("genus", [2, 3])
+def test_models_with_handles_have_rings(genus):
+    model = triangulate(parse_shape(f"shape:slit?genus={genus}"))
+    made = remesh_rings(model, 250).mesh
+    assert check_mesh(made).component_genus == (genus,)
+    halfedges = build_halfedges(made)
+    rows = ring_rows(halfedges)
+    assert rows is not None
+    conditions = twill_conditions(halfedges, trace_threads(halfedges))
+    assert count_broken(conditions, TWISTS[rows]).total == 0
 
 
 def test_strands_are_whole_and_none_is_lost(star):
     side = 30.0
     sheet = sheet_of(star, positive=True)
     links = links_of(sheet)
-    poles = find_poles(sheet, links, [], [], side, None)
+    poles = find_poles(sheet, links, [], [], [], side, None)
     assert len(poles.sites) >= 5  # the arms
     field = field_of(sheet, links, poles, side)
     for flux in choose_fluxes(field, 4):

@@ -7,6 +7,7 @@ import pytest
 from meshes_shared import FOLDER
 from twill_oracle import broken_by_all, conditions_of
 
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.io.files import read_mesh
 from fabweave.mesh.polymesh import PolyMesh
@@ -103,6 +104,52 @@ def test_trees_with_saddles_are_exact_and_stay_so_with_all_ends_exchanged(name):
     mesh = read_mesh(path).mesh
     assert agrees(mesh)
     assert agrees(exchanged(mesh))
+
+
+def chain(ways: list[tuple[int, int]], strands: int = 4) -> PolyMesh:
+    """Return a ball that parts into two tubes and joins again, once for each pair of rows.
+
+    Tubes of so many strands have these rows; where they part and join is a vertex of valence 8.
+    """
+    faces: list[list[int]] = []
+    count = 0
+
+    def ring(n: int) -> list[int]:
+        nonlocal count
+        count += n
+        return [*range(count - n, count)]
+
+    def tube(low: list[int], high: list[int], rows: int) -> None:
+        lines = [low, *(ring(len(low)) for _ in range(rows - 1)), high]
+        for a, b in pairwise(lines):
+            faces.extend([a[k - 1], a[k], b[k], b[k - 1]] for k in range(len(a)))
+
+    below = ring(2 * strands)
+    faces.append(below[::-1])
+    for one, other in ways:
+        # Two rings of so many edges that share a vertex are one of twice as many.
+        low, high = ring(2 * strands - 1), ring(2 * strands - 1)
+        low, high = ([line[0], *line[1:strands], line[0], *line[strands:]] for line in (low, high))
+        tube(below, low, 1)
+        tube(low[:strands], high[:strands], one)
+        tube(low[strands:], high[strands:], other)
+        below = ring(2 * strands)
+        tube(high, below, 1)
+    count += 1
+    faces.extend([below[k - 1], below[k], count - 1] for k in range(len(below)))
+    return PolyMesh.from_faces(np.random.default_rng(0).normal(size=(count, 3)), faces)
+
+
+@pytest.mark.parametrize("ways", [[(2, 2)], [(2, 4)], [(3, 1)], [(2, 2), (3, 5)], [(2, 4)] * 3])
+def test_handles_whose_two_ways_differ_by_an_even_number_of_rows_are_exact(ways):
+    mesh = chain(ways)
+    assert check_mesh(mesh).component_genus == (len(ways),)
+    assert agrees(mesh)
+    # With one row more on one way around one handle, it is no longer.
+    one, other = ways[-1]
+    odd = chain([*ways[:-1], (one + 1, other)])
+    assert ring_rows(build_halfedges(odd)) is None
+    assert not decide_twill(conditions_of(odd)).twillable
 
 
 @pytest.mark.parametrize(

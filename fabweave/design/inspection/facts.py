@@ -321,7 +321,6 @@ def mesh_facts(mesh: PolyMesh, halfedges: Halfedges, *, brief: bool) -> dict[str
         },
         "cages": [cage.n_faces for cage in cages(paired_quads(mesh))],
         "irregular_vertices": len(irregular),
-        "breaking_twill": int(np.count_nonzero(irregular.breaks_twill)),
     }
 
 

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import optimize
+from scipy import optimize, sparse
 
 from fabweave.core.arrays import (
     FloatArray,
@@ -19,7 +19,6 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
-from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
@@ -28,6 +27,7 @@ from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.remesh.chart import Chart, Sheet, loops_of, sheet_of, tube_chart
 from fabweave.mesh.remesh.engines import QSLIM, AttemptFailedError, Run, run_engine
 from fabweave.mesh.remesh.fit import Model, fit, model_of
+from fabweave.mesh.remesh.handle_cuts import cut_handles
 from fabweave.mesh.remesh.level_cuts import (
     CutSurface,
     Part,
@@ -100,7 +100,7 @@ class Tube:
     chart : Chart
         From its lower end to its upper one.
     ends : (int, int)
-        The saddles below and above; -1 - p at pole p.
+        The saddles below and above; -1 - p at pole p, and V + p where pole p is a cut.
     at : tuple of two (K, 2) float arrays
         At each end, where the saddle is around the tube, and which vertex of the chart it is.
     rims : tuple of two (L,) int arrays
@@ -126,28 +126,6 @@ class Tube:
         return np.linalg.norm(np.roll(places, -1, axis=1) - places, axis=2).sum(axis=1)
 
 
-def lacks_rings(mesh: PolyMesh) -> str:
-    """Say why a surface has no rings; empty if it may have some. Only its topology is looked at.
-
-    Parameters
-    ----------
-    mesh : PolyMesh
-
-    Examples
-    --------
-    >>> from fabweave.mesh.shapes.grids import sphere, torus
-    >>> lacks_rings(sphere(2, 1.0)), lacks_rings(torus(8, 8, 3.0, 1.0))
-    ('', 'rings are laid around models without handles, and this one has 1 handle')
-    """
-    handles = sum(int(genus or 0) for genus in check_mesh(mesh).component_genus)
-    if not handles:
-        return ""
-    return (
-        "rings are laid around models without handles, and this one has "
-        f"{agree(handles, '{n} handle[|s]')}"
-    )
-
-
 def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progress) -> Remeshed:
     """Lay rings of quads around a mesh, which then has an exact 2/2 twill.
 
@@ -157,11 +135,13 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     2. The surface is cut along the lines of its saddles, into tubes. Each is a chart, with rows of
        its own that are spaced by their girth, and begins and ends at the saddles.
     3. At a maximum a fan of triangles closes it, at a minimum a polygon; rims stay open.
+    4. Handles are cut along short loops first. Both sides of a cut are lines, across which strands
+       go on, and all ways around a handle have an even number of rows.
 
     Parameters
     ----------
     mesh : PolyMesh
-        Any mesh without handles, in millimetres.
+        Any mesh, in millimetres.
     n_quads : int
         About how many quads.
     progress : callable
@@ -176,7 +156,7 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     InputError
         If the mesh is not an oriented manifold surface and cannot be made one.
     CannotMakeError
-        If it has handles, or nothing sound came of it.
+        If nothing sound came of it.
 
     Notes
     -----
@@ -185,8 +165,10 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     around their third corner, or polygons all of whose corners are at h and all of whose neighbours
     are above. The row of an edge is the sum of the heights at its ends.
 
+    Around handles heights come back to themselves modulo 2.
+
     *Statement.* Each mesh of rings has an exact 2/2 twill, which its rows give; so each closed
-    surface without handles has one. The proof is at
+    surface that can be oriented has one. The proof is at
     :func:`fabweave.weave.twill.rows.ring_rows`. Quads alone never do: some of their vertices have
     other than 4, 8, 12, ... edges.
 
@@ -199,11 +181,6 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     """
     checked_count("rings", n_quads)
     source, notes = ready_source(mesh)
-    if lack := lacks_rings(source):
-        raise CannotMakeError(
-            f"{lack}; --remesh quads:{n_quads} works, and shapes such as shape:slit and shape:cage "
-            "have handles and an exact twill"
-        )
     side = float(np.sqrt(surface_area(source) / n_quads))
     bodies = _bodies(source)
     laid, told = [], []
@@ -267,13 +244,16 @@ def _fine(source: PolyMesh, side: float) -> PolyMesh:
 
 def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
     """Return rings around one body, and words on them."""
-    sheet = sheet_of(_fine(body, side), positive=True)
-    links = links_of(sheet)
+    cut, pairs = cut_handles(_fine(body, side))
+    sheet = sheet_of(cut, positive=True)
+    links = links_of(sheet, pairs)
     mirror = find_mirror(body)
     loops = loops_of(sheet.mesh, sheet.halfedges)
     rims = [sheet.halfedges.tail[loop.sides] for loop in loops]
+    at_cuts = np.concatenate([np.zeros(0, dtype=np.int64), *(np.concatenate(p) for p in pairs)])
+    rims = [rim for rim in rims if rim[0] not in at_cuts]
     poles = find_poles(
-        sheet, links, rims, [2] * len(rims), side, mirror if mirror.symmetric else None
+        sheet, links, rims, [2] * len(rims), pairs, side, mirror if mirror.symmetric else None
     )
     field = field_of(sheet, links, poles, side)
     model = model_of(body, int(surface_area(body) / side**2))
@@ -337,8 +317,8 @@ def _rings(sheet: Sheet, field: Field, flux: IntArray, side: float) -> PolyMesh:
         raise _UnsoundError(str(error)) from error
     surface = saddle_cuts(sheet.mesh.vertices, sheet.corners, height, saddles)
     tubes = [_tube(surface, part, saddles, field, flux, side) for part in parts_of(surface)]
-    strands = _strands(tubes, saddles, flux)
-    rows = _rows(tubes, strands, side)
+    strands = _strands(tubes, saddles, field, flux)
+    rows = _rows(tubes, strands, sheet.mesh.n_vertices, side)
     return _assembled(sheet, tubes, strands, rows, saddles, field)
 
 
@@ -351,8 +331,15 @@ def _tube(
     side: float,
 ) -> Tube:
     """Make a chart of a part, from its lower end to its upper one."""
-    sites = {int(v): p for p, site in enumerate(field.poles.sites) if flux[p] for v in site}
-    rim_of = {v: p for v, p in sites.items() if len(field.poles.sites[p]) > 1}
+    poles = field.poles
+    sites = {
+        int(v): p
+        for at in (poles.sites, poles.backs)
+        for p, site in enumerate(at)
+        if flux[p]
+        for v in site
+    }
+    rim_of = {v: p for v, p in sites.items() if len(poles.sites[p]) > 1}
     points = [k for k, v in enumerate(part.vertex.tolist()) if v in sites and v not in rim_of]
     vertex, heights = part.vertex, surface.height[part.vertex]
     mesh = part.mesh
@@ -375,31 +362,34 @@ def _tube(
     chart = tube_chart(sheet, [loops[k].sides for k in order])
     around = np.full(mesh.n_vertices, 0.0)
     around[sheet.corners.reshape(-1)] = chart.flat[: 3 * mesh.n_faces, 1] % 1.0
-    ends, at, rims, ways = [], [], [], []
+    ends, at, sides, ways = [], [], [], []
     for k in order:
         tail = tails[k]
         own = vertex[tail]
         here = [saddle for saddle in saddles if saddle in own]
-        poles = {rim_of[int(v)] for v in own if int(v) in rim_of}
-        if len(here) == 1 and not poles:
+        rims_here = {rim_of[int(v)] for v in own if int(v) in rim_of}
+        if len(here) == 1 and not rims_here:
             copies = tail[own == here[0]]
             at.append(around[copies])
             ends.append(here[0])
-        elif len(poles) == 1 and not here:
-            at.append(np.zeros(0))
-            ends.append(-1 - poles.pop())
+        elif len(rims_here) == 1 and not here:
+            (p,) = rims_here
+            # Both sides of a cut begin at one place.
+            both = [site[0] for site in (poles.sites[p], poles.backs[p]) if len(site)]
+            at.append(around[tail[np.isin(own, both)]] if len(both) == 2 else np.zeros(0))
+            ends.append(len(field.potentials[0]) + p if len(both) == 2 else -1 - p)
         elif ended >= 0 and not here:
             at.append(np.zeros(0))
             ends.append(-1 - ended)
         else:
             raise _UnsoundError("a tube ends at several saddles")
-        rims.append(own)
+        sides.append(own)
         ways.append(around[tail])
     return Tube(
         chart,
         (ends[0], ends[1]),
         (at[0], at[1]),
-        (rims[0], rims[1]),
+        (sides[0], sides[1]),
         (ways[0], ways[1]),
         level[order[0]],
         level[order[1]],
@@ -441,17 +431,18 @@ def _without_tip(
     return without_loose(whole), vertex[used], cut.height[used]
 
 
-def _strands(tubes: list[Tube], saddles: list[int], flux: IntArray) -> IntArray:
+def _strands(tubes: list[Tube], saddles: list[int], field: Field, flux: IntArray) -> IntArray:
     """Return how many strands each tube has: what comes to a saddle leaves it."""
-    count = len(tubes)
-    rows, wanted = [], []
-    for node in [*saddles, *(-1 - p for p in np.flatnonzero(flux).tolist())]:
-        row = np.array(
-            [(high == node) - (low == node) for low, high in (tube.ends for tube in tubes)],
-            dtype=float,
-        )
-        rows.append(row)
-        wanted.append(0.0 if node >= 0 else float(flux[-1 - node]))
+    count, n_vertices = len(tubes), len(field.potentials[0])
+    low, high = np.array([tube.ends for tube in tubes]).T
+    rows, wanted = [(high == node) * 1.0 - (low == node) for node in saddles], [0.0] * len(saddles)
+    for p in np.flatnonzero(flux).tolist():
+        if field.poles.ends[p]:
+            rows.append((high == -1 - p) * 1.0 - (low == -1 - p))
+            wanted.append(float(flux[p]))
+        else:
+            rows += [(end == n_vertices + p) * 1.0 for end in (low, high)]
+            wanted += [float(abs(flux[p]))] * 2
     found = optimize.milp(
         np.ones(count),
         constraints=optimize.LinearConstraint(np.array(rows), wanted, wanted),
@@ -470,13 +461,51 @@ def _density(tube: Tube, strands: int, side: float) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(step)])
 
 
-def _rows(tubes: list[Tube], strands: IntArray, side: float) -> IntArray:
-    """Return how many rows each tube has: none where two saddles, or one and a tip, are near."""
-    found = []
-    for tube, n in zip(tubes, strands.tolist(), strict=True):
-        ideal = float(_density(tube, n, side)[-1])
-        found.append(max(round(ideal), 0 if max(tube.ends) >= 0 else 1))
-    return np.array(found, dtype=np.int64)
+def _rows(tubes: list[Tube], strands: IntArray, n_vertices: int, side: float) -> IntArray:
+    """Return how many rows each tube has: none where two saddles, or one and a tip, are near.
+
+    Each line between tubes is even or odd, so that all ways around a handle are even.
+    """
+    ideal = np.array(
+        [float(_density(tube, n, side)[-1]) for tube, n in zip(tubes, strands, strict=True)]
+    )
+    ends = np.array([tube.ends for tube in tubes])
+    # A line that touches itself cannot be that of a tip, of a cut, or another such line.
+    touching = np.array([max(len(at) for at in tube.at) == 2 for tube in tubes])
+    plain = np.array([min(len(at) for at in tube.at) == 1 for tube in tubes])
+    plain |= ~touching & (ends.max(axis=1) >= 0)
+    least = np.where(plain & (ends.max(axis=1) < n_vertices), 0, 1)
+    _, node = np.unique(ends, return_inverse=True)
+    node = node.reshape(-1, 2)
+    count, n_nodes = len(tubes), int(node.max()) + 1
+    # Unknowns: whether each node is odd, rows, half of the even rest, and how far off rows are.
+    odd = sparse.csr_array(
+        (
+            np.tile([-1.0, 1.0], count),
+            (np.repeat(np.arange(count), 2), node.reshape(-1)),
+        ),
+        shape=(count, n_nodes),
+    )
+    eye = sparse.eye_array(count)
+    whole = sparse.hstack([odd, -eye, 2.0 * eye, 0.0 * eye])
+    none = sparse.csr_array((count, n_nodes))
+    off = [sparse.hstack([none, s * eye, 0.0 * eye, eye]) for s in (1.0, -1.0)]
+    found = optimize.milp(
+        np.concatenate([np.zeros(n_nodes + 2 * count), 1.0 / (1.0 + ideal)]),
+        constraints=[
+            optimize.LinearConstraint(sparse.csc_array(whole), 0.0, 0.0),
+            optimize.LinearConstraint(sparse.csc_array(off[0]), ideal, np.inf),
+            optimize.LinearConstraint(sparse.csc_array(off[1]), -ideal, np.inf),
+        ],
+        integrality=np.repeat([1, 1, 1, 0], [n_nodes, count, count, count]),
+        bounds=optimize.Bounds(
+            np.concatenate([np.zeros(n_nodes), least, np.full(2 * count, -np.inf)]),
+            np.concatenate([np.ones(n_nodes), np.full(3 * count, np.inf)]),
+        ),
+    )
+    if found.x is None:
+        raise _UnsoundError("rows around a handle do not fit")
+    return np.rint(found.x[n_nodes : n_nodes + count]).astype(np.int64)
 
 
 def _laid_along(tube: Tube, n: int, rows: int) -> tuple[FloatArray, int]:
@@ -538,6 +567,11 @@ def _assembled(
             places.append(sheet.mesh.vertices[field.poles.sites[above]])
             count += 1
     same = [pair for saddle in saddles for pair in _joined(saddle, tubes, strands, rings)]
+    for node in {end for tube in tubes for end in tube.ends if end >= sheet.mesh.n_vertices}:
+        # Where a handle was cut, one tube ends and the next begins.
+        (ends,) = (r[1] for t, r in zip(tubes, rings, strict=True) if t.ends[1] == node)
+        (begins,) = (r[0] for t, r in zip(tubes, rings, strict=True) if t.ends[0] == node)
+        same += zip(ends.tolist(), begins.tolist(), strict=True)
     one, other = np.array(same, dtype=np.int64).reshape(-1, 2).T
     n_vertices, label = label_links(one, other, count)
     total = sum_at(label, np.concatenate(places), n_vertices)

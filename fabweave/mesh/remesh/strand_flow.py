@@ -14,6 +14,7 @@ from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.mesh.mirror import Mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import Sheet
+from fabweave.mesh.remesh.handle_cuts import Pair
 
 #: No ring has fewer strands: three would have no room between them.
 LEAST = 4
@@ -53,15 +54,27 @@ class Poles:
         either; 0 where there need be no pole.
     kind : (P,) int array
         Poles of one kind are mirror images, and alike.
+    backs : tuple of (K,) int arrays
+        Where a handle is cut, the vertices on the other side, from which as many strands go on; the
+        two are one pole. Empty elsewhere.
     """
 
     sites: tuple[IntArray, ...]
     must: IntArray
     kind: IntArray
+    backs: tuple[IntArray, ...]
+
+    @property
+    def ends(self) -> FloatArray:
+        """One where strands end, 0 where a handle is cut, (P,)."""
+        return np.array([float(not len(back)) for back in self.backs])
 
 
-def links_of(sheet: Sheet) -> sparse.csr_array:
-    """Return how far neighbouring vertices are, and those across an edge, as a graph, (V, V)."""
+def links_of(sheet: Sheet, cuts: Collection[Pair] = ()) -> sparse.csr_array:
+    """Return how far neighbouring vertices are, and those across an edge, as a graph, (V, V).
+
+    Vertices on both sides where a handle is cut are neighbours.
+    """
     half, points = sheet.halfedges, sheet.mesh.vertices
     first = half.edge_halfedge
     inner = first[half.twin[first] >= 0]
@@ -69,6 +82,7 @@ def links_of(sheet: Sheet) -> sparse.csr_array:
         [
             np.column_stack([half.tail[first], half.head[first]]),
             np.column_stack([half.tail[half.prev[inner]], half.tail[half.prev[half.twin[inner]]]]),
+            *(np.column_stack(pair) for pair in cuts),
         ]
     )
     pairs = np.unique(np.sort(pairs, axis=1), axis=0)
@@ -88,6 +102,7 @@ def find_poles(
     links: sparse.csr_array,
     rims: list[IntArray],
     must: list[int],
+    pairs: list[Pair],
     side: float,
     mirror: Mirror | None,
 ) -> Poles:
@@ -106,6 +121,8 @@ def find_poles(
         The vertices of its rims, which are poles too.
     must : list of int
         What each rim has to be, as in `Poles`.
+    pairs : list of two (K,) int arrays
+        The vertices on both sides where a handle is cut.
     side : float
         The side of a quad.
     """
@@ -119,9 +136,11 @@ def find_poles(
         at = int(np.argmax(near))
     mean = total / _SEEDS
     taken = np.full(count, np.inf)
-    sites, wanted, kind = list(rims), list(must), _kinds_of_rims(sheet, rims, mirror)
-    for rim in rims:
-        taken = np.minimum(taken, away_from(links, rim))
+    sites = [*rims, *(one for one, _ in pairs)]
+    wanted = [*must, *(2 for _ in pairs)]
+    kind = [*_kinds_of_rims(sheet, rims, mirror), *range(len(rims), len(sites))]
+    for site in sites:
+        taken = np.minimum(taken, away_from(links, site))
 
     def take(tip: int, apart: float) -> None:
         """Add a pole and its mirror image; or one on the mirror."""
@@ -148,7 +167,14 @@ def find_poles(
         if sites and taken[other] < 2.0 * _APART * side:
             break
         take(other, 2.0 * _APART * side)
-    return Poles(tuple(sites), np.array(wanted, dtype=np.int64), np.array(kind, dtype=np.int64))
+    backs = [np.zeros(0, dtype=np.int64)] * len(sites)
+    backs[len(rims) : len(rims) + len(pairs)] = [other for _, other in pairs]
+    return Poles(
+        tuple(sites),
+        np.array(wanted, dtype=np.int64),
+        np.array(kind, dtype=np.int64),
+        tuple(backs),
+    )
 
 
 def _kinds_of_rims(sheet: Sheet, rims: list[IntArray], mirror: Mirror | None) -> list[int]:
@@ -253,14 +279,15 @@ class Field:
         on = np.flatnonzero(signs)
         up, down = on[signs[on] > 0], on[signs[on] < 0]
         flux = np.zeros(len(signs))
-        if not len(up) or not len(down):
+        ends = self.poles.ends
+        if not len(on) or (ends[up].any() != ends[down].any()):
             return flux
         many = LEAST * max(len(up), len(down), 2)
-        flux[up], flux[down] = many / len(up), -many / len(down)
+        flux[up], flux[down] = many / max(len(up), 1), -many / max(len(down), 1)
         slopes = self.slopes[on]
         inside = np.any(self.away[on] < 1.5, axis=0)
         matrix = np.einsum("pkd,k,qkd->pq", slopes, (~inside).astype(float), slopes)
-        ones = np.ones((len(on), 1))
+        ones = ends[on][:, None]
         system = np.block([[matrix, ones], [ones.T, np.zeros((1, 1))]])
         inverse = np.linalg.pinv(system)
         for _ in range(_ROUNDS):
@@ -270,7 +297,8 @@ class Field:
             right = np.append(np.einsum("pkd,kd->p", slopes, way), 0.0)
             flux[on] = (inverse @ right)[:-1]
             flux = self.alike(flux)
-            flux = balanced(np.where(signs != 0, signs * np.maximum(signs * flux, LEAST), 0.0))
+            flux = np.where(signs != 0, signs * np.maximum(signs * flux, LEAST), 0.0)
+            flux = balanced(flux, ends)
         return flux
 
     def alike(self, flux: FloatArray) -> FloatArray:
@@ -283,12 +311,13 @@ class Field:
         whole = np.sign(flux) * np.maximum(np.rint(np.abs(flux)), LEAST * (flux != 0))
         kind = self.poles.kind
         groups = [kind == name for name in np.unique(kind[flux != 0])]
-        size = [int(group.sum()) for group in groups]
+        ends = self.poles.ends
+        size, cut = [int(group.sum()) for group in groups], [not ends[g].any() for g in groups]
         for _ in range(_MOVES):
-            if not (left := whole.sum()):
+            if not (left := whole @ ends):
                 break
             # What is left over goes where it changes the flux by the least share.
-            may = [k for k, n in enumerate(size) if n <= abs(left)]
+            may = [k for k, n in enumerate(size) if n <= abs(left) and not cut[k]]
             if not may:
                 return np.zeros(len(flux), dtype=np.int64)
             most = groups[max(may, key=lambda k: float(np.abs(whole[groups[k]][0])))]
@@ -296,34 +325,39 @@ class Field:
         best = self.cost(whole)
         for _ in range(_MOVES):
             tried = []
-            for a, b in permutations(range(len(groups)), 2):
+            pairs = [*permutations([k for k, is_cut in enumerate(cut) if not is_cut], 2)]
+            alone = [(k, k) for k, is_cut in enumerate(cut) if is_cut]
+            for by, (a, b) in [(1, p) for p in [*pairs, *alone]] + [(-1, p) for p in alone]:
                 other = whole.copy()
-                many = int(np.lcm(size[a], size[b]))
+                many = by * int(np.lcm(size[a], size[b]))
                 other[groups[a]] += many // size[a]
-                other[groups[b]] -= many // size[b]
+                if a != b:
+                    other[groups[b]] -= many // size[b]
                 if np.all(np.abs(other[flux != 0]) >= LEAST) and np.all(other * flux >= 0):
-                    tried.append((self.cost(other), a, b, other))
-            least = min(tried, key=lambda one: one[:3], default=None)
+                    tried.append((self.cost(other), by, a, b, other))
+            least = min(tried, key=lambda one: one[:4], default=None)
             if least is None or least[0] >= best - 1e-9:
                 break
-            best, whole = least[0], least[3]
-        if whole.sum() or np.any(np.abs(whole[flux != 0]) < LEAST):
+            best, whole = least[0], least[4]
+        if whole @ ends or np.any(np.abs(whole[flux != 0]) < LEAST):
             return np.zeros(len(flux), dtype=np.int64)
         return np.asarray(whole, dtype=np.int64)
 
 
-def balanced(flux: FloatArray) -> FloatArray:
-    """Return fluxes that add up to nothing: the smaller side grows."""
-    up, down = flux[flux > 0].sum(), -flux[flux < 0].sum()
+def balanced(flux: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return fluxes that add up to nothing where strands end: the smaller side grows."""
+    up, down = ends @ np.maximum(flux, 0.0), ends @ np.maximum(-flux, 0.0)
     most = max(up, down)
-    return np.where(flux > 0, flux * most / up, flux * most / down)
+    if not most:
+        return flux
+    return np.where(ends == 0, flux, np.where(flux > 0, flux * most / up, flux * most / down))
 
 
 def field_of(sheet: Sheet, links: sparse.csr_array, poles: Poles, side: float) -> Field:
     """Solve for the potentials of poles on one body."""
     count, half = sheet.mesh.n_vertices, sheet.halfedges
     node = np.arange(count)
-    for site in poles.sites:
+    for site in (site for site in [*poles.sites, *poles.backs] if len(site)):
         node[site] = site[0]
     used, node = np.unique(node, return_inverse=True)
     first, rows = half.edge_halfedge, np.arange(half.n_edges)
@@ -335,7 +369,8 @@ def field_of(sheet: Sheet, links: sparse.csr_array, poles: Poles, side: float) -
         shape=(half.n_edges, len(used)),
     )
     stiff = sparse.csc_array(growth.T @ (sheet.weights[:, None] * growth))
-    at = np.array([node[site[0]] for site in poles.sites])
+    cut = np.flatnonzero(poles.ends == 0)
+    at = node[[*(site[0] for site in poles.sites), *(poles.backs[p][0] for p in cut)]]
     kept = np.delete(np.arange(len(used)), at[0])
     factors = splu(
         sparse.csc_array(stiff[kept][:, kept]),
@@ -347,7 +382,9 @@ def field_of(sheet: Sheet, links: sparse.csr_array, poles: Poles, side: float) -
     found = np.zeros((len(used), len(at)))
     found[kept] = factors.solve(sources[kept])
     found[:, 0] = 0.0
-    potentials = found[node].T
+    # What comes together on one side of a cut leaves the other.
+    found[:, cut] -= found[:, len(poles.sites) :]
+    potentials = found[node][:, : len(poles.sites)].T
     corners = sheet.corners
     sample = _samples(sheet.mesh)
     a, b, c = (sheet.mesh.vertices[corners[sample, k]] for k in range(3))
@@ -357,6 +394,7 @@ def field_of(sheet: Sheet, links: sparse.csr_array, poles: Poles, side: float) -
     ways = np.stack([np.cross(normal, c - b), np.cross(normal, a - c), np.cross(normal, b - a)], 1)
     slopes = np.einsum("pkc,kcd->pkd", potentials[:, corners[sample]], ways / double[:, None])
     away = np.stack([away_from(links, site)[corners[sample]].mean(axis=1) for site in poles.sites])
+    away[cut] = np.inf
     area = float(np.linalg.norm(np.cross(*_sides(sheet.mesh)), axis=1).sum()) / 2.0
     return Field(poles, potentials, slopes * side, away / side, area / side**2)
 
@@ -402,8 +440,9 @@ def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> li
         base = np.where(np.isin(must, [-1, 1]), must, 0)
         either = np.flatnonzero(must == 2)
         free = [*either.tolist(), *np.flatnonzero((must == 0) & ~gone).tolist()]
-        found = []
-        for low in free[:6]:
+        cut = np.flatnonzero(field.poles.ends == 0)
+        found = [whole_kinds(np.where(field.poles.ends == 0, 1, base))] if len(cut) else []
+        for low in [one for one in free if one not in cut][:6]:
             signs = base.copy()
             signs[either] = 1
             signs[free[: len(free) - _MOST_OTHERS] or free] = 1
