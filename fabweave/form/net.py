@@ -239,11 +239,11 @@ def local_system(
         matrix[..., :6, :6] -= more / 12
         matrix[..., 6:, 6:] -= more / 12
 
-    levels = []
+    levels: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     diagonal = np.diag(damping)
     while matrix.shape[1] > 1:
         one, two = matrix[:, ::2], matrix[:, 1::2]
-        middle = np.linalg.inv(one[..., 6:, 6:] + two[..., :6, :6] + diagonal)
+        middle = np.asarray(np.linalg.inv(one[..., 6:, 6:] + two[..., :6, :6] + diagonal))
         beside = np.concatenate([one[..., 6:, :6], two[..., :6, 6:]], axis=-1)
         pull = force[:, ::2, 6:] + force[:, 1::2, :6]
         levels.append((middle, beside, pull))
