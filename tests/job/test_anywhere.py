@@ -17,7 +17,7 @@ TWILL = ("shape:torus?m=8&n=4", "--size", "300mm", "--pattern", "twill", "--effo
 #: A model that a remesher makes anew, which else runs in a process of its own.
 KOALA = (
     Path(__file__).parents[2] / "examples/meshes/koala.obj", "--size", "400mm",
-    "--remesh", "quads:150", "--sheet", "600x400mm", "--effort", "quick",
+    "--remesh", "quads:80", "--sheet", "600x400mm", "--effort", "quick",
 )  # fmt: skip
 
 

@@ -191,7 +191,7 @@ def test_walks_over_the_controls_end_in_what_job_toml_says(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_where_a_walk_ends_the_job_is_that_of_its_job_toml(seed, tmp_path):
     *_, (state, seen) = walked(12, 50 + seed, "shape:octahedron", {"size": "250mm"})
     options = {**state.options, "effort": "quick", "force": True}
