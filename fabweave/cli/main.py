@@ -20,7 +20,6 @@ from fabweave.cli.terminal import speak_plainly, speak_to_nobody
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
 from fabweave.core.parallel.interrupt import exit_when_ended
-from fabweave.options.table import GONE
 
 
 @click.group(
@@ -71,9 +70,6 @@ def main(arguments: list[str] | None = None) -> None:
         click.echo("stopped; fabweave wrote nothing", err=True)
         sys.exit(130)
     except click.NoSuchOption as error:
-        if gone := GONE.get(error.option_name.lstrip("-").replace("-", "_")):
-            click.echo(f"fabweave: there is no option {error.option_name}; {gone}", err=True)
-            sys.exit(2)
         # Of those that resemble it, click tells all by the alphabet; the nearest is meant.
         near = (error.possibilities or [])[:1]
         click.NoSuchOption(error.option_name, possibilities=near, ctx=error.ctx).show()

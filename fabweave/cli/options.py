@@ -15,7 +15,7 @@ from fabweave.core.messages import closest_first
 from fabweave.options.kinds import length
 from fabweave.options.option import SECTIONS, Option
 from fabweave.options.settings import Settings, settings_from_job, settings_from_options
-from fabweave.options.table import GONE, OPTIONS, option_named
+from fabweave.options.table import OPTIONS, option_named
 
 
 class Parsed(click.ParamType[Any]):
@@ -282,8 +282,9 @@ def _set(told: Sequence[str]) -> dict[str, Any]:
             key = name.rpartition(".")[2].replace("-", "_")
             # The name is surer than the section before it.
             near = closest_first(key, [known.name for known in OPTIONS[1:]])[0]
-            remedy = GONE.get(key, f"did you mean {named[near].path}?")
-            raise InputError(f"--set {one}: there is no option {name}; {remedy}")
+            raise InputError(
+                f"--set {one}: there is no option {name}; did you mean {named[near].path}?"
+            )
         if not equals:
             raise InputError(f"--set {one}: write a value, too, as in {option.path}=VALUE")
         if option.kind.flag:

@@ -133,3 +133,9 @@ def unit(vectors: FloatArray) -> FloatArray:
     """
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
+
+
+def any_normals(vectors: FloatArray) -> FloatArray:
+    """Return some unit vector at right angles to each vector, (N, 3)."""
+    axis = np.eye(3)[np.argmin(np.abs(vectors), axis=1)]
+    return unit(np.cross(vectors, axis))

@@ -80,8 +80,7 @@ def _sides(entities: Sequence[Entity]) -> tuple[FloatArray, FloatArray, IntArray
             points.append(np.array([[x + radius, y], [x - radius, y], [x + radius, y]]))
             bulges.append(np.ones(3))
             continue
-        corners = entity.points
-        bent = np.zeros(len(corners)) if entity.bulges is None else entity.bulges
+        corners, bent = entity.points, entity.bends
         if entity.closed:
             corners, bent = np.concatenate((corners, corners[:1])), np.append(bent, 0.0)
         points.append(corners)

@@ -4,12 +4,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, flags, frozen_value, unit
+from fabweave.core.arrays import FloatArray, flags, frozen_value, unit
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.nearest import Feet, Surface
 from fabweave.mesh.polymesh import PolyMesh, without_loose
-from fabweave.mesh.triangulate import area_samples, plain_triangles
+from fabweave.mesh.triangulate import area_samples, plain_triangles, triangles_above
 
 #: Samples of the surface; one of so many is used for comparing directions.
 _SAMPLES, _EACH = 4000, 4
@@ -185,36 +185,8 @@ def half_of(surface: PolyMesh, mirror: Mirror) -> PolyMesh:
     height = (surface.vertices - mirror.point) @ mirror.normal
     on = np.abs(height) <= near
     points = surface.vertices - np.where(on, height, 0.0)[:, None] * mirror.normal
-    height = np.where(on, 0.0, height)
-    side = np.sign(height).astype(np.int64)
-    corner_side = side[faces]
-    whole = faces[(corner_side.min(axis=1) >= 0) & (corner_side.max(axis=1) > 0)]
-    crossing = faces[(corner_side.min(axis=1) < 0) & (corner_side.max(axis=1) > 0)]
-    cut, points = _cut(crossing, points, height)
-    return without_loose(PolyMesh.from_triangles(points, np.concatenate([whole, cut])))
-
-
-def _cut(crossing: IntArray, points: FloatArray, height: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return the parts above of triangles that cross the mirror, and the points with new ones."""
-    count = len(points)
-    head = np.roll(crossing, -1, axis=1)
-    across = height[crossing] * height[head] < 0
-    low, high = np.minimum(crossing, head)[across], np.maximum(crossing, head)[across]
-    code, number = np.unique(low * count + high, return_inverse=True)
-    low, high = np.divmod(code, count)
-    share = (height[low] / (height[low] - height[high]))[:, None]
-    new = points[low] + share * (points[high] - points[low])
-    middle = np.full(crossing.shape, -1)
-    middle[across] = count + number.reshape(-1)
-    pieces: list[list[int]] = []
-    for face, between in zip(crossing.tolist(), middle.tolist(), strict=True):
-        ring = []
-        for corner, new_corner in zip(face, between, strict=True):
-            ring += [corner] if height[corner] >= 0 else []
-            ring += [new_corner] if new_corner >= 0 else []
-        pieces += [[ring[0], ring[k], ring[k + 1]] for k in range(1, len(ring) - 1)]
-    faces = np.array(pieces, dtype=np.int64).reshape(-1, 3)
-    return faces, np.concatenate([points, new])
+    half = triangles_above(points, faces, np.where(on, 0.0, height))
+    return without_loose(PolyMesh.from_triangles(*half))
 
 
 def sound_half(surface: PolyMesh, mirror: Mirror) -> PolyMesh | None:

@@ -9,7 +9,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, unit
 from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.polymesh import PolyMesh, without_loose
 from fabweave.mesh.topology import keep_faces
-from fabweave.mesh.triangulate import plain_triangles
+from fabweave.mesh.triangulate import plain_triangles, triangles_above
 
 #: A loop is ragged if its turns go to less than this share when it is smoothed twice.
 _RAGGED, _LEAST_EDGES = 0.6, 12
@@ -138,26 +138,4 @@ def _cut(points: FloatArray, triangles: IntArray, level: FloatArray) -> tuple[Fl
     vertex = one[best]
     places[vertex] += share[best, None] * (points[two[best]] - points[vertex])
     level[vertex] = 0.0
-    above = level[triangles] > 0.0
-    below = level[triangles] < 0.0
-    whole = above.any(axis=1) & ~below.any(axis=1)
-    mixed = triangles[above.any(axis=1) & below.any(axis=1)]
-    new: dict[tuple[int, int], int] = {}
-    added, parts = list[FloatArray](), list[list[int]]()
-    for corners in mixed.tolist():
-        polygon = list[int]()
-        for a, b in zip(corners, [*corners[1:], corners[0]], strict=True):
-            if level[a] >= 0.0:
-                polygon.append(a)
-            if level[a] * level[b] < 0.0:
-                key = (min(a, b), max(a, b))
-                if key not in new:
-                    new[key] = len(places) + len(added)
-                    low, high = key
-                    at = level[low] / (level[low] - level[high])
-                    added.append(places[low] + at * (places[high] - places[low]))
-                polygon.append(new[key])
-        parts += [[polygon[0], polygon[k], polygon[k + 1]] for k in range(1, len(polygon) - 1)]
-    made = np.array(parts, dtype=np.int64).reshape(-1, 3)
-    every = np.concatenate([places, np.array(added).reshape(-1, 3)])
-    return every, np.concatenate([triangles[whole], made])
+    return triangles_above(places, triangles, level)

@@ -272,3 +272,52 @@ def area_samples(
     start = a[chosen]
     places = start + one[:, None] * (b[chosen] - start) + two[:, None] * (c[chosen] - start)
     return places, unit(span[chosen])
+
+
+def triangles_above(
+    points: FloatArray, triangles: IntArray, level: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return what is left of triangles where a level is above zero; edges are cut where it is zero.
+
+    Parameters
+    ----------
+    points : (V, 3) float array
+    triangles : (T, 3) int array
+    level : (V,) float array
+        Of each point, and linear between them.
+
+    Returns
+    -------
+    points : (V + N, 3) float array
+        Those that were given, and one on each edge that is cut.
+    triangles : (U, 3) int array
+        First those that are whole, then the parts of others.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    >>> cut, left = triangles_above(points, np.array([[0, 1, 2]]), np.array([-1.0, 1.0, 1.0]))
+    >>> cut[3:].tolist(), left.tolist()
+    ([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[3, 1, 2], [3, 2, 4]])
+    """
+    side = np.sign(level).astype(np.int64)[triangles]
+    reaches, below = side.max(axis=1) > 0, side.min(axis=1) < 0
+    crossing = triangles[reaches & below]
+    head = np.roll(crossing, -1, axis=1)
+    across = level[crossing] * level[head] < 0.0
+    low, high = np.minimum(crossing, head)[across], np.maximum(crossing, head)[across]
+    code, number = np.unique(low * len(points) + high, return_inverse=True)
+    low, high = np.divmod(code, len(points))
+    share = (level[low] / (level[low] - level[high]))[:, None]
+    middle = np.full(crossing.shape, -1)
+    middle[across] = len(points) + number.reshape(-1)
+    parts: list[list[int]] = []
+    for face, between in zip(crossing.tolist(), middle.tolist(), strict=True):
+        ring = []
+        for corner, new in zip(face, between, strict=True):
+            ring += [corner] if level[corner] >= 0.0 else []
+            ring += [new] if new >= 0 else []
+        parts += [[ring[0], ring[k], ring[k + 1]] for k in range(1, len(ring) - 1)]
+    every = np.concatenate([points, points[low] + share * (points[high] - points[low])])
+    made = np.array(parts, dtype=np.int64).reshape(-1, 3)
+    return every, np.concatenate([triangles[reaches & ~below], made])

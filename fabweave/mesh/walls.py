@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import breadth_first_order, dijkstra, maximum_flow
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import KDTree
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, frozen_value
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, any_normals, flags, frozen_value
 from fabweave.mesh.bodies import bodies_of, winding
 from fabweave.mesh.halfedge import EdgeGroups, group_edges
 from fabweave.mesh.nearest import Surface
@@ -264,8 +264,7 @@ def _wide(one: _Faces, faces: IntArray, thick: FloatArray) -> BoolArray:
         return _wide(one, faces[some], thick[some])[nearest]
     normals = one.normals[faces]
     middle = one.centres[faces] - 0.5 * thick[:, None] * normals
-    first = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = any_normals(normals)
     second = np.cross(normals, first)
     ways = np.zeros(len(faces))
     for turn in 2.0 * np.pi * np.arange(_WAYS) / _WAYS:

@@ -73,7 +73,7 @@ def machine_profile(name: str) -> dict[str, Any]:
         )
     if path is None:
         return ours[name]
-    table = still_known(read_toml(path, "the machine profile"), str(path))
+    table = still_known(read_toml(path, "the machine profile"))
     for key, value in table.items():
         # Files that it names lie beside it.
         if isinstance(value, str) and value.lower().endswith(".toml"):

@@ -16,7 +16,7 @@ from fabweave.core.messages import closest_first
 from fabweave.options.file_kinds import is_roll
 from fabweave.options.kinds import load, number
 from fabweave.options.option import GROUPS, STOCK
-from fabweave.options.table import CAME, GONE, OPTIONS, option_named, option_of_field, still_known
+from fabweave.options.table import CAME, OPTIONS, option_named, option_of_field, still_known
 from fabweave.options.user_files import user_entries
 
 if TYPE_CHECKING:  # what options are is imported when they are used
@@ -347,8 +347,7 @@ def _settings(given: Mapping[str, Any], kept: Mapping[str, Any], where: str) -> 
     for name in given:
         if all(name != option.name for option in OPTIONS):
             closest = closest_first(name, [option.name for option in OPTIONS])[0]
-            remedy = GONE.get(name, f"the nearest is {closest!r}")
-            raise InputError(f"there is no option {name!r}; {remedy}")
+            raise InputError(f"there is no option {name!r}; the nearest is {closest!r}")
     values: dict[str, Any] = {}
     for option in OPTIONS:
         if given.get(option.name) is not None:
@@ -432,4 +431,4 @@ def read_job_options(path: Path) -> dict[str, Any]:
         raise InputError(
             f"{path} has no table [job] with settings; use the job.toml of a finished job"
         )
-    return {**(CAME if "outcome" in told else {}), **still_known(job, str(path))}
+    return {**(CAME if "outcome" in told else {}), **still_known(job)}

@@ -11,6 +11,7 @@ from fabweave.core.arrays import (
     FloatArray,
     IntArray,
     Progress,
+    any_normals,
     flags,
     frozen_value,
     no_progress,
@@ -448,7 +449,7 @@ def sweep(spines: Spines, sides: int) -> FloatArray:
     Wang, Jüttler, Zheng, Liu, "Computation of rotation minimizing frames", ACM TOG 27(1), 2008.
     """
     direction = spines.direction
-    first = _any_normals(direction)
+    first = any_normals(direction)
     second = np.cross(direction, first)
     turn = _frame_angles(spines, direction, first, second)
     around = turn[:, None] + 2.0 * np.pi * np.arange(sides) / sides
@@ -456,13 +457,6 @@ def sweep(spines: Spines, sides: int) -> FloatArray:
     corner = (radius * np.cos(around))[:, :, None] * first[:, None, :]
     corner += (radius * np.sin(around))[:, :, None] * second[:, None, :]
     return np.asarray(spines.point[:, None, :] + corner, dtype=np.float64)
-
-
-def _any_normals(direction: FloatArray) -> FloatArray:
-    """Return some unit vector at right angles to each direction."""
-    axis = np.eye(3)[np.argmin(np.abs(direction), axis=1)]
-    normal = np.cross(direction, axis)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
 
 
 def _frame_angles(

@@ -50,6 +50,11 @@ class Polyline:
     closed: bool = False
     bulges: FloatArray | None = None
 
+    @property
+    def bends(self) -> FloatArray:
+        """The bulge of the side that leaves each point, (N,)."""
+        return np.zeros(len(self.points)) if self.bulges is None else self.bulges
+
     def flattened(self, tolerance_mm: float) -> FloatArray:
         """Return points along the run so near that chords are within the tolerance of arcs."""
         if self.bulges is None:

@@ -188,8 +188,7 @@ def _moved_entity(entity: Entity, half_mm: float) -> Entity | None:
     if isinstance(entity, Circle):
         radius = entity.radius + outward
         return replace(entity, radius=radius) if radius >= MIN_SEGMENT_MM else None
-    bulges = np.zeros(len(entity.points)) if entity.bulges is None else entity.bulges
-    path = offset_path(Path(entity.points, bulges), outward)
+    path = offset_path(Path(entity.points, entity.bends), outward)
     return None if path is None else replace(entity, points=path.points, bulges=path.bulges)
 
 
@@ -466,7 +465,7 @@ def _opened(entity: Entity, count: int, gap_mm: float) -> list[Entity]:
     """Return the runs that are left of an outline; anything else as it is."""
     if not isinstance(entity, Polyline) or entity.layer is not Layer.CUT_OUTER:
         return [entity]
-    bulges = np.zeros(len(entity.points)) if entity.bulges is None else entity.bulges
+    bulges = entity.bends
     chords = np.hypot(*(np.roll(entity.points, -1, axis=0) - entity.points).T)
     ends = np.cumsum(chords * stretch(bulges))
     starts = np.concatenate(([0.0], ends[:-1]))

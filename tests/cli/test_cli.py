@@ -12,7 +12,6 @@ from jobs import OCTAHEDRON, contents_of, run
 from mesh_writers import write_mesh
 from meshes_shared import mesh_params
 
-from fabweave.cli.main import cli
 from fabweave.cli.make import tell_job
 from fabweave.job.run import run_job
 from fabweave.job.stations import Stations
@@ -113,16 +112,6 @@ def test_mistakes_get_one_message_and_leave_nothing(typed, code, tmp_path, capsy
     assert told.err.count("fabweave: ") + told.err.count("Usage: ") == 1
     assert "Traceback" not in told.err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_command_that_went_says_what_to_write(capsys):
-    assert run("design", "cow.obj", "--tries", 9, "-o", "designs") == 2
-    told = capsys.readouterr()
-    assert (told.out, told.err.count("\n")) == ("", 1)
-    instead = re.findall(r"fabweave (\w+) MESH (--\w+)", told.err)
-    assert len(instead) == 2
-    for command, option in instead:
-        assert option in [flag for one in cli.commands[command].params for flag in one.opts]
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """The table of options: it fits Settings, and all that is made of it fits the table."""
 
 import math
-import re
 import shutil
 import tomllib
 from dataclasses import fields
@@ -12,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from jobs import run
 
 from fabweave.cli.guide import options_page
 from fabweave.core.errors import InputError
@@ -26,7 +24,7 @@ from fabweave.options.settings import (
     settings_from_options,
     settings_table,
 )
-from fabweave.options.table import GONE, LEAVE_OUT, OPTIONS, option_named
+from fabweave.options.table import OPTIONS, option_named
 from fabweave.ribbon.width import WidthRule
 from fabweave.sheet.kerf import MicroJoints
 from fabweave.sheet.presets import preset_named
@@ -453,18 +451,3 @@ def test_files_of_older_versions_are_read_without_what_is_not_missed(tmp_path) -
     assert settings_from_job(job) == Settings.of("shape:cube")
     profile.write_text('qr = "paper"\nkerf = "0.15mm"\n')
     assert machine_profile(str(profile)) == {"kerf": "0.15mm"}
-
-
-@pytest.mark.parametrize("name", GONE)
-def test_an_option_that_went_is_refused_with_what_to_do(name, tmp_path, capsys) -> None:
-    assert all(option.name != name for option in OPTIONS)
-    with pytest.raises(InputError, match=re.escape(GONE[name])):
-        settings_from_options("shape:cube", **{name: "3"})
-    for words in ((f"--{name.replace('_', '-')}", "3"), ("--set", f"{name}=3")):
-        assert run("make", "shape:cube", *words, "-o", tmp_path / "job") == 2
-        assert GONE[name] in capsys.readouterr().err
-    job = tmp_path / "job.toml"
-    job.write_text(f"[job]\nmesh = 'shape:cube'\n{name} = '3'\n")
-    if GONE[name] != LEAVE_OUT:
-        with pytest.raises(InputError, match=re.escape(GONE[name])):
-            settings_from_job(job)

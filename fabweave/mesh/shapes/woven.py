@@ -9,7 +9,15 @@ import math
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, places_in_groups
+from fabweave.core.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    any_normals,
+    flags,
+    places_in_groups,
+    unit,
+)
 from fabweave.core.errors import InputError
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.one_rings import mean_at
@@ -339,8 +347,7 @@ def cage(faces: int, m: int, n: int, size: float) -> PolyMesh:
     solid = _SOLIDS[faces]()
     half = build_halfedges(solid)
     heads = half.tail[half.next]
-    middle = solid.vertices[half.tail] + solid.vertices[heads]
-    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+    middle = unit(solid.vertices[half.tail] + solid.vertices[heads])
     nodes = np.zeros((half.n_edges, 3))
     nodes[half.edge] = middle
     ends = np.column_stack((half.edge, half.edge[half.next]))
@@ -467,11 +474,9 @@ def _around_nodes(
     nodes: FloatArray, leaving: FloatArray, node: IntArray
 ) -> tuple[IntArray, FloatArray]:
     """Return the half-tube to the left of each, and the way to the corner between, in radii."""
-    across = np.eye(3)[np.argmin(np.abs(nodes), axis=1)]
-    across = np.cross(nodes, across)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    up = np.cross(nodes, across)
-    angle = np.arctan2((leaving * up).sum(axis=1), (leaving * across).sum(axis=1))
+    first = any_normals(nodes)
+    up = np.cross(nodes, first)
+    angle = np.arctan2((leaving * up).sum(axis=1), (leaving * first).sum(axis=1))
     order = np.lexsort((angle, node))
     starts = np.flatnonzero(np.diff(node[order], prepend=-1))
     following = np.roll(order, -1)
@@ -480,7 +485,7 @@ def _around_nodes(
     after[order] = following
     half = np.mod(angle[after] - angle, 2.0 * math.pi) / 2.0
     turn = angle + half
-    way = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * up
+    way = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * up
     return after, way / np.sin(half)[:, None]
 
 
@@ -492,9 +497,8 @@ def _net_places(
     low = np.minimum(share.astype(np.int64), _SAMPLES - 2)
     part = (share - low)[:, None]
     middle = curves[:, low] * (1.0 - part) + curves[:, low + 1] * part
-    out = middle / np.linalg.norm(middle, axis=-1, keepdims=True)
-    left = np.cross(out, curves[:, low + 1] - curves[:, low])
-    left /= np.linalg.norm(left, axis=-1, keepdims=True)
+    out = unit(middle)
+    left = unit(np.cross(out, curves[:, low + 1] - curves[:, low]))
     turn = np.linspace(0.0, math.pi, across + 1)[:, None]
     near = np.maximum(0.0, 1.0 - np.linspace(0.0, 1.0 / _FLARE, along + 1))[:, None]
     places = []

@@ -219,11 +219,8 @@ def _causes(
         size = np.ptp(resting_frame(outline, middle[0], middle[-1]).apply(outline), axis=0)
         free = np.sort(bed.free_mm or (0.0, 0.0))
         turned = "--rotations free, " if np.all(np.sort(size) <= free) else ""
-        yield (
-            f"{size.max():.1f} × {size.min():.1f} mm, where the sheets have {free[1]:.1f} × "
-            f"{free[0]:.1f} mm free",
-            f"{turned}a larger --sheet, a smaller --size",
-        )
+        larger = f"a --sheet with more than {free[1]:.1f} × {free[0]:.1f} mm free"
+        yield f"{size.max():.1f} × {size.min():.1f} mm", f"{turned}{larger}, a smaller --size"
     elif length <= longest_mm and not clear:
         yield "crossing itself as it is cut, laps and all", _APART
 

@@ -247,8 +247,7 @@ def _trace(path: PDFPathObject, entity: Entity) -> None:
     points = (entity.points * _POINTS).tolist()
     path.moveTo(*points[0])
     goals = points[1:] + points[:1] * entity.closed
-    bulges = np.zeros(len(points)) if entity.bulges is None else entity.bulges
-    for start, goal, bulge in zip(points, goals, bulges.tolist(), strict=False):
+    for start, goal, bulge in zip(points, goals, entity.bends.tolist(), strict=False):
         _side(path, start, goal, bulge)
     if entity.closed:
         path.close()
