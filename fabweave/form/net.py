@@ -227,7 +227,8 @@ def local_system(
     stress = net.stiffness * (twist - net.rest)
     change = np.concatenate(back_from(twist.reshape(-1, 6)), axis=2).reshape(spans, pieces, 6, 12)
     force = np.einsum("smij,smi->smj", change, stress)
-    matrix = np.swapaxes(net.stiffness[..., None] * change, 2, 3) @ change
+    firm = net.stiffness[..., None] * change
+    matrix = np.einsum("smki,smkj->smij", firm, change, optimize=True)
     if stressed:
         # The second order of log(exp(-a) exp(twist) exp(b)), by Baker, Campbell and Hausdorff.
         bracket = _bracket(stress)

@@ -292,7 +292,7 @@ def item_arrays(items: Sequence[ItemField]) -> ItemArrays:
 def place_items(arrays: ItemArrays, poses: FloatArray) -> PlacedItems:
     """Return items at poses (N, 3)."""
     cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    c, s = cosine[arrays.owner], sine[arrays.owner]
+    c, s = cosine.take(arrays.owner), sine.take(arrays.owner)
     x, y = arrays.samples.T
     arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
     return PlacedItems(arrays, poses, cosine, sine, arm, arm + poses[arrays.owner, :2])
@@ -300,9 +300,12 @@ def place_items(arrays: ItemArrays, poses: FloatArray) -> PlacedItems:
 
 def _field_coordinates(placed: PlacedItems, points: FloatArray, items: IntArray) -> FloatArray:
     """Return points (K, 2) in steps from the first node of one item's field each, (2, K)."""
-    x, y = points.T - placed.poses.T[:2, items]
-    c, s, step = placed.cosine[items], placed.sine[items], placed.arrays.step[items]
-    left, low = placed.arrays.corner.T[:, items]
+    # Taken column by column, which is twice as fast as rows.
+    left, low, x0, y0 = (
+        column.take(items) for column in (*placed.arrays.corner.T, *placed.poses.T[:2])
+    )
+    c, s, step = (of.take(items) for of in (placed.cosine, placed.sine, placed.arrays.step))
+    x, y = points[:, 0] - x0, points[:, 1] - y0
     return np.stack([(c * x + s * y - left) / step, (c * y - s * x - low) / step])
 
 
@@ -313,19 +316,19 @@ class _Corners:
     out: BoolArray  # (K,) beyond the field
     across: FloatArray  # (K,) share of a step from the left nodes
     up: FloatArray  # (K,) and from the lower ones
-    nodes: FloatArray  # (4, K) lower left, lower right, upper left, upper right
+    nodes: tuple[FloatArray, ...]  # (K,) each: lower left, lower right, upper left, upper right
 
 
 def _corners(placed: PlacedItems, points: FloatArray, items: IntArray) -> _Corners:
     """Look points (K, 2) up in one item's field each."""
     arrays = placed.arrays
     u, v = _field_coordinates(placed, points, items)
-    columns, rows = arrays.extent[items].T
+    columns, rows = (extent.take(items) for extent in arrays.extent.T)
     out = (u < 0.0) | (v < 0.0) | (u >= columns - 1) | (v >= rows - 1)
     column = np.where(out, 0, u).astype(np.int64)
     row = np.where(out, 0, v).astype(np.int64)
-    node = arrays.first[items] + row * columns + column
-    nodes = arrays.field[np.stack((node, node + 1, node + columns, node + columns + 1))]
+    node = arrays.first.take(items) + row * columns + column
+    nodes = tuple(arrays.field.take(node + by) for by in (0, 1, columns, columns + 1))
     return _Corners(out, u - column, v - row, nodes)
 
 
@@ -358,7 +361,7 @@ def gradients(placed: PlacedItems, points: FloatArray, items: IntArray) -> Float
     here, right, above, beyond = at.nodes
     low, high = right - here, beyond - above
     dx, dy = low + at.up * (high - low), above + at.across * high - (here + at.across * low)
-    c, s, step = placed.cosine[items], placed.sine[items], placed.arrays.step[items]
+    c, s, step = (of.take(items) for of in (placed.cosine, placed.sine, placed.arrays.step))
     return np.stack([c * dx - s * dy, s * dx + c * dy], axis=1) / step[:, None]
 
 
