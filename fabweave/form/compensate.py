@@ -43,7 +43,7 @@ from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often it is let go, at most; so often vertices are moved then. It is enough after so many
 #: steps that take less than this share of what is left off.
-_ROUNDS, _STEPS, _LITTLE, _IDLE = 3, 12, 0.05, 2
+_ROUNDS, _STEPS, _LITTLE, _IDLE = 3, 12, 0.05, 3
 #: So many steps are mixed; what they did is alike to less than this share.
 _PAST, _ALIKE = 6, 0.03
 #: What is off by no more than this share of the size in the mean is near enough.
@@ -51,16 +51,17 @@ _NEAR = 0.0025
 #: What is left is to be less than this share of what there was in the mean, and no more at most;
 #: else nothing is moved.
 _WORTH = 0.8
-#: To know about where it rests, this is near enough; and from where it rested before.
-_ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
-_STEP = Closely(gain=1e-3, sag_gain=1e-6, steps=3)
+#: To know about where it rests, this is near enough; and from where it rested before, steps of
+#: Newton's at least, and such a share of what it took as drawn.
+_ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=80)
+_FEW, _FEWER = 3, 1 / 6
 #: Objects of more crossings are left as they are drawn: to let them go once more takes a minute.
 MOST_CROSSINGS = 3000
 #: Where a rule would be broken, so much is tried; at first the motion is evened out, so often, by
 #: such a share of what tells a vertex from its neighbours; about these places by less and less.
-_TRIES, _EVENED, _EVEN, _TIMES, _ABOUT = 8, 3, 0.7, 3, 0.7
-#: No vertex moves farther, as a share of the size: a box of six faces would become flat.
-_MOVED = 0.05
+_TRIES, _EVENED, _EVEN, _TIMES, _ABOUT, _BACK = 8, 3, 0.7, 3, 0.7, 0.5
+#: The ends of no edge move apart by more, as a share of its length: a box would become flat.
+_PULLED = 0.3
 #: How far crossings may be from where they are wished in their quads: a share of how far they are
 #: from the middles, and millimetres.
 _BESIDE, _BESIDE_MM = 0.4, 5e-4
@@ -208,11 +209,14 @@ class _Compensation:
     brief: Brief
     check: Check
     progress: Progress
+    roughly: Closely = _ABOUT_REST
 
     @property
     def found(self) -> list[JoinedObject]:
         """What comes nearer and nearer to its aim in the end."""
         rests = self.rests(self.joined, _ABOUT_REST)
+        took = max(len(at.history) for one in rests for at in (one.free, one.end))
+        self.roughly = _ABOUT_REST._replace(steps=max(_FEW, round(_FEWER * took)))
         drawn = left = self.off(rests)
         tried = []
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
@@ -230,20 +234,24 @@ class _Compensation:
     def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
         """Return an object as it is cut that comes nearer than before; None if it does not.
 
-        No vertex goes far, and crossings stay beside the middles of their quads.
+        Crossings stay beside the middles of their quads.
         """
-        laid, moved, rests = found
-        cut = recut(laid, self.brief) if self.near(moved) else None
+        laid, moved, _ = found
+        cut = recut(laid, self.brief)
         if cut is None or not self.at_edges(cut):
             return None
-        rests = self.rests(cut, _ABOUT_REST, rests)
+        # What can rest in several ways is let go as it is in the end: from where it is drawn.
+        rests = self.rests(cut, _ABOUT_REST)
         left = self.off(rests)
         gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
         return (cut, moved, rests, left) if gained else None
 
-    def near(self, moved: FloatArray) -> bool:
-        """Return whether no vertex is moved far."""
-        return _most(moved) <= _MOVED * self.joined.woven.size_mm
+    def pulled(self, mesh: PolyMesh) -> BoolArray:
+        """Return which crossings' edges are drawn out, pressed or turned too much, (X,)."""
+        tail, head = _ends(self.joined.woven)
+        was, now = (one.vertices[head] - one.vertices[tail] for one in (self.aim.mesh, mesh))
+        most = _PULLED * np.linalg.norm(was, axis=1)
+        return np.asarray(np.linalg.norm(now - was, axis=1) > most)
 
     def is_near(self, off: FloatArray) -> bool:
         """Return whether an object is as near to its aim as it need be."""
@@ -258,21 +266,26 @@ class _Compensation:
         J. ACM 12, 1965).
         """
         off = self.off(rests)
-        best, least, idle = None, _mean(off), 0
-        past: list[tuple[FloatArray, FloatArray]] = []
+        best, least, share, idle = None, _mean(off), 1.0, 0
+        past = [(moved, off)]
         for number in range(_STEPS):
             self.progress("form", number, _STEPS)
-            past.append((moved, off))
-            step = self.kept(moved, _mixed(past, self.at_vertices) - moved)
+            step = self.kept(moved, share * (_mixed(past, self.at_vertices) - moved))
             if step is None:
                 break
-            laid, moved = step[0], moved + step[1]
-            rests = self.rests(laid, _STEP, rests)
-            off = self.off(rests)
+            laid, there = step[0], moved + step[1]
+            rested = self.rests(laid, self.roughly, rests)
+            off = self.off(rested)
             idle = 0 if _mean(off) < (1.0 - _LITTLE) * least else idle + 1
             if _mean(off) < least:
-                best, least = (laid, moved, rests), _mean(off)
-            if idle == _IDLE:
+                moved, rests, least, share = there, rested, _mean(off), min(1.0, 2.0 * share)
+                best = laid, moved, rests
+                past.append((moved, off))
+            else:
+                # What is learnt there serves all the same.
+                past.insert(-1, (there, off))
+                share /= 2.0
+            if idle == (1 if self.is_near(off) else _IDLE):
                 break
         return best
 
@@ -330,16 +343,16 @@ class _Compensation:
         about = np.zeros(len(step))
         for number in range(_TRIES):
             there = self.moved(moved + step)
-            broken = self.along(there)
-            if broken.no_more_than(self.drawn):
+            broken, pulled = self.along(there), self.pulled(there)
+            if not pulled.any() and broken.no_more_than(self.drawn):
                 laid = relaid(self.joined, there, self.brief)
                 broken = _Broken(self.check(laid.woven, Depth.NEAR), laid.woven)
                 if broken.no_more_than(self.drawn):
                     return laid, step
-            self.spread(about, broken.worse_than(self.drawn))
+            at = pulled[self.joined.woven.weave.threads.crossing]
+            self.spread(about, at | broken.worse_than(self.drawn))
             if number >= _EVENED:
-                step = self.symmetric(step * (1.0 - about)[:, None])
-                continue
+                step = self.symmetric(step * (1.0 - _BACK * about)[:, None])
             for _ in range(_TIMES * (number + 1)):
                 uneven = moved + step - self.neighbours @ (moved + step)
                 step = self.symmetric(step - _EVEN * about[:, None] * uneven)

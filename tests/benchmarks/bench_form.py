@@ -33,7 +33,7 @@ OBJECTS: dict[str, tuple[str | Path, dict[str, str]]] = {
     "torus": ("shape:torus?m=16&n=8", {"size": "300mm"}),
     "torus, twill": ("shape:torus?m=24&n=12", {"size": "400mm", "pattern": "twill"}),
     "torus, veneer": ("shape:torus?m=16&n=8", {"size": "400mm", "material": "birch-veneer"}),
-    "torus, aluminium": ("shape:torus?m=24&n=12", {"size": "400mm", "material": "aluminium-5052"}),
+    "torus, aluminium": ("shape:torus?m=24&n=12", {"size": "800mm", "material": "aluminium-5052"}),
     "torus, satin": ("shape:torus?m=20&n=10", {"size": "400mm", "pattern": "satin:5/2"}),
     "torus, straight": ("shape:torus?m=16&n=8", {"size": "300mm", "strips": "straight"}),
     "lampshade": (SHADE, {"size": "300mm"}),
