@@ -21,6 +21,8 @@ _MOST_SHADES = 24
 _MOST_ALIKE = 0.2
 #: What a change of shade along a thread costs, where two strands alike at a crossing cost 4.
 _CHANGE = 2
+#: What a pass at which a shade changes says on the way that a stretch leans.
+_CHANGING = 0.25
 #: How often all stretches are looked at again.
 _SWEEPS = 50
 
@@ -122,7 +124,9 @@ def lean_shades(weave: Weave, rows: IntArray, breaks: BoolArray | None = None) -
         breaks = turns & (below | ~below[after])
         breaks[after[turns & ~below & below[after]]] = True
     stretch = _stretches(threads, breaks)
-    votes = np.bincount(stretch.ravel(), weights=np.repeat(np.where(right, 1, -1), 2))
+    # A pass at which the shade changes says little on what it changes to.
+    vote = np.where(right, 1.0, -1.0) * np.where(breaks, _CHANGING, 1.0)
+    votes = np.bincount(stretch.ravel(), weights=np.repeat(vote, 2))
     return (votes > 0).astype(np.int64)[stretch]
 
 

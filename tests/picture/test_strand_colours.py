@@ -7,6 +7,7 @@ import pytest
 from colour_vision import COLOUR_BLINDNESS, as_seen_with
 from hypothesis import given
 from hypothesis import strategies as st
+from ring_meshes import ball, chain
 from weaving_meshes import walked
 
 from fabweave.core.colour_space import light_of, oklab_of
@@ -18,9 +19,11 @@ from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave, strand_passes
 from fabweave.weave.strand_colours import (
     crossing_colours,
+    lean_shades,
     shade_strands,
     strand_colours,
 )
+from fabweave.weave.twill.rows import TWISTS, ring_rows
 
 #: What differs at every crossing differs by no less, in OKLab, where 0.02 is just seen.
 LEAST_DIFFERENCE = 0.06
@@ -88,6 +91,37 @@ def test_the_strands_of_every_crossing_differ(name, strategy):
     pair = np.flatnonzero(weave.threads.crossing == 0)
     spoiled[pair[0], 1] = spoiled[pair[1], 0]
     assert least_difference(weave, spoiled) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("mesh", "turns"),
+    [
+        (parse_shape("shape:torus?m=6&n=4"), 0),
+        # Strands turn at the tip and at the bottom only.
+        (ball(7, 6), 2 * 7),
+        (chain([(2, 4)]), None),
+    ],
+)
+def test_strands_of_rings_have_two_colours_by_the_way_they_lean(mesh, turns):
+    halfedges, threads = walked(mesh)
+    rows = ring_rows(halfedges)[halfedges.edge[threads.crossing_halfedge]]
+    weave = Weave(threads, "twill", TWISTS[rows], over_of_passes(threads, TWISTS[rows]))
+    shades = lean_shades(weave, rows)
+    assert np.unique(shades).tolist() == [0, 1]
+    assert flows(weave, shades)
+    changes = shades[:, 0] != shades[:, 1]
+    assert not np.any(changes & weave.over)
+    if turns is not None:
+        assert changes.sum() == turns
+    # One of each two strands leans to the right, but where it is about to turn.
+    same = alike(weave, shades)
+    at_turns = np.unique(threads.crossing[changes])
+    assert np.isin(np.flatnonzero(same), at_turns).all()
+    # Rows that are none are seen: strands would turn again and again.
+    wrong = lean_shades(weave, np.random.default_rng(1).permutation(rows))
+    assert np.count_nonzero(wrong[:, 0] != wrong[:, 1]) > changes.sum()
+    strands = strand_colours(weave, np.zeros(threads.n_threads, dtype=int), "direction", rows=rows)
+    assert len(np.unique(strands.reshape(-1, 3), axis=0)) == 2
 
 
 @pytest.mark.parametrize("name", ["hypar?m=2&n=3", "hypar?m=7&n=5", "hypar?m=9&n=4"])

@@ -268,6 +268,19 @@ def test_sixteen_is_proved_optimal(mesh) -> None:
     assert (bound.least, bound.optimum) == (16, True)
 
 
+@pytest.mark.parametrize(("m", "n", "least"), [(7, 5, 20), (9, 7, 28), (15, 13, 52), (6, 5, 0)])
+def test_odd_rings_of_conditions_bound_the_twill_of_an_odd_torus(m, n, least) -> None:
+    # 4mn edge conditions, in rings of m: optima of the first two by MaxSAT.
+    conditions = conditions_of(grids.torus(m, n, 3.0, 1.0))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bounds, "_MOST_WHOLE", 0)
+        bound = prove_bound(couple(conditions), [])
+    assert bound.least == least
+    start = np.zeros(conditions.n_crossings, dtype=np.bool_)
+    found = optimise_twill(couple(conditions), start, effort="quick")
+    assert count_broken(conditions, found).total >= least
+
+
 @pytest.mark.parametrize(("steps", "at_least", "at_most"), slow_but([(2, 28, 32), (3, 40, 64)]))
 def test_bounds_of_large_spheres_lie_below_what_is_known(steps, at_least, at_most) -> None:
     halfedges, threads = walked(refined(solids.cube(), f"catmull-clark:{steps}"))

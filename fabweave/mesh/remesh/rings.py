@@ -20,6 +20,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
 from fabweave.mesh.fair.energy import Energy
+from fabweave.mesh.fair.fairing import RING_STEPS, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.mirror import find_mirror
 from fabweave.mesh.one_rings import sum_at
@@ -69,8 +70,8 @@ _SHORTEST, _NO_ROOM = 0.3, 0.02
 _LEAVING_OUT = 8
 #: So many choices of poles are laid out, until so many are sound, of which the best is taken.
 _CHOICES, _COMPARED = 12, 7
-#: Strands with less room than so many millimetres can hardly be made.
-_ROOM_MM = 2.5
+#: Strands with less room than so many millimetres are hard to make.
+_ROOM_MM = 6.0
 #: How much rows are spaced by the strands' width, and how much all alike.
 _ALIKE = 0.5
 #: Levels at which the length of rings is measured, and points around each.
@@ -297,7 +298,8 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
 
 
 def _waviness(model: Model, mesh: PolyMesh) -> float:
-    """Return the energy that fairing lowers, by half-edge; more where a strand has no room."""
+    """Return the energy after some fairing, by half-edge; more where a strand has no room."""
+    mesh = fair_mesh(mesh, model, RING_STEPS).mesh
     energy = Energy(mesh, model)
     room = float(energy.rooms(mesh.vertices).min())
     lack = max(float(np.log(_ROOM_MM / max(room, 1e-6))), 0.0)

@@ -2,6 +2,7 @@
 
 import heapq
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -197,6 +198,9 @@ WIDER_WORK = {"quick": 0.0, "normal": 2e9, "best": 2e10}
 _MOST_WHOLE = 200
 _MOST_MERGED = 160
 
+#: On a grid of at most so many crossings rings of conditions are sought.
+_MOST_RINGED = 2000
+
 #: Work to look up a table where regions are only tried for merging.
 _TRIAL = 2500
 
@@ -237,6 +241,8 @@ def prove_bound(
     goes to one of them, or is split in equal parts between all: the better sum of the two counts.
     Neighbouring regions are merged while the tables stay small, and conditions far from a seed are
     left out where they do not: both can only make the sum too low.
+
+    Without seeds, rings of an odd number of edge conditions are counted, each of which breaks one.
 
     Whether the number of broken conditions is odd or even often does not depend on the twists: on
     a closed mesh it is always even. Then the sum is rounded up to what is possible.
@@ -282,8 +288,11 @@ def prove_bound(
         optimum = least_parts(couplings, everything, _WHOLE_WIDTH)
         if optimum is not None:
             return Bound(optimum // PARTS, optimum=True)
+    remainder = _parity(couplings)
     if not seeds:
-        return Bound(0, optimum=False)
+        # On a grid only the lengths of threads are in the way.
+        few = couplings.n_crossings <= _MOST_RINGED
+        return Bound(_rounded_up(_odd_rings(couplings) if few else 0, remainder), optimum=False)
     most = math.inf if most_work is None else most_work
     nearness = _nearness(couplings, seeds)
     far = [nearness.distance[table].max(axis=1) for table, _ in couplings.tables]
@@ -303,11 +312,59 @@ def prove_bound(
             proved += _least_within(couplings, region, far, solving, wider)
         parts = max(parts, proved)
         cut_short |= merging.done or solving.done
-    least = -(-parts // PARTS)
-    remainder = _parity(couplings)
-    if remainder is not None:
-        least += (least - remainder) % 2
+    least = _rounded_up(-(-parts // PARTS), remainder)
     return Bound(least, optimum=False, cut_short=cut_short)
+
+
+def _rounded_up(least: int, remainder: int | None) -> int:
+    """Return the least number that is as odd or even as it must be."""
+    return least if remainder is None else least + (least - remainder) % 2
+
+
+def _odd_rings(couplings: Couplings) -> int:
+    """Count rings of an odd number of edge conditions, none of which is in two of them.
+
+    Around each, twists cannot all differ: one condition breaks. The shortest are taken first.
+    """
+    near: list[Counter[int]] = [Counter() for _ in range(couplings.n_crossings)]
+    for (a, b), weight in zip(
+        couplings.pairs.tolist(), couplings.pair_weight.tolist(), strict=True
+    ):
+        for here, there in {(a, b), (b, a)}:
+            near[here][there] += weight
+    waiting = [(0, crossing) for crossing in range(couplings.n_crossings)]
+    count = 0
+    while waiting:
+        length, start = heapq.heappop(waiting)
+        ring = _odd_ring(near, start)
+        if len(ring) > length:
+            heapq.heappush(waiting, (len(ring), start))
+        elif ring and len(set(ring)) == len(ring):
+            count += 1
+            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
+                for here, there in {(a, b), (b, a)}:
+                    near[here][there] -= 1
+            heapq.heappush(waiting, (length, start))
+    return count
+
+
+def _odd_ring(near: list[Counter[int]], start: int) -> list[int]:
+    """Return the crossings of a shortest walk of odd length back to one; none if there is none."""
+    before: dict[tuple[int, bool], tuple[int, bool]] = {(start, False): (-1, False)}
+    queue = [(start, False)]
+    for here in queue:
+        for other, times in near[here[0]].items():
+            there = other, not here[1]
+            if times > 0 and there not in before:
+                before[there] = here
+                queue.append(there)
+        if (start, True) in before:
+            ring, at = [], before[start, True]
+            while at[0] >= 0:
+                ring.append(at[0])
+                at = before[at]
+            return ring
+    return []
 
 
 def irregular_seeds(halfedges: Halfedges, threads: Threads) -> list[IntArray]:
