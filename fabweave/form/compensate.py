@@ -223,6 +223,10 @@ class _Compensation:
         for _ in range(_ROUNDS):
             found = self.stepped(moved, rests)
             nearer = None if found is None else self.nearer(found, left)
+            if nearer is None and found is not None:
+                # Where a whole step goes too far, as what snaps over then, half of it may do.
+                half = self.kept(moved, (found[1] - moved) / 2.0)
+                nearer = half and self.nearer((half[0], moved + half[1], rests), left)
             if nearer is None:
                 break
             cut, moved, rests, left = nearer
