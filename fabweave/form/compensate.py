@@ -2,12 +2,12 @@
 
 Strips that are cut as they lie on a mesh settle beside it, as they rest where their forces are in
 balance, under their weight and their load. So each vertex is moved by minus what its crossings go,
-time and again. Where it rests then is found from where it rested before, in a few steps,
-and in the end so closely as at first. Ribbons keep the rules that they kept: where one would be
-broken, the motion is evened out, and taken back where that does not help.
+time and again. How far they go is foretold to first order, which takes a moment, and what that
+leaves out is taken from where the object really comes to rest at first. Ribbons keep the rules that
+they kept: where one would be broken, the motion is evened out.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
@@ -26,7 +26,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.form.body import ElasticBody, body_of, off_places
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
-from fabweave.form.settle import BOUND, STANDS, Closely, Rests, let_go
+from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.symmetrise import vertex_images
@@ -41,37 +41,33 @@ from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.weave.symmetry import nearest_symmetry
 from fabweave.weave.weave_mesh import WovenMesh
 
-#: So often it is let go, at most; so often vertices are moved then. It is enough after so many
-#: steps that take less than this share of what is left off.
-_ROUNDS, _STEPS, _LITTLE, _IDLE = 3, 12, 0.05, 3
-#: So many steps are mixed; what they did is alike to less than this share.
-_PAST, _ALIKE = 6, 0.03
+#: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
+#: A step that takes less than this share of what is left off is the last.
+_ROUNDS, _STEPS, _LITTLE = 3, 3, 0.05
 #: What is off by no more than this share of the size in the mean is near enough.
 _NEAR = 0.0025
 #: What is left is to be less than this share of what there was in the mean, and no more at most;
 #: else nothing is moved.
 _WORTH = 0.8
-#: To know about where it rests, this is near enough; and from where it rested before, steps of
-#: Newton's at least, and such a share of what it took as drawn.
-_ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=80)
-_FEW, _FEWER = 3, 1 / 6
+#: To know about where it rests, this is near enough.
+_ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
 #: Objects of more crossings are left as they are drawn: to let them go once more takes a minute.
 MOST_CROSSINGS = 3000
-#: Where a rule would be broken, so much is tried; at first the motion is evened out, so often, by
-#: such a share of what tells a vertex from its neighbours; about these places by less and less.
-_TRIES, _EVENED, _EVEN, _TIMES, _ABOUT, _BACK = 8, 3, 0.7, 3, 0.7, 0.5
-#: The ends of no edge move apart by more, as a share of its length: a box would become flat.
-_PULLED = 0.3
+#: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
+#: vertex from its neighbours; about these places half as much.
+_TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+#: No vertex moves farther, as a share of the size: a box of six faces would become flat.
+_MOVED = 0.05
 #: How far crossings may be from where they are wished in their quads: a share of how far they are
 #: from the middles, and millimetres.
 _BESIDE, _BESIDE_MM = 0.4, 5e-4
 #: A place is worse than it was from such a share of what is needed on.
 _WORSE = 0.02
 
-#: An object whose ribbons are laid anew, how its vertices are moved, and where it rests; and with
-#: its strips, and what is left.
-_Moved = tuple[JoinedObject, FloatArray, list[Rests]]
-_Nearer = tuple[JoinedObject, FloatArray, list[Rests], FloatArray]
+#: An object whose ribbons are laid anew, and how its vertices are moved; and with its strips, and
+#: what is left.
+_Moved = tuple[JoinedObject, FloatArray]
+_Nearer = tuple[JoinedObject, JoinedObject, FloatArray, FloatArray]
 #: Checks ribbons against the rules of their material.
 Check = Callable[[WovenObject, Depth], RibbonCheck]
 
@@ -209,27 +205,25 @@ class _Compensation:
     brief: Brief
     check: Check
     progress: Progress
-    roughly: Closely = _ABOUT_REST
 
     @property
     def found(self) -> list[JoinedObject]:
         """What comes nearer and nearer to its aim in the end."""
-        rests = self.rests(self.joined, _ABOUT_REST)
-        took = max(len(at.history) for one in rests for at in (one.free, one.end))
-        self.roughly = _ABOUT_REST._replace(steps=max(_FEW, round(_FEWER * took)))
-        drawn = left = self.off(rests)
-        tried = []
+        drawn = left = self.off(self.joined)
+        off, tried = self.foretold(self.joined), []
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
         for _ in range(_ROUNDS):
-            found = self.stepped(moved, rests)
+            # What is left out to first order is as it was when it came to rest last.
+            found = self.stepped(moved, left, left - off)
             nearer = None if found is None else self.nearer(found, left)
             if nearer is None and found is not None:
-                # Where a whole step goes too far, as what snaps over then, half of it may do.
+                # Where a whole step goes too far, half of it may do.
                 half = self.kept(moved, (found[1] - moved) / 2.0)
-                nearer = half and self.nearer((half[0], moved + half[1], rests), left)
+                nearer = half and self.nearer((half[0], moved + half[1]), left)
             if nearer is None:
                 break
-            cut, moved, rests, left = nearer
+            laid, cut, moved, left = nearer
+            off = self.foretold(laid)
             tried.append(self.aimed(cut, moved, drawn, left))
             if self.is_near(left):
                 break
@@ -238,59 +232,38 @@ class _Compensation:
     def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
         """Return an object as it is cut that comes nearer than before; None if it does not.
 
-        Crossings stay beside the middles of their quads.
+        No vertex goes far, and crossings stay beside the middles of their quads.
         """
-        laid, moved, _ = found
-        cut = recut(laid, self.brief)
+        laid, moved = found
+        cut = recut(laid, self.brief) if self.near(moved) else None
         if cut is None or not self.at_edges(cut):
             return None
-        # What can rest in several ways is let go as it is in the end: from where it is drawn.
-        rests = self.rests(cut, _ABOUT_REST)
-        left = self.off(rests)
+        left = self.off(cut)
         gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
-        return (cut, moved, rests, left) if gained else None
+        return (laid, cut, moved, left) if gained else None
 
-    def pulled(self, mesh: PolyMesh) -> BoolArray:
-        """Return which crossings' edges are drawn out, pressed or turned too much, (X,)."""
-        tail, head = _ends(self.joined.woven)
-        was, now = (one.vertices[head] - one.vertices[tail] for one in (self.aim.mesh, mesh))
-        most = _PULLED * np.linalg.norm(was, axis=1)
-        return np.asarray(np.linalg.norm(now - was, axis=1) > most)
+    def near(self, moved: FloatArray) -> bool:
+        """Return whether no vertex is moved far."""
+        return _most(moved) <= _MOVED * self.joined.woven.size_mm
 
     def is_near(self, off: FloatArray) -> bool:
         """Return whether an object is as near to its aim as it need be."""
         size_mm = self.joined.woven.size_mm
         return _most(off) <= BOUND * size_mm and _mean(off) <= _NEAR * size_mm
 
-    def stepped(self, moved: FloatArray, rests: list[Rests]) -> _Moved | None:
-        """Return an object that is off less than others, how its vertices moved, and how it rests.
-
-        Vertices are moved by minus what is off about them, and what earlier motions did to that is
-        made the most of first (Anderson, "Iterative procedures for nonlinear integral equations",
-        J. ACM 12, 1965).
-        """
-        off = self.off(rests)
-        best, least, share, idle = None, _mean(off), 1.0, 0
-        past = [(moved, off)]
+    def stepped(self, moved: FloatArray, off: FloatArray, missed: FloatArray) -> _Moved | None:
+        """Return an object that is off less and less, as foretold, and how its vertices moved."""
+        best = None
         for number in range(_STEPS):
             self.progress("form", number, _STEPS)
-            step = self.kept(moved, share * (_mixed(past, self.at_vertices) - moved))
+            step = self.kept(moved, -self.at_vertices(off))
             if step is None:
                 break
-            laid, there = step[0], moved + step[1]
-            rested = self.rests(laid, self.roughly, rests)
-            off = self.off(rested)
-            idle = 0 if _mean(off) < (1.0 - _LITTLE) * least else idle + 1
-            if _mean(off) < least:
-                moved, rests, least, share = there, rested, _mean(off), min(1.0, 2.0 * share)
-                best = laid, moved, rests
-                past.append((moved, off))
-            else:
-                # What is learnt there serves all the same.
-                past.insert(-1, (there, off))
-                share /= 2.0
-            if idle == (1 if self.is_near(off) else _IDLE):
+            moved = moved + step[1]
+            before, off = off, self.foretold(step[0]) + missed
+            if _mean(off) > (1.0 - _LITTLE) * _mean(before):
                 break
+            best = step[0], moved
         return best
 
     def aimed(
@@ -310,56 +283,47 @@ class _Compensation:
         # It has as many crossings as before.
         return cast(ElasticBody, body_of(joined.woven, self.brief))
 
-    def rests(
-        self, joined: JoinedObject, how: Closely, like: list[Rests] | None = None
-    ) -> list[Rests]:
-        """Return where each body of an object comes to rest."""
+    def off(self, joined: JoinedObject) -> FloatArray:
+        """Return how far crossings come to rest from where they are wished, (X, 3)."""
         body = self.body(joined)
-        alike: Sequence[Rests | None] = like or [None] * len(body.bodies)
-        return [
-            let_go(part, self.pins[own], how, one)
-            for part, own, one in zip(body.parts, body.bodies, alike, strict=True)
-        ]
+        places = np.zeros_like(body.places)
+        for part, own in zip(body.parts, body.bodies, strict=True):
+            rests = let_go(part, self.pins[own], _ABOUT_REST)
+            end = in_the_end(part, rests, _ABOUT_REST)
+            places[own] = end.state.bodies.origin
+        return off_in_parts(body, places)
 
-    def off(self, rests: list[Rests]) -> FloatArray:
-        """Return how far crossings are off in the end, (X, 3), each body where it fits best."""
-        off = np.zeros_like(self.aim.places)
-        for own, one in zip(self.bodies, rests, strict=True):
-            off[own] = off_places(one.end.state.bodies.origin, self.aim.places[own])
-        return off
-
-    @cached_property
-    def bodies(self) -> tuple[IntArray, ...]:
-        """The crossings of each body."""
-        return self.body(self.joined).bodies
+    def foretold(self, joined: JoinedObject) -> FloatArray:
+        """Return the same to first order."""
+        body = self.body(joined)
+        places = body.places + Foresight(body).moves(self.pins)
+        return off_in_parts(body, places)
 
     @cached_property
     def drawn(self) -> "_Broken":
         """Where rules are broken as it is drawn."""
         return _Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
 
-    def kept(self, moved: FloatArray, step: FloatArray) -> tuple[JoinedObject, FloatArray] | None:
+    def kept(self, moved: FloatArray, step: FloatArray) -> _Moved | None:
         """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
 
-        The step is evened out about places that would be worse than they were, more and more; what
-        does not help is taken back there, more and more. None if that does not help.
+        The step is evened out about places that would be worse than they were, more and more, and
+        made shorter at last, most there; None if that does not help.
         """
-        about = np.zeros(len(step))
         for number in range(_TRIES):
+            for _ in range(_TIMES * (number + 1) if self.about.any() else 0):
+                uneven = moved + step - self.neighbours @ (moved + step)
+                step = self.symmetric(step - _EVEN * self.about[:, None] * uneven)
             there = self.moved(moved + step)
-            broken, pulled = self.along(there), self.pulled(there)
-            if not pulled.any() and broken.no_more_than(self.drawn):
+            broken = self.along(there)
+            if broken.no_more_than(self.drawn):
                 laid = relaid(self.joined, there, self.brief)
                 broken = _Broken(self.check(laid.woven, Depth.NEAR), laid.woven)
                 if broken.no_more_than(self.drawn):
                     return laid, step
-            at = pulled[self.joined.woven.weave.threads.crossing]
-            self.spread(about, at | broken.worse_than(self.drawn))
-            if number >= _EVENED:
-                step = self.symmetric(step * (1.0 - _BACK * about)[:, None])
-            for _ in range(_TIMES * (number + 1)):
-                uneven = moved + step - self.neighbours @ (moved + step)
-                step = self.symmetric(step - _EVEN * about[:, None] * uneven)
+            self.spread(broken.worse_than(self.drawn))
+            if number >= _TRIES // 2:
+                step = _SHORTER * step * (1.0 - (1.0 - _SHORTER) * self.about)[:, None]
         return None
 
     def moved(self, moved: FloatArray) -> PolyMesh:
@@ -404,20 +368,22 @@ class _Compensation:
         """What means are taken with of each vertex's neighbours, (V, V)."""
         return _neighbours(self.joined.woven)
 
-    def spread(self, about: FloatArray, passes: BoolArray) -> None:
-        """Mark vertices beside some passes and those that follow, and farther about those marked.
+    @cached_property
+    def about(self) -> FloatArray:
+        """How much the motion of vertices is evened out, (V,): more and more, and farther about."""
+        return np.zeros(self.joined.woven.mesh.n_vertices)
 
-        The marks, (V,), are from 0 to 1.
-        """
+    def spread(self, passes: BoolArray) -> None:
+        """Even out the motion of vertices beside some passes and those that follow, and about."""
         threads = self.joined.woven.weave.threads
         after = following_rung(threads.offsets, threads.closed)[passes]
         at = threads.crossing[np.concatenate([np.flatnonzero(passes), after[after >= 0]])]
         tail, head = _ends(self.joined.woven)
         for ends in (tail, head):
-            about[ends[at]] = 1.0
-        near = _ABOUT * about
-        np.maximum.at(about, tail, near[head])
-        np.maximum.at(about, head, near[tail])
+            self.about[ends[at]] = 1.0
+        near = _ABOUT * self.about
+        np.maximum.at(self.about, tail, near[head])
+        np.maximum.at(self.about, head, near[tail])
 
     @cached_property
     def symmetry(self) -> tuple[Symmetry, IntArray]:
@@ -478,22 +444,6 @@ class _Broken:
             if rule in other._margins
         ]
         return np.asarray(np.any(worse, axis=0))
-
-
-def _mixed(
-    past: list[tuple[FloatArray, FloatArray]], at: Callable[[FloatArray], FloatArray]
-) -> FloatArray:
-    """Return how to move vertices, (V, 3), by how they were moved, and what was off then."""
-    moved, off = past[-1]
-    earlier = past[-_PAST:-1]
-    if earlier:
-        moves = np.stack([moved - one for one, _ in earlier])
-        gains = np.stack([off - one for _, one in earlier])
-        flat = gains.reshape(len(gains), -1).T
-        share = np.linalg.lstsq(flat, off.ravel(), rcond=_ALIKE)[0]
-        moved = moved - np.tensordot(share, moves, 1)
-        off = off - np.tensordot(share, gains, 1)
-    return moved - at(off)
 
 
 def _most(off: FloatArray) -> float:

@@ -324,8 +324,7 @@ class _Choices:
         if little or not self._hold.closely:
             return foretold_mm
         body, pins = self._hold.body, self._pins(groups)
-        # What it bears is not looked at here.
-        each = zip(replace(body, load=0 * body.load).parts, body.bodies, strict=True)
+        each = zip(body.parts, body.bodies, strict=True)
         return max(let_go(part, pins[own]).most_mm for part, own in each)
 
     def _first(self, order: IntArray, step: int) -> IntArray:

@@ -85,12 +85,6 @@ class NetState:
     angles: FloatArray
     inner: Frames
 
-    def as_from(self, other: "NetState", was: "NetState") -> "NetState":
-        """Return where a net gets from here, going as another went to where that is."""
-        bodies = self.bodies.then(other.bodies.seen_from(was.bodies))
-        inner = self.inner.then(other.inner.seen_from(was.inner))
-        return NetState(bodies, self.angles + other.angles - was.angles, inner)
-
 
 def section_stiffness(
     width_mm: FloatArray,

@@ -183,7 +183,6 @@ def relax(
     *,
     gain: float = 0.0,
     most: int = _STEPS,
-    near: bool = False,
     progress: Progress = no_progress,
 ) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
@@ -201,14 +200,12 @@ def relax(
         one of Newton's a tenth of it.
     most : int
         Steps at most.
-    near : bool
-        Whether it is near to rest, so that the first step is Newton's.
     progress : callable
     """
     solver = Solver(net)
     enough = _REST * float(solver.scale[0])
-    damping, steps, history = _CALM if near else _DAMPING, 0, [energy(net, state)]
-    stressed, rough = near, False
+    damping, steps, history = _DAMPING, 0, [energy(net, state)]
+    stressed = rough = False
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)

@@ -298,16 +298,13 @@ _CLOSELY = Closely()
 class Rests(NamedTuple):
     """Where an object comes to rest when it is let go, and when it stands under its own weight.
 
-    ``free`` is as in :class:`Settled`; the net is that which stands, on what is ``held``; ``end``
-    is with its load.
+    ``free`` is as in :class:`Settled`; the net is that which stands, on what is ``held``.
     """
 
-    wished: NetState
     free: Relaxed
     held: BoolArray
     standing: Net
     stood: Relaxed
-    end: Relaxed
     away_mm: FloatArray
     sags_mm: float
 
@@ -317,9 +314,7 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(
-    body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY, like: Rests | None = None
-) -> Rests:
+def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
@@ -329,29 +324,25 @@ def let_go(
         How crossings resist turning, N mm per radian.
     how : Closely
         Near enough to rest.
-    like : Rests, optional
-        Where another rests that is much alike.
     """
-    near, net = like is not None, replace(body.net, pins=pins)
-
-    def rest(net: Net, begun: NetState, gain: float, *alike: NetState) -> Relaxed:
-        begun = begun.as_from(*alike) if alike else begun
-        return relax(net, begun, gain=gain, most=how.steps, near=near)
-
-    alike = (like.free.state, like.wished) if like else ()
-    free = rest(replace(net, weight=0 * net.weight), body.wished, how.gain, *alike)
+    net = replace(body.net, pins=pins)
+    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
     free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
     held = body.held(places)
     stands = standing(net, held, places)
-    alike = (like.stood.state, like.free.state) if like else ()
-    end = stood = rest(stands, free.state, how.sag_gain, *alike)
-    if body.load.any():
-        more = replace(stands, weight=net.weight + body.load)
-        alike = (like.end.state, like.stood.state) if like else ()
-        end = rest(more, stood.state, how.sag_gain, *alike)
+    stood = relax(stands, free.state, gain=how.sag_gain, most=how.steps)
     away = np.linalg.norm(places - body.target, axis=1)
-    return Rests(body.wished, free, held, stands, stood, end, away, _sag(body, stood, free))
+    return Rests(free, held, stands, stood, away, _sag(body, stood, free))
+
+
+def in_the_end(body: ElasticBody, rests: Rests, how: Closely = _CLOSELY) -> Relaxed:
+    """Return where an object comes to rest with its load."""
+    if not body.load.any():
+        return rests.stood
+    net = rests.standing
+    more = replace(net, weight=net.weight + body.load)
+    return relax(more, rests.stood.state, gain=how.sag_gain, most=how.steps)
 
 
 def settle(
@@ -388,7 +379,7 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Cl
     rests = let_go(body, pins, how)
     free, stood, net = rests.free, rests.stood, rests.standing
     states = {"let go": free, "standing": stood}
-    end = rests.end
+    end = in_the_end(body, rests, how)
     if end is not stood:
         states["loaded"] = end
     off = np.linalg.norm(off_places(end.state.bodies.origin, body.target), axis=1)

@@ -5,10 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-import fabweave.form.compensate as module
 from fabweave.form.body import body_of
 from fabweave.form.hold import pins_of
-from fabweave.form.settle import let_go, settle
+from fabweave.form.settle import settle
 from fabweave.job.stations import Stations
 from fabweave.mesh.automorphisms import find_symmetry
 
@@ -65,40 +64,6 @@ def test_the_same_comes_out_twice():
     again = Stations.read(shape, {**options, "effort": "quick"})
     once, twice = (one.joined.woven.mesh.vertices for one in (job("torus"), again))
     assert once.tobytes() == twice.tobytes()
-
-
-@pytest.mark.parametrize("name", [*MOVED])
-def test_what_is_moved_rests_where_it_does_whatever_it_is_let_go_from(name):
-    drawn, moved = (body_of(job(name, how).joined.woven, job(name).brief) for how in ("off", "on"))
-    pins = pins_of(moved, job(name).piece_set)
-    near, far = let_go(moved, pins, like=let_go(drawn, pins)), let_go(moved, pins)
-    for one, other in ((near.free, far.free), (near.end, far.end)):
-        assert one.settled
-        assert one.energy_nmm == pytest.approx(other.energy_nmm, rel=1e-3)
-        apart = one.state.bodies.origin - other.state.bodies.origin
-        assert (
-            np.linalg.norm(apart, axis=1).max()
-            < 0.03 * np.linalg.norm(other.state.bodies.origin - moved.target, axis=1).max() + 0.02
-        )
-    # It begins near to rest.
-    assert near.free.history[0] - near.free.energy_nmm < 0.1 * far.free.history[0]
-
-
-def test_no_edge_is_drawn_out_or_pressed_by_much():
-    drawn, moved = (job("torus", how).joined.woven for how in ("off", "on"))
-    ends = drawn.halfedges.tail, drawn.halfedges.head
-    was, now = (np.diff(one.mesh.vertices[np.stack(ends)], axis=0)[0] for one in (drawn, moved))
-    length = np.linalg.norm(was, axis=1)
-    assert 0.0 < (np.linalg.norm(now - was, axis=1) / length).max() <= module._PULLED
-    # Where less is allowed, less is done.
-    most = 0.6 * (np.linalg.norm(now - was, axis=1) / length).max()
-    with pytest.MonkeyPatch.context() as changed:
-        changed.setattr(module, "_PULLED", most)
-        shape, options, _ = MOVED["torus"]
-        less = Stations.read(shape, {**options, "effort": "quick"}).joined.woven
-    now = np.diff(less.mesh.vertices[np.stack(ends)], axis=0)[0]
-    assert (np.linalg.norm(now - was, axis=1) / length).max() <= most
-    assert less.aim.left_mm.mean() < less.aim.drawn_mm.mean()
 
 
 @pytest.mark.parametrize(
