@@ -222,7 +222,7 @@ def _in_rings(mesh: Mapping[str, Any]) -> str:
     """Say how a model gets an exact twill whose own mesh has none."""
     if mesh["genus"] is None or mesh["genus"] > MOST_HANDLES:
         return ""
-    return " on this mesh; --remesh rings:300 has one"
+    return f" on this mesh; --remesh rings:300 {'may have' if mesh['genus'] else 'has'} one"
 
 
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
