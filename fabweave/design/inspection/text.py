@@ -9,6 +9,7 @@ from fabweave.core.finding import Finding, Note
 from fabweave.core.messages import agree
 from fabweave.job.figures import Figures, words
 from fabweave.mesh.remesh.engines import lacking
+from fabweave.mesh.remesh.rings import MOST_HANDLES
 from fabweave.plan.verdict import VERDICTS
 from fabweave.stock.machine import CURRENCY
 from fabweave.weave.pattern import exact_text
@@ -16,8 +17,6 @@ from fabweave.weave.pattern import exact_text
 #: Notes on ribbons that mean nothing where these cannot be built: the advice says what to do.
 _OF_NO_USE = {"checks", "bend", "twist"}
 
-#: How a model gets an exact twill whose own mesh has none.
-_IN_RINGS = " on this mesh; --remesh rings:300 has one"
 #: How many reasons against building an answer tells.
 _REASONS = 2
 #: Cages of fewer faces are told in the facts only: every grid goes down to a single one.
@@ -71,7 +70,7 @@ def answer_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
             "twill",
             _exact(facts["twill"])
             if facts["twill"]["exact"]
-            else f"no exact 2/2 twill{_IN_RINGS} (-v says why)",
+            else f"no exact 2/2 twill{_in_rings(facts['mesh'])} (-v says why)",
         ),
         ("ribbons", f"{_range(facts['ribbons'], 1)} mm wide"),
         *([("pieces", _pieces(pieces))] if built and pieces["count"] is not None else []),
@@ -219,10 +218,17 @@ def _exact(twill: Mapping[str, Any]) -> str:
     return f"{exact_text(twill.get('broken_at_turns', 0))} (--pattern twill)"
 
 
+def _in_rings(mesh: Mapping[str, Any]) -> str:
+    """Say how a model gets an exact twill whose own mesh has none."""
+    if mesh["genus"] is None or mesh["genus"] > MOST_HANDLES:
+        return ""
+    return f" on this mesh; --remesh rings:300 {'may have' if mesh['genus'] else 'has'} one"
+
+
 def _twill_rows(twill: Mapping[str, Any], mesh: Mapping[str, Any]) -> list[tuple[str, str]]:
     if twill["exact"]:
         return [("twill", _exact(twill))]
-    rows = [("twill", f"no exact 2/2 twill{_IN_RINGS}: {twill['because']}")]
+    rows = [("twill", f"no exact 2/2 twill{_in_rings(mesh)}: {twill['because']}")]
     if "voting_breaks" in twill:
         rows.append(("", _broken(twill)))
     after = [

@@ -12,8 +12,9 @@ from fabweave.mesh.remesh.chart import loops_of
 from fabweave.mesh.remesh.level_cuts import CutSurface, parts_of
 from fabweave.mesh.topology import label_links
 
-#: Loops are looked for from so many places, and then from so many on the shortest that was found.
-_PLACES, _AGAIN = 12, 4
+#: Loops are looked for from so many places, fewer where there are several handles, and then from so
+#: many on the shortest that was found.
+_PLACES, _OF_ALL, _FEWEST, _AGAIN = 12, 36, 3, 2
 #: An edge at a rim counts so many times, so that no loop goes through it.
 _AT_RIM = 1e6
 
@@ -54,8 +55,9 @@ def cut_handles(mesh: PolyMesh) -> tuple[PolyMesh, list[Pair]]:
     n_before = mesh.n_vertices
     origin = np.arange(n_before)
     loops: list[IntArray] = []
-    for _ in range(sum(int(genus or 0) for genus in check_mesh(mesh).component_genus)):
-        loop = _short_loop(mesh)
+    handles = sum(int(genus or 0) for genus in check_mesh(mesh).component_genus)
+    for _ in range(handles):
+        loop = _short_loop(mesh, max(min(_PLACES, _OF_ALL // handles), _FEWEST))
         if loop is None:
             break
         loops.append(origin[loop])
@@ -74,7 +76,7 @@ def cut_handles(mesh: PolyMesh) -> tuple[PolyMesh, list[Pair]]:
     return mesh, pairs
 
 
-def _short_loop(mesh: PolyMesh) -> IntArray | None:
+def _short_loop(mesh: PolyMesh, n_places: int) -> IntArray | None:
     """Return the vertices of a short loop that parts nothing, in order."""
     half = build_halfedges(mesh)
     faces, count = [*mesh.faces()], mesh.n_vertices
@@ -99,10 +101,10 @@ def _short_loop(mesh: PolyMesh) -> IntArray | None:
     near = np.full(count, np.inf)
     at = int(inside[0])
     places: list[int] = []
-    for number in range(_PLACES + _AGAIN):
-        if number == _PLACES and best is not None:
+    for number in range(n_places + _AGAIN):
+        if number == n_places and best is not None:
             places = best[1][:: max(len(best[1]) // _AGAIN, 1)].tolist()[:_AGAIN]
-        if number >= _PLACES:
+        if number >= n_places:
             if not places:
                 break
             at = places.pop()

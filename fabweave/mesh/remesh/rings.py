@@ -19,6 +19,7 @@ from fabweave.core.arrays import (
 from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree, few_of
+from fabweave.mesh.check import check_mesh
 from fabweave.mesh.fair.energy import Energy
 from fabweave.mesh.fair.fairing import RING_STEPS, fair_mesh
 from fabweave.mesh.halfedge import build_halfedges
@@ -66,6 +67,8 @@ from fabweave.mesh.triangulate import surface_area
 _FINE, _MOST_TRIANGLES = 0.25, 20_000
 #: A tube to a tip is laid out at least so far, in rows; what is shorter than that has no tip.
 _SHORTEST, _NO_ROOM = 0.3, 0.02
+#: Of more handles the choice of strands takes too long.
+MOST_HANDLES = 12
 #: Rounds of leaving out poles whose limbs are too short.
 _LEAVING_OUT = 8
 #: So many choices of poles are laid out, until so many are sound, of which the best is taken.
@@ -182,6 +185,12 @@ def remesh_rings(mesh: PolyMesh, n_quads: int, *, progress: Progress = no_progre
     """
     checked_count("rings", n_quads)
     source, notes = ready_source(mesh)
+    handles = sum(int(genus or 0) for genus in check_mesh(source).component_genus)
+    if handles > MOST_HANDLES:
+        raise CannotMakeError(
+            f"rings are laid around at most {MOST_HANDLES} handles, and this model has {handles}; "
+            f"--bodies wrap closes small ones, and --remesh quads:{n_quads} works"
+        )
     side = float(np.sqrt(surface_area(source) / n_quads))
     bodies = _bodies(source)
     laid, told = [], []
