@@ -12,7 +12,7 @@ from typing import Any
 GALLERY = Path(__file__).parent / "gallery"
 #: The objects, in the order of the page. The scan is for a mesh of your own.
 NAMES = (
-    "koala", "spot", "fish", "goat", "nefertiti",
+    "koala", "koala_twill", "spot", "fish", "goat", "nefertiti",
     "plain", "twill_genus_1", "twill_genus_2", "twill_genus_3", "twill_genus_30", "twill_inexact",
     "triaxial", "kagome", "straight", "satin", "twill_right", "twill_left", "basket", "lamp",
     "two_materials", "yarns", "knot",
