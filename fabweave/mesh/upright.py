@@ -204,6 +204,9 @@ _INSIDE = 0.03
 #: The base of what stands is this share of what is seen from above, and so many times the base on
 #: any other axis.
 _LEAST_BASE, _CLEARLY = 0.2, 1.6
+#: Where a mesh is so thin, as a share of its length, or so large that squares of its areas are no
+#: numbers, nothing is guessed.
+_THIN, _FAR = 1e-9, 1e75
 #: A rim is flat if it is no thicker than this share of its width, and across an axis where its
 #: normal has such a share along it; it is at an end within this share of the height.
 _FLAT, _ACROSS, _END = 0.35, 0.9, 0.2
@@ -248,7 +251,10 @@ def guess_up(mesh: PolyMesh, kind: str = "") -> Guess | None:
     """
     points, triangles = plain_triangles(mesh)
     used = points[np.unique(triangles)]
-    if not len(used) or not np.all(np.isfinite(used)) or not np.all(np.ptp(used, axis=0) > 0.0):
+    if not len(used) or not np.all(np.isfinite(used)):
+        return None
+    extent = np.ptp(used, axis=0)
+    if extent.min() <= _THIN * extent.max() or extent.max() > _FAR:
         return None
     places, _ = area_samples(points, triangles, _SAMPLES)
     middle = places.mean(axis=0)

@@ -114,6 +114,12 @@ def test_what_mirrors_along_x_alone_has_y_up_where_models_are_made(kind, told):
     assert guess_up(ball.with_vertices(head), kind) == told
 
 
+@pytest.mark.parametrize("scale", [(1e300, 1.0, 1.0), (1e200, 1e200, 1e200), (1.0, 1e-12, 1.0)])
+def test_nothing_is_guessed_of_what_has_no_areas_to_compare(scale):
+    mesh = parse_shape("shape:octahedron")
+    assert guess_up(mesh.with_vertices(mesh.vertices * scale)) is None
+
+
 def test_a_guess_is_used_and_said_and_kept(tmp_path):
     bowl = parse_shape("shape:hemisphere")
     write_mesh(tmp_path / "bowl.obj", lying(bowl))

@@ -324,3 +324,52 @@ def test_each_choice_has_a_drawing_of_its_own(tab, name, alike):
     # A material in two thicknesses looks the same.
     assert max(seen.values()) <= alike
     tab.page.keyboard.press("Escape")
+
+
+def test_nothing_but_tabs_is_in_the_list_of_tabs_and_each_panel_takes_the_focus(tab):
+    assert tab.page.locator("[role=tablist] > :not([role=tab])").count() == 0
+    for name in tab.page.locator("[role=tab]").all():
+        name.click()
+        panel = tab.page.locator(f"#{name.get_attribute('aria-controls')}")
+        panel.focus()
+        assert panel.evaluate("panel => panel === document.activeElement")
+
+
+def inside(page, part, whole):
+    part, whole = page.locator(part).first.bounding_box(), page.locator(whole).bounding_box()
+    return whole["y"] <= part["y"] and part["y"] + part["height"] <= whole["y"] + whole["height"]
+
+
+def test_on_a_tablet_held_upright_what_it_comes_to_and_a_sheet_are_seen_whole(browser, studio):
+    tab = Tab(browser, studio, (820, 1180))
+    tab.page.locator("#tab-sheets").click()
+    for part in ("#grade", "#trouble", "#form-row", "#figures"):
+        assert inside(tab.page, part, "#outcome"), part
+    assert inside(tab.page, "#panel-sheets svg", "#flat")
+    tab.close()
+
+
+def test_on_a_phone_buttons_leave_room_for_the_object(browser, studio):
+    tab = Tab(browser, studio, (390, 844))
+    assert tab.page.locator("header").bounding_box()["height"] < 0.11 * 844
+    tools = tab.page.locator("#tools button:visible").all()
+    assert len({button.bounding_box()["y"] for button in tools}) == 1
+    tab.close()
+
+
+def test_pieces_are_seen_to_fall_onto_their_sheet(browser, studio):
+    tab = Tab(browser, studio)
+    tab.page.emulate_media(reduced_motion="no-preference")
+    tab.page.locator("#tab-sheets").click()
+    tab.page.evaluate("studio.drawSheets(true)")
+    tops = []
+    for time_ms in (0, 9_000):
+        tab.page.evaluate(
+            "at => document.getAnimations().forEach(one => { one.pause(); one.currentTime = at; })",
+            time_ms,
+        )
+        pieces = tab.page.locator("#panel-sheets .piece").all()
+        tops.append(np.array([piece.bounding_box()["y"] for piece in pieces]))
+    high = tab.page.locator("#panel-sheets svg").first.bounding_box()["height"]
+    assert (tops[1] - tops[0] > 0.25 * high).all()
+    tab.close()

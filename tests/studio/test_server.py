@@ -221,6 +221,9 @@ def test_files_that_are_spoilt_are_refused_in_words(studio, page):
         told = page.all_told("look", state["mesh"], state["options"])
         assert any("faces" in one or one.get("error") for one in told)
         assert not any("defect" in one.get("error", "") for one in told)
+    state = studio.take("far.obj", OBJ.replace(b"v 1 0 0", b"v 1e300 0 0"))[1]
+    told, *_ = page.all_told("look", state["mesh"], {**state["options"], "remesh": "none"})
+    assert "defect" not in told["error"]
     for name, data in (("a.exe", OBJ), ("a.toml", b"[job"), ("a.png", b"\x89PNG"), ("", OBJ)):
         status, told = studio.take(name, data)
         assert status == 400

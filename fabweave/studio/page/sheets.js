@@ -88,7 +88,8 @@ export function drawSheets(panel, { pieces, sheets, placed }, high, pinned, how,
     const size = `height="${high}" width="${(high * width) / height}" viewBox="0 0 ${width} ${height}"`;
     const words = `${width.toFixed(0)} × ${height.toFixed(0)} mm, ${on.length} pieces, ${how}`;
     const name = `Sheet ${number + 1}`;
-    return `<figure><svg role="group" class="${falling ? "falling" : ""}" data-sheet="${number}" aria-label="${name}" ${size}>${shapes.join("")}</svg>
+    return `<figure><svg role="group" class="${falling ? "falling" : ""}" style="--fall: ${0.4 * height}" data-sheet="${number}"
+      aria-label="${name}" ${size}>${shapes.join("")}</svg>
       <figcaption>${name}: ${words}</figcaption></figure>`;
   });
   panel.innerHTML = `<p class="sheetbar"><button type="button" data-zoom="-1" aria-label="Smaller sheets">−</button>

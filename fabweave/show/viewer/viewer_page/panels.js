@@ -66,7 +66,7 @@ export class PiecePanel {
       const at = this.plan.piece(piece).stations.findIndex((station) => station.crossing === crossing);
       return `<li>${this.plan.link(piece, at)} at crossing ${crossing} ${escaped(text)}</li>`;
     });
-    const list = places.length ? `<h3>Hardest places</h3><ol id="worst">${places.join("")}</ol>` : "";
+    const list = places.length ? `<h2>Hardest places</h2><ol id="worst">${places.join("")}</ol>` : "";
     return `<p class="hint">Choose a piece: tap it on the object or on its sheet, or search for its label.</p>${list}`;
   }
 
