@@ -139,11 +139,13 @@ def test_the_page_of_figures_shows_every_figure_with_its_counts():
     assert shown[12]["cube", "triaxial"][1:2] == (4 * 12,)
     assert list(shown[14]) == [("regular?face=8&valence=4&genus=3", "twill")]
     assert list(shown[15]) == [("regular?face=16&valence=4&genus=4", "twill")]
-    # All but those of figure 11 are exact; of these the search breaks fewer than voting.
+    # All are exact but what figure 11 has in quads; of these the search breaks fewer than voting.
     for number, found in shown.items():
-        assert all((counts[3] > 0) == (number == 11) for counts in found.values())
-    cube = {weave: counts[3] for (mesh, weave), counts in shown[11].items() if "cube" in mesh}
-    assert cube["twill"] < cube["voting"]
+        for (mesh, _), counts in found.items():
+            assert (counts[3] > 0) == (number == 11 and "rings" not in mesh)
+    inexact = {mesh for mesh, _ in shown[11] if "rings" not in mesh}
+    assert len(inexact) == len(shown[11]) / 3
+    assert all(shown[11][mesh, "twill"][3] < shown[11][mesh, "voting"][3] for mesh in inexact)
     assert all(path.stat().st_size < 250_000 for path in pictures)
 
 
