@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import FloatArray, IntArray, places_in_groups, unit
+from fabweave.core.arrays import FloatArray, IntArray, any_normals, places_in_groups, unit
 from fabweave.mesh.polymesh import (
     PolyMesh,
     face_centres,
@@ -110,7 +110,7 @@ def _in_plane(polygon: FloatArray, points: FloatArray) -> FloatArray:
     """Return points in the plane of a polygon, (N, 2), in which it runs counter-clockwise."""
     arms = polygon - polygon[0]
     normal = unit(np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0))
-    across = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    (across,) = any_normals(normal[None])
     return (points - polygon[0]) @ np.column_stack([across, np.cross(normal, across)])
 
 

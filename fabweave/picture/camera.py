@@ -189,12 +189,13 @@ def choose_view(points: FloatArray, triangles: IntArray) -> View:
         return best
     used = points[np.unique(triangles)]
     across, along, _ = np.ptp(used, axis=0)
-    front = _front(corners.mean(axis=1), normal)
+    middles = corners.mean(axis=1)
+    front, lean = _front(middles, normal), np.zeros(2)
     level = float(np.hypot(*front[:2])) > _LEVEL * float(np.linalg.norm(front))
-    lean = np.zeros(2) if level else _lean(corners.mean(axis=1), normal)
     if level:
         facing = float(np.degrees(np.arctan2(front[1], front[0])))
     else:
+        lean = _lean(middles, normal)
         facing = -_FRONT_DEG if lean[1] > max(_BACK, abs(lean[0])) else _FRONT_DEG
     elevations = _heights(used, front, level=level)
     turns = _TURNS_DEG if along > _LONG * across and not level else _TURNS_DEG[:4]

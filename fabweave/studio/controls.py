@@ -14,6 +14,7 @@ from fabweave.options.settings import Settings
 from fabweave.options.table import option_named
 from fabweave.options.user_files import all_entries
 from fabweave.ribbon.lay import WovenObject
+from fabweave.stock.machine import as_span
 from fabweave.stock.material import Material, material_library
 from fabweave.weave.strand_colours import STRATEGIES
 
@@ -229,8 +230,9 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
 def _aside(material: Material) -> tuple[str, str]:
     """Return the colour of a material, and what a square metre costs."""
     price = material.price_per_m2
-    span = price if isinstance(price, tuple | None) else (price, price)
-    costs = f"{price_text(priced(span, material.currency))}/m²" if span else ""
+    costs = (
+        f"{price_text(priced(as_span(price), material.currency))}/m²" if price is not None else ""
+    )
     return "#{:02x}{:02x}{:02x}".format(*material.rgb), costs
 
 

@@ -7,7 +7,7 @@ import hashlib
 import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from functools import wraps
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any
 
@@ -180,10 +180,14 @@ def _glance(wish: dict[str, Any]) -> Told | None:
         return None  # the checks say what is wrong with it
 
 
-def _view(mesh: PolyMesh) -> list[float]:
-    """Return from where an object is seen first, as in its pictures: azimuth and elevation."""
+@lru_cache(maxsize=2)
+def _view(mesh: PolyMesh) -> tuple[float, float]:
+    """Return from where an object is seen first, as pictures find it: azimuth and elevation.
+
+    While a slider moves the mesh stays, and so does this.
+    """
     view = choose_view(*plain_triangles(mesh))
-    return [view.azimuth_deg, view.elevation_deg]
+    return view.azimuth_deg, view.elevation_deg
 
 
 def _clay(mesh: PolyMesh) -> dict[str, np.ndarray[Any, Any]]:

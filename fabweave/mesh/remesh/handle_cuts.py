@@ -55,7 +55,7 @@ def cut_handles(mesh: PolyMesh) -> tuple[PolyMesh, list[Pair]]:
     n_before = mesh.n_vertices
     origin = np.arange(n_before)
     loops: list[IntArray] = []
-    handles = sum(int(genus or 0) for genus in check_mesh(mesh).component_genus)
+    handles = check_mesh(mesh).genus or 0
     for _ in range(handles):
         loop = _short_loop(mesh, max(min(_PLACES, _OF_ALL // handles), _FEWEST))
         if loop is None:
