@@ -392,7 +392,8 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Cl
     weight = float(-net.weight[:, 2].sum())
     # Where all bodies move as far, work done is half of the stiffness times their squares.
     least = np.maximum(stiffness[6:], 2.0 * weight / (net.n_bodies * body.size_mm))
-    pushed = 2.0 * weight / (net.n_bodies * least)
+    # What lies on the table all over, as a mat does, cannot sway.
+    pushed = (not rests.held.all()) * 2.0 * weight / (net.n_bodies * least)
     mode = motion[min(6, count - 1)]
     away, farthest = rests.away_mm, int(rests.away_mm.argmax())
     straight = _as_straight(body, free.state) if body.straight else {}

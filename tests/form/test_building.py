@@ -10,6 +10,7 @@ from fabweave.form.building import _bound, _placed, homings
 from fabweave.form.hold import pins_of
 from fabweave.form.net import NetState
 from fabweave.form.relax import relax
+from fabweave.form.settle import settle
 from fabweave.job.stations import Stations
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import Settings
@@ -36,16 +37,21 @@ def torus():
     return built(Settings.of("shape:torus?m=8&n=4", size_mm=300.0, effort="quick"))
 
 
-def test_what_is_flat_is_laid_without_force():
+def test_what_is_flat_is_laid_without_force_and_does_not_sway_on_the_table(monkeypatch):
     x, y = np.meshgrid(np.arange(7.0), np.arange(7.0), indexing="ij")
     corners = np.arange(49).reshape(7, 7)
     quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], -1)
     flat = PolyMesh(np.stack([x, y, 0 * x], -1).reshape(-1, 3), np.arange(0, 145, 4), quads.ravel())
     asked = Settings.of("flat.obj", size_mm=300.0, effort="quick", up="z", boundary="end")
-    for one in found(*built(asked, flat)):
+    made = built(asked, flat)
+    for one in found(*made):
         # Strips that go over and under are not quite flat.
         assert one.force_n < 0.5
         assert one.hands == "by hand"
+    # Where it stood on a foot, it would: it weighs a hundred times as much as card.
+    monkeypatch.setattr("fabweave.form.woven_net.GRAVITY", 9.81 * 100)
+    body, pins, *_ = built(asked, flat)
+    assert settle(body, pins).form.loose == 0
 
 
 def test_what_is_ten_times_as_stiff_takes_ten_times_the_force_and_springs_as_far(torus):
