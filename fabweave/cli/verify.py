@@ -67,9 +67,13 @@ def verify(directory: Path, remake: bool, papers: bool, as_json: bool, quiet: bo
             mark = "[green]ok[/]" if check.ok else "[red]FAILS[/]"
             table.add_row(check.name, mark, str(check.count), check.nearest, check.meaning)
         console.print(table)
+        # What several checks find, as a file that none can read, stands once.
+        found: dict[str, list[str]] = {}
         for check in proof.checks:
             for finding in check.findings:
-                console.print(f"{check.name}: {finding}", markup=False, soft_wrap=True)
+                found.setdefault(finding, []).append(check.name)
+        for finding, names in found.items():
+            console.print(f"{few_of(names)}: {finding}", markup=False, soft_wrap=True)
         console.print(_outcome(proof), markup=False, soft_wrap=True)
     faults = [fault for check in proof.checks for fault in check.faults]
     if faults:

@@ -9,6 +9,7 @@ from scipy.ndimage import binary_closing
 from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags, offsets_of
 from fabweave.core.errors import InputError
 from fabweave.core.messages import agree
+from fabweave.mesh.check import FAR
 from fabweave.mesh.halfedge import group_edges
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.nearest import Surface, libigl
@@ -311,7 +312,7 @@ def wrap_bodies(mesh: PolyMesh) -> KeptBodies:
     >>> wrapped.notes[0].partition(",")[0]
     'all was wrapped in one closed surface'
     """
-    sound = _sound(mesh)
+    sound = sound_part(mesh)
     if sound is None:
         return KeptBodies(mesh)
     # All is measured in steps of the lattice, so that no size is too small or too large.
@@ -370,13 +371,11 @@ def _thinned(dense: PolyMesh) -> tuple[PolyMesh, float]:
     return thin, off
 
 
-def _sound(mesh: PolyMesh) -> PolyMesh | None:
+def sound_part(mesh: PolyMesh) -> PolyMesh | None:
     """Return the faces that have an area, as triangles; None if that cannot be told."""
     if not has_bodies(mesh):
         return None
-    with np.errstate(over="ignore"):
-        sizes = np.ptp(mesh.vertices, axis=0)
-    if not np.isfinite(sizes).all():
+    if not (np.abs(mesh.vertices) <= FAR).all():
         return None
     triangles = triangulate(keep_faces(mesh, mesh.face_sizes > 2))
     a, b, c = triangles.vertices[triangles.indices.reshape(-1, 3)].transpose(1, 0, 2)

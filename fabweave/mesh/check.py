@@ -23,6 +23,8 @@ from fabweave.mesh.weld import same_position_groups
 
 #: How many places a message names.
 _NAMED = 5
+#: What is farther than this from 0 is no place: products of such numbers leave the range of floats.
+FAR = 1e60
 #: A face is flat as a line where its area is below this share of its squared edge lengths.
 FLAT = 1e-10
 
@@ -213,7 +215,8 @@ _RULES = (
     _Rule(
         "not-finite",
         "vertex",
-        "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers",
+        "{n} [vertex|vertices] used by faces [has|have] coordinates that are not numbers, or "
+        "beyond 1e60",
         "the file is damaged; export it again",
         "not makeable",
     ),
@@ -348,7 +351,7 @@ def check_mesh(mesh: PolyMesh) -> MeshReport:
         "small-face": np.flatnonzero(small),
         "index-range": np.flatnonzero(out_of_range),
         "repeated-vertex": np.flatnonzero(repeating),
-        "not-finite": np.flatnonzero(~np.isfinite(mesh.vertices).all(axis=1) & used),
+        "not-finite": np.flatnonzero(~(np.abs(mesh.vertices) <= FAR).all(axis=1) & used),
         "non-manifold-edge": edges.ends(np.flatnonzero(edges.sizes > 2)),
         "non-orientable": kept[one_sided],
         "duplicate-face": kept[first_alike(surface) != np.arange(surface.n_faces)],

@@ -6,7 +6,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, Progress, frozen_value, 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.finding import Note
 from fabweave.core.messages import agree
-from fabweave.mesh.bodies import has_bodies, with_bodies
+from fabweave.mesh.bodies import has_bodies, sound_part, with_bodies
 from fabweave.mesh.check import mesh_notes
 from fabweave.mesh.clean import Cleaned, clean_mesh
 from fabweave.mesh.intersections import self_intersections
@@ -149,7 +149,8 @@ def give_mesh(
     except InputError as error:
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*cleaned.notes, *kept))
-        helps = _WRAPS if mesh.n_faces and settings.bodies != "wrap" else ""
+        wraps = settings.bodies != "wrap" and sound_part(mesh) is not None
+        helps = _WRAPS if wraps else ""
         raise InputError(f"{error}{done}{helps}") from None
     whole, added, wall, cut, mended = mesh, 0, None, 0, list[Note]()
     if not built_in:

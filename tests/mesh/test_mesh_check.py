@@ -176,6 +176,7 @@ TRIANGLE = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
     ("vertices", "faces", "code", "where", "fatal"),
     [
         ([*TRIANGLE, [np.nan, 0, 0]], [[0, 1, 2], [1, 3, 2], [0, 4, 1]], "not-finite", (4,), True),
+        ([*TRIANGLE, [1e61, 0, 0]], [[0, 1, 2], [1, 3, 2], [0, 4, 1]], "not-finite", (4,), True),
         (TRIANGLE, [[0, 1, 2], [1, 3, 4]], "index-range", (1,), True),
         (TRIANGLE, [[0, 1, 2], [1, 3, -1]], "index-range", (1,), True),
         (TRIANGLE, [[0, 1, 2], [1, 3, 2], []], "small-face", (2,), True),
