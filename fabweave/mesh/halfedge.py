@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from fabweave.core.arrays import IntArray, frozen_value
+from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
 from fabweave.mesh.polymesh import PolyMesh, face_of_corner, next_corner, previous_corner
 
@@ -46,6 +46,11 @@ class Halfedges:
     def n_edges(self) -> int:
         """Number of edges, boundary edges included."""
         return len(self.edge_halfedge)
+
+    @property
+    def hanging(self) -> BoolArray:
+        """Which faces hang on by a single edge, (F,)."""
+        return np.asarray(np.bincount(self.face, weights=self.twin >= 0) == 1)
 
     @property
     def head(self) -> IntArray:

@@ -95,12 +95,11 @@ def may_turn(mesh: PolyMesh, halfedges: Halfedges) -> bool:
     edge = np.flatnonzero(halfedges.twin < 0)
     if not len(edge):
         return False
-    inner = np.bincount(halfedges.face[halfedges.twin >= 0], minlength=mesh.n_faces)
     centre = face_centres(mesh)[halfedges.face[edge]]
     tail, head = mesh.vertices[halfedges.tail[edge]], mesh.vertices[halfedges.head[edge]]
     area = np.linalg.norm(np.cross(tail - centre, head - centre), axis=1)
     room = area > _ROOM * np.einsum("ij,ij->i", head - tail, head - tail)
-    return bool(room.all() and not np.any(inner == 1))
+    return bool(room.all() and not halfedges.hanging.any())
 
 
 def turns_back(settings: WeaveSettings, mesh: PolyMesh, halfedges: Halfedges) -> bool:

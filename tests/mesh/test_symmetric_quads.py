@@ -22,6 +22,7 @@ from fabweave.mesh.remesh.quads import (
     remesh_quads,
     symmetric_quads,
     without_doublets,
+    without_tabs,
 )
 from fabweave.mesh.remesh.remeshed import check_remeshed, cut_surface, ready_source
 from fabweave.mesh.shapes import grids, solids
@@ -117,3 +118,12 @@ def test_doublets_go_and_nothing_else(times):
     assert (back.n_vertices, back.n_faces) == (8, 6)
     assert check_mesh(back).closed
     assert volume(back) == pytest.approx(volume(cube))
+
+
+@pytest.mark.parametrize("length", [1, 2, 5])
+def test_a_row_of_quads_has_no_tabs_to_lose(length):
+    """Each end of a row hangs on by a single edge, and so would the next one without it."""
+    row = grids.hypar(length, 1, 1.0, 0.0)
+    assert without_tabs(row) is row
+    sheet = grids.hypar(length, 2, 1.0, 0.0)
+    assert without_tabs(sheet).n_faces == 2 * length

@@ -49,6 +49,7 @@ from fabweave.mesh.remesh.remeshed import (
     surface_faults,
 )
 from fabweave.mesh.remesh.request import LEAST, checked_count
+from fabweave.mesh.topology import keep_faces
 
 #: A symmetric result is not worse than another up to this factor, in its distances from the model
 #: (of some 0.4 % of the size: half of that more is not seen, left unlike right is) and in the share
@@ -235,6 +236,29 @@ def without_doublets(mesh: PolyMesh) -> PolyMesh:
         mesh = without_loose(PolyMesh.from_faces(mesh.vertices, np.array(kept)))
 
 
+def without_tabs(mesh: PolyMesh) -> PolyMesh:
+    """Return a mesh without faces that hang on by a single edge: no strip can turn around these.
+
+    Where others would hang so then, as in a strip of faces, the mesh stays as it is.
+
+    Examples
+    --------
+    >>> from fabweave.mesh.shapes.grids import hypar
+    >>> sheet = hypar(3, 3, 1.0, 0.0)
+    >>> tab = PolyMesh.from_faces(
+    ...     np.concatenate([sheet.vertices, [[-0.8, -0.2, 0.0], [-0.8, 0.2, 0.0]]]),
+    ...     [*sheet.faces(), [1, 2, 17, 16]],
+    ... )
+    >>> without_tabs(sheet) is sheet, [without_tabs(tab).n_faces, tab.n_faces]
+    (True, [9, 10])
+    """
+    hangs = build_halfedges(mesh).hanging
+    if not hangs.any() or hangs.all():
+        return mesh
+    rest = without_loose(keep_faces(mesh, ~hangs))
+    return mesh if build_halfedges(rest).hanging.any() else rest
+
+
 def _after(face: list[int], vertex: int) -> list[int]:
     """Return the other corners of a face, in order from one."""
     at = face.index(vertex)
@@ -365,7 +389,7 @@ def remesh_quads(
         if best is not None:
             notes += _other_attempts(failures)
             chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
-            return finished_quads(chosen, engine.name, [*notes, *told])
+            return finished_quads(without_tabs(chosen), engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
 
