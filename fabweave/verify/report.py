@@ -173,7 +173,7 @@ class VerifyReport:
             for finding in check.findings
         )
         return (
-            f"<p>{html.escape(repr(self))}</p><table><tr><th>check</th><th></th><th>checked</th>"
+            f"<p>{html.escape(repr(self))}</p><table><tr><th>check</th><td></td><th>checked</th>"
             f"<th>what it proves</th></tr>{rows}</table><ul>{findings}</ul>"
         )
 
