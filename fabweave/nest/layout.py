@@ -59,7 +59,7 @@ EFFORTS = {
     ),
     "normal": Effort(
         pixel_mm=1.25, angles=24, likely=4, failures=40, same_size=0.9,
-        rounds=200, patience=40, density=0.7, halvings=0,
+        rounds=200, patience=24, density=0.7, halvings=0,
     ),
     "best": Effort(
         pixel_mm=1.0, angles=24, likely=24, failures=60, same_size=0.93,
