@@ -8,7 +8,7 @@ they kept: where one would be broken, the motion is evened out.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import cast
 
@@ -26,6 +26,7 @@ from fabweave.core.arrays import (
 )
 from fabweave.form.body import ElasticBody, body_of, off_places
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
+from fabweave.form.net import NetState
 from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
@@ -64,10 +65,8 @@ _BESIDE, _BESIDE_MM = 0.4, 5e-4
 #: A place is worse than it was from such a share of what is needed on.
 _WORSE = 0.02
 
-#: An object whose ribbons are laid anew, and how its vertices are moved; and with its strips, and
-#: what is left.
+#: An object whose ribbons are laid anew, and how its vertices are moved.
 _Moved = tuple[JoinedObject, FloatArray]
-_Nearer = tuple[JoinedObject, JoinedObject, FloatArray, FloatArray]
 #: Checks ribbons against the rules of their material.
 Check = Callable[[WovenObject, Depth], RibbonCheck]
 
@@ -205,6 +204,8 @@ class _Compensation:
     brief: Brief
     check: Check
     progress: Progress
+    #: Where each body came to rest last: when it is cut a little otherwise, it does near there.
+    rests: dict[int, NetState] = field(default_factory=dict)
 
     @property
     def found(self) -> list[JoinedObject]:
@@ -215,32 +216,32 @@ class _Compensation:
         for _ in range(_ROUNDS):
             # What is left out to first order is as it was when it came to rest last.
             found = self.stepped(moved, left, left - off)
-            nearer = None if found is None else self.nearer(found, left)
-            if nearer is None and found is not None:
+            cut = found and self.cut(found)
+            if found is not None and cut is None:
                 # Where a whole step goes too far, half of it may do.
                 half = self.kept(moved, (found[1] - moved) / 2.0)
-                nearer = half and self.nearer((half[0], moved + half[1]), left)
-            if nearer is None:
+                found = half and (half[0], moved + half[1])
+                cut = found and self.cut(found)
+            if found is None or cut is None:
                 break
-            laid, cut, moved, left = nearer
+            before, left = left, self.off(cut)
+            if _mean(left) > _WORTH * _mean(before) or _most(left) > _most(before):
+                break
+            laid, moved = found
             off = self.foretold(laid)
             tried.append(self.aimed(cut, moved, drawn, left))
             if self.is_near(left):
                 break
         return tried
 
-    def nearer(self, found: _Moved, before: FloatArray) -> _Nearer | None:
-        """Return an object as it is cut that comes nearer than before; None if it does not.
+    def cut(self, found: _Moved) -> JoinedObject | None:
+        """Return an object as it is cut; None if it cannot be.
 
         No vertex goes far, and crossings stay beside the middles of their quads.
         """
         laid, moved = found
         cut = recut(laid, self.brief) if self.near(moved) else None
-        if cut is None or not self.at_edges(cut):
-            return None
-        left = self.off(cut)
-        gained = _mean(left) <= _WORTH * _mean(before) and _most(left) <= _most(before)
-        return (laid, cut, moved, left) if gained else None
+        return cut if cut is not None and self.at_edges(cut) else None
 
     def near(self, moved: FloatArray) -> bool:
         """Return whether no vertex is moved far."""
@@ -287,8 +288,9 @@ class _Compensation:
         """Return how far crossings come to rest from where they are wished, (X, 3)."""
         body = self.body(joined)
         places = np.zeros_like(body.places)
-        for part, own in zip(body.parts, body.bodies, strict=True):
-            rests = let_go(part, self.pins[own], _ABOUT_REST)
+        for number, (part, own) in enumerate(zip(body.parts, body.bodies, strict=True)):
+            rests = let_go(part, self.pins[own], _ABOUT_REST, self.rests.get(number))
+            self.rests[number] = rests.free.state
             end = in_the_end(part, rests, _ABOUT_REST)
             places[own] = end.state.bodies.origin
         return off_in_parts(body, places)

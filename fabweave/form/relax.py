@@ -75,6 +75,23 @@ class Solver:
         self.order = self._freedoms_in_order(sparse_order(net.ends, net.n_bodies))
         self._fixed = np.zeros(net.n_freedoms)
         self._fixed[: 6 * net.n_bodies] = np.repeat(net.fixed * _FIXED, 6)
+        self._plan_matrix()
+
+    def _plan_matrix(self) -> None:
+        """Find where in the sparse matrix each of the values goes that are added up there."""
+        rows, count, bodies = self.rows, self.net.n_freedoms, 6 * self.net.n_bodies
+        block = np.arange(bodies).reshape(-1, 6)
+        alone = np.append(np.arange(bodies, count), np.arange(count))
+        pairs = [np.broadcast_arrays(of[:, :, None], of[:, None, :]) for of in (rows, block)]
+        ranks = np.append(np.argsort(self.order), count)
+        down, across = (
+            ranks[np.concatenate([*(pair[side].ravel() for pair in pairs), alone])]
+            for side in (0, 1)
+        )
+        self._inside = np.flatnonzero((down < count) & (across < count))
+        cells, self._cell = np.unique((across * count + down)[self._inside], return_inverse=True)
+        ends = np.searchsorted(cells, count * np.arange(count + 1))
+        self._pattern = (cells % count).astype(np.int32), ends.astype(np.int32)
 
     def _freedoms_in_order(self, place: IntArray) -> IntArray:
         """Return all freedoms by the places of bodies, each body's with the angles there."""
@@ -92,9 +109,8 @@ class Solver:
         net, rows = self.net, self.rows
         local = local_system(net, state, damping * self.scale, stressed=stressed)
         count, bodies = net.n_freedoms, net.n_bodies
-        force: FloatArray = np.zeros(count + 1)
-        np.add.at(force, rows, local.force)
-        force = force[:count]
+        # Of nothing, bincount returns counts: whole numbers.
+        force = np.bincount(rows.ravel(), local.force.ravel(), count + 1)[:count].astype(np.float64)
         axes, origin = state.bodies.axes, state.bodies.origin
         # Weight and supports, as bodies feel them; and as they feel them when they turn.
         pull = net.held * (origin - net.place) - net.weight
@@ -107,19 +123,9 @@ class Solver:
         if stressed:
             own[:, :3, 3:] = skew(felt) / 2
             own[:, 3:, :3] = -own[:, :3, 3:]
-        place = 6 * np.arange(bodies)[:, None, None] + np.zeros((6, 6), dtype=np.int64)
-        shape, angles = local.matrix.shape, np.arange(6 * bodies, count)
         values = [local.matrix.ravel(), own.ravel(), net.pins, damping * self.unit + self._fixed]
-        down = [np.broadcast_to(rows[:, :, None], shape).ravel(),
-                (place + np.arange(6)[:, None]).ravel(), angles, np.arange(count)]  # fmt: skip
-        across = [np.broadcast_to(rows[:, None, :], shape).ravel(),
-                  (place + np.arange(6)).ravel(), angles, np.arange(count)]  # fmt: skip
-        ranks = np.append(np.argsort(self.order), count)
-        matrix = sp.coo_array(
-            (np.concatenate(values), (ranks[np.concatenate(down)], ranks[np.concatenate(across)])),
-            shape=(count + 1, count + 1),
-        ).tocsc()
-        return force, matrix[:count, :count], local
+        data = np.bincount(self._cell, np.concatenate(values)[self._inside])
+        return force, sp.csc_array((data, *self._pattern), shape=(count, count)), local
 
     def solve(self, factors: SuperLU, force: FloatArray) -> FloatArray:
         """Return how far forces move all freedoms."""

@@ -340,7 +340,7 @@ class Stations:
             raise NotMakeableError(replace(planned, check=closely).verdict)
         return planned
 
-    @property
+    @cached_property
     def costs(self) -> Costs:
         """What it costs, as far as that is known before nesting."""
         settings, supplies = self.settled

@@ -23,6 +23,8 @@ class Effort:
     likely : int
         How many of them are tried first, told apart by larger pixels; others only if none of these
         has room. All angles are tried together if it is as many.
+    orders : int
+        In how many orders the pieces are tried again where the last sheet holds little.
     failures : int
         How many pieces may fail on a sheet before it is closed.
     same_size : float
@@ -42,6 +44,7 @@ class Effort:
     pixel_mm: float
     angles: int
     likely: int
+    orders: int
     failures: int
     same_size: float
     rounds: int
@@ -54,15 +57,15 @@ class Effort:
 #: tests/benchmarks/bench_nesting.py and what they cost.
 EFFORTS = {
     "quick": Effort(
-        pixel_mm=2.0, angles=20, likely=4, failures=40, same_size=0.9,
+        pixel_mm=2.0, angles=20, likely=4, orders=3, failures=40, same_size=0.9,
         rounds=0, patience=0, density=0.0, halvings=0,
     ),
     "normal": Effort(
-        pixel_mm=1.25, angles=24, likely=4, failures=40, same_size=0.9,
-        rounds=200, patience=40, density=0.7, halvings=0,
+        pixel_mm=1.25, angles=24, likely=4, orders=3, failures=40, same_size=0.9,
+        rounds=200, patience=24, density=0.7, halvings=0,
     ),
     "best": Effort(
-        pixel_mm=1.0, angles=24, likely=24, failures=60, same_size=0.93,
+        pixel_mm=1.0, angles=24, likely=24, orders=0, failures=60, same_size=0.93,
         rounds=900, patience=120, density=0.8, halvings=4,
     ),
 }  # fmt: skip
@@ -70,7 +73,7 @@ EFFORTS = {
 #: To say how many sheets will be needed, and not to cut: twice as fast as ``quick``. Of 17 jobs of
 #: 12 to 80 pieces it took as many sheets as that for 15, one more for one, and one less for one.
 ROUGH = Effort(
-    pixel_mm=3.0, angles=20, likely=20, failures=20, same_size=0.9,
+    pixel_mm=3.0, angles=20, likely=4, orders=0, failures=20, same_size=0.9,
     rounds=0, patience=0, density=0.0, halvings=0,
 )  # fmt: skip
 

@@ -264,8 +264,9 @@ def _without_last_sheet(plan: Plan) -> Plan:
 
 #: How strongly pieces are drawn aside, in each try.
 _PULLS = (1.0, 3.0)
-#: A sheet with more pieces is not packed again.
-_MOST_PACKED = 120
+#: A sheet with more pieces is not packed again, nor one that holds such a share of what another
+#: holds, but at best effort: it has no rest to speak of.
+_MOST_PACKED, _FULL = 120, 0.85
 
 
 def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
@@ -274,7 +275,8 @@ def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
     The cheapest sheet in stock that takes all its pieces is taken. On it they are packed anew,
     drawn to the left more strongly; of these packings and the plan's own, the one whose rest holds
     the largest rectangle stays. At best effort, they are packed into parts of the sheet besides. At
-    quick effort, and where it holds very many pieces, a sheet is left as it is.
+    quick effort, and where it is about as full as others or holds very many pieces, a sheet is left
+    as it is.
 
     Parameters
     ----------
@@ -287,12 +289,16 @@ def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
     last, number = len(plan.sheets) - 1, plan.sheets[-1]
     placements = {piece: at for piece, at in plan.placements.items() if at.sheet == last}
     queue = sorted(placements, key=lambda piece: (-round(job.shape(piece).length_mm, 6), piece))
+    # A packing that leaves a piece out is none: its first failure ends it.
+    job = replace(job, effort=replace(job.effort, failures=1))
     for cheaper in _cheaper(job, plan, queue):
         packing = fill_sheet(job, queue, cheaper, last)
         if len(packing) == len(queue):
             number, placements = cheaper, packing
             break
-    if job.effort.rounds and len(queue) <= _MOST_PACKED:
+    *others_mm2, last_mm2 = plan.areas_mm2(job)
+    full = not job.effort.halvings and last_mm2 > _FULL * max(others_mm2, default=math.inf)
+    if job.effort.rounds and len(queue) <= _MOST_PACKED and not full:
         packings = [
             packing for packing in _packings(job, queue, number, last) if len(packing) == len(queue)
         ]

@@ -139,9 +139,8 @@ def _sheet_name(job: NestingJob, number: int) -> str:
 #: How much a seed may change the length by which pieces are ordered, as a share.
 _JITTER = 0.05
 #: A last sheet that is filled to less than this share may be saved, by a closer look at so many
-#: sheets before it: what more of them would gain takes long. So many orders of the pieces are
-#: tried, with pixels of this size.
-_LITTLE, _AGAIN, _ORDERS, _CLOSER_MM = 0.05, 4, 3, 1.25
+#: sheets before it, with pixels of this size: what more of them would gain takes long.
+_LITTLE, _AGAIN, _CLOSER_MM = 0.05, 4, 1.25
 
 
 def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
@@ -164,7 +163,7 @@ def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) ->
         lies on the last sheets.
     """
     plan = _filled(job, seed, Plan((), {}), progress)
-    if len(plan.sheets) < 2 or job.effort.likely >= job.effort.angles:
+    if len(plan.sheets) < 2 or not job.effort.orders:
         return plan
     if plan.areas_mm2(job)[-1] >= _LITTLE * job.stock[plan.sheets[-1]].area_mm2:
         return plan
@@ -172,7 +171,7 @@ def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) ->
     closer = replace(job, effort=replace(job.effort, likely=job.effort.angles, pixel_mm=pixel_mm))
     kept = max(len(plan.sheets) - 1 - _AGAIN, 0)
     first = {piece: place for piece, place in plan.placements.items() if place.sheet < kept}
-    for turn in range(_ORDERS):
+    for turn in range(job.effort.orders):
         again = _filled(closer, seed + turn, Plan(plan.sheets[:kept], first), progress)
         if (-len(again.placements), len(again.sheets)) < (-len(plan.placements), len(plan.sheets)):
             return again

@@ -103,25 +103,23 @@ class CoarseSearch:
 
     def __init__(self) -> None:
         """Start with an empty cache."""
-        self._kernels: Cache[tuple[int, CoarsePixels], _Kernel] = Cache(_CACHE_BYTES)
+        self._kernels: Cache[tuple[ItemField, CoarsePixels], _Kernel] = Cache(_CACHE_BYTES)
 
     def positions(
-        self, key: int, item: ItemField, pixels: CoarsePixels, costs: Sequence[_Cells]
+        self, item: ItemField, pixels: CoarsePixels, costs: Sequence[_Cells]
     ) -> list[CoarsePosition | None]:
         """Return the position of least cost in each cost field, None where the item has none.
 
         Parameters
         ----------
-        key : int
-            Under which the item's pixels are kept.
         item : ItemField
-            What is placed.
+            What is placed; its pixels are kept.
         pixels : CoarsePixels
             Of the sheets.
         costs : sequence of (rows, columns) float arrays
             What it costs to cover each pixel.
         """
-        kernel = self._kernels.get((key, pixels), lambda: _kernel_of(item, pixels))
+        kernel = self._kernels.get((item, pixels), lambda: _kernel_of(item, pixels))
         if len(kernel.angles) == 0:
             return [None] * len(costs)
         size = pixels.pixel_mm
@@ -359,7 +357,7 @@ def _pair_shortfalls(
 #: Steps in which items must come apart.
 _STEPS = 40
 #: Steps that shake a sheet, and how far free items move in each, millimetres.
-_PULLS, _PULL_MM = 15, 3.0
+_PULLS, _PULL_MM = 5, 3.0
 #: How often a larger gap is asked for: by what the proof found missing, and by this besides.
 _PROOFS, _EXTRA_MM = 3, 0.005
 #: What may be missing in a proof, millimetres.
@@ -379,6 +377,8 @@ _MOST_PIECES = 250
 #: On a sheet with more pieces than this, so many of them make room for one, and what is farther
 #: from all of these, millimetres, does not matter to them.
 _FULL, _MOVED, _AWAY_MM = 80, 40, 8.0
+#: What leaves more than this share of the unplaced area is no success.
+_GAINED = 0.95
 #: The work, for each round: pieces that are on sheets where one is inserted, in all tries together.
 _WORK = 600
 
@@ -477,8 +477,8 @@ class _Emptying:
     random: np.random.Generator
     distances: dict[int, PixelDistances] = field(default_factory=dict)
     changes: dict[int, int] = field(default_factory=dict)
-    #: What failed: piece, sheet, how often that had changed, and the piece that made way.
-    failed: set[tuple[int, int, int, int]] = field(default_factory=set)
+    #: What failed, also for congruent pieces: see :meth:`key`.
+    failed: set[tuple[ItemField, int, int, int]] = field(default_factory=set)
     #: Pieces that are on sheets where one is inserted, in all tries together.
     work: int = 0
 
@@ -504,8 +504,11 @@ class _Emptying:
             )
         return self.distances[sheet]
 
-    def key(self, piece: int, sheet: int, leaving: int = UNPLACED) -> tuple[int, int, int, int]:
-        return piece, sheet, self.changes.get(sheet, 0), leaving
+    def key(
+        self, piece: int, sheet: int, leaving: int = UNPLACED
+    ) -> tuple[ItemField, int, int, int]:
+        """Return item, sheet, how often that has changed, and the piece that makes way."""
+        return self.problem.items[piece], sheet, self.changes.get(sheet, 0), leaving
 
     def changed(self, sheet: int) -> None:
         self.distances.pop(sheet, None)
@@ -518,7 +521,7 @@ class _Emptying:
         distances = self.distances_on(sheet)
         costs = [distances.cost(without=number) for number in leaving]
         pixels = coarse_pixels(self.problem.containers[sheet])
-        return self.problem.search.positions(piece, self.problem.items[piece], pixels, costs)
+        return self.problem.search.positions(self.problem.items[piece], pixels, costs)
 
     def moving(self, pieces: Sequence[int], poses: FloatArray) -> BoolArray | None:
         """Return which pieces move to make room for the last one: on a full sheet those near it.
@@ -653,7 +656,7 @@ def empty_sheet(
         pool = search.pool()
         left = sum(map(search.area, pool))
         progress(left)
-        least, since = (left, 0) if left < least else (least, since + 1)
+        least, since = (left, 0) if left < _GAINED * least else (least, since + 1)
         if not pool or since > patience or search.work >= _WORK * rounds:
             break
         if not search.swap(pool[number % len(pool)]):

@@ -56,8 +56,8 @@ class SeparationConfig:
     barred_cells: int = 250_000
     #: The distance that is aimed at is larger than the gap by this, and what may be missing from it
     #: in the end: less, so that the gap is kept.
-    spare_mm: float = 0.03
-    done_mm: float = 0.02
+    spare_mm: float = 0.1
+    done_mm: float = 0.09
     #: Pairs this much wider than the gap are kept for the next steps: as long as none of both has
     #: gone half as far, no pair is missed.
     near_mm: float = 6.0
@@ -66,7 +66,7 @@ class SeparationConfig:
     #: How much farther an item's outermost sample moves than one at its mean radius, about.
     outermost: float = 1.5
     #: Damping of a step: a share of the mean stiffness, and the least.
-    damping: float = 0.03
+    damping: float = 0.01
     least_damping: float = 1e-3
     #: How much stiffer than items the border is.
     border: float = 3.0

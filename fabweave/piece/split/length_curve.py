@@ -32,6 +32,8 @@ _MOST_SITES = 10_000
 #: these: by their area, 3 sheets were told of 5 that 16 pieces of up to 600 mm took, 9 of 14 for
 #: 40, and 12 of 15 for 77; with 24 on a sheet, as many as came. More would take too long.
 _FEW_ON_SHEET, _FEW_SHEETS, _MOST_PACKED = 12, 5, 200
+#: Bent pieces never fill more of their sheets when they are laid there roughly; straight ones may.
+_MOST_FILLED = 0.8
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,8 @@ def foretell(
     scale : float
         How many times the threads that are cut stand for all.
     full : bool
-        Whether sheets count as if pieces filled them: no choice can come to fewer.
+        Whether sheets count as if pieces filled as much of them as they can: no choice comes to
+        fewer.
     """
     strips = unfold_runs(ribbons, runs)
     rings = strip_outlines(strips)
@@ -169,7 +172,8 @@ def foretell(
     long = np.add.reduceat(steps, strips.offsets[:-1]) > length_mm + 1e-6
 
     supply, count = workshop.supply[runs.thread], len(workshop.stock)
-    taken = np.bincount(supply, scale * (area if full else sheet), count).astype(np.float64)
+    least = area if bed.straight else area / _MOST_FILLED
+    taken = np.bincount(supply, scale * (least if full else sheet), count).astype(np.float64)
     needed = all_sheets_for(taken, workshop)
     if not full and bed.packed is not None and scale == 1.0 and _few(len(rings), needed.count):
         needed = bed.packed(rings, supply) or needed

@@ -170,11 +170,11 @@ def plan_pieces(
         length, runs = lengths[number], cuts[number]
         return foretell(ribbons, weave.threads, runs, length, workshop, bed, scale, full=full)
 
-    # In a hurry, what cannot be the best is not laid on sheets.
-    hurry = brief.effort == "quick" and all(len(kinds) == 1 for kinds in workshop.stock)
+    # What cannot be the best is not laid on sheets.
+    bounded = all(len(kinds) == 1 for kinds in workshop.stock)
     best, choices = compare(
         len(cuts), settings.prefer, compared, partial(compared, bed=replace(bed, packed=None)),
-        partial(compared, full=True) if hurry else None,
+        partial(compared, full=True) if bounded else None,
     )  # fmt: skip
     if asked is not None and as_asked is not None:
         return SplitPlan(as_asked, asked, choices, told(asked, as_asked), None, likes is not None)
