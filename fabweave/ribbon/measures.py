@@ -156,15 +156,16 @@ def require_width(ribbons: Ribbons, labels: Sequence[str], size_mm: float) -> No
     )
 
 
-#: Vertices of so many edges are tips: regular ones have 4 or 6, those of slits 8.
+#: Vertices of so many edges are tips if their faces are triangles: regular ones have 4 or 6; those
+#: of quads are saddles, where there is room.
 CROWDED = 8
 #: Ribbons at a tip are slivers if narrower than this, in millimetres, and than this share of the
 #: median: below the first they want tweezers.
 _NARROW_MM, _NARROW_SHARE = 4.0, 0.5
 #: What is computed may be so little more than a whole millimetre.
 _ROUNDING_MM = 1e-6
-#: So many faces at most are named, so that a line holds them.
-_MOST_FACES = 40
+#: So many tips and faces at most are named, so that a line holds them.
+_MOST_TIPS, _MOST_FACES = 3, 40
 
 
 def tip_notes(
@@ -173,8 +174,8 @@ def tip_notes(
     """Return a note on tips where ribbons get narrow, with the option that opens the mesh there.
 
     The narrowest rung no further from a tip than its longest edge counts. An opening takes the
-    faces around the tip: by its diameter where the tip is the topmost or bottommost point, else by
-    their numbers. What is offered was tried on the mesh.
+    faces around the tip, of the worst few: by its diameter where the tip is the topmost or
+    bottommost point, else by their numbers. What is offered was tried on the mesh.
 
     Parameters
     ----------
@@ -199,18 +200,19 @@ def tip_notes(
     note = (
         f"tips: ribbons get as narrow as {narrow.min():.1f} mm at "
         + agree(len(tips), "{n} [vertex|vertices]")
-        + f" of valence {spread} (vertex {few_of(tips.tolist(), 3)})"
+        + f" of valence {spread} (vertex {few_of(tips.tolist(), _MOST_TIPS)})"
     )
-    option = _option(mesh, halfedges, tips) if offer else None
+    option = _option(mesh, halfedges, tips[:_MOST_TIPS]) if offer else None
     if option is not None:
         note += f"; --leave-out {option} opens the mesh there"
     return [Note("tips", note)]
 
 
 def _slivers(mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons) -> tuple[IntArray, FloatArray]:
-    """Return the tips at which ribbons are slivers, and how narrow they are at each."""
+    """Return the tips at which ribbons are slivers, the worst first, and how narrow they are."""
     inside, valence = interior_valences(halfedges)
-    crowded = inside[valence >= CROWDED]
+    other = np.bincount(halfedges.tail, mesh.face_sizes[halfedges.face] != 3, mesh.n_vertices)
+    crowded = inside[(valence >= CROWDED) & (other[inside] == 0)]
     width = ribbon_widths(ribbons)
     middle = (ribbons.right + ribbons.left) / 2.0
     edge = np.linalg.norm(mesh.vertices[halfedges.head] - mesh.vertices[halfedges.tail], axis=1)
@@ -221,7 +223,7 @@ def _slivers(mesh: PolyMesh, halfedges: Halfedges, ribbons: Ribbons) -> tuple[In
         near = np.linalg.norm(middle - mesh.vertices[tip], axis=1) <= reach[tip]
         least[number] = width[near].min(initial=np.inf)
     limit = min(_NARROW_MM, _NARROW_SHARE * float(np.median(width))) if len(width) else 0.0
-    found = np.flatnonzero(least < limit)
+    found = np.argsort(least.round(3), kind="stable")[: np.count_nonzero(least < limit)]
     return crowded[found], least[found]
 
 

@@ -14,7 +14,7 @@ from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.subdivide import parse_refinements, refine_mesh
-from fabweave.ribbon.measures import open_share
+from fabweave.ribbon.measures import open_share, panel_widths
 
 WIDTH, LENGTH = 0.65, 0.7
 
@@ -76,6 +76,12 @@ def test_courses_differ_where_they_should():
     auto = portals_of("auto", mixed, halfedges)
     assert 0 < np.count_nonzero(quad) < len(quad)
     assert np.array_equal(auto == 0.5, quad)
+
+
+def test_where_most_faces_are_quads_fans_and_polygons_leave_strands_as_much_room():
+    ball = real_mesh("rings/pole_ball.obj", 400.0)
+    room = {course: panel_widths(laid(ball, course)[1]).min() for course in ("auto", "straight")}
+    assert room["auto"] > 1.4 * room["straight"]
 
 
 @given(meshes())

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from jobs import laid
+from meshes_shared import real_mesh
 
 from fabweave.core.errors import CannotMakeError
 from fabweave.mesh.polymesh import PolyMesh
@@ -33,7 +34,7 @@ def globe(meridians: int, parallels: int, axis: int = 2) -> PolyMesh:
 
 
 def woven(mesh: PolyMesh, **options) -> WovenObject:
-    return laid("globe.obj", mesh, **options)[0]
+    return laid("globe.obj", mesh, course="straight", **options)[0]
 
 
 @pytest.mark.parametrize(
@@ -67,6 +68,16 @@ def test_where_ribbons_have_room_nothing_is_said() -> None:
     for shape in ("shape:sphere?n=4", "shape:bipyramid?n=2&edge=4&handle=4"):
         made = laid(shape, size_mm=300.0)[0]
         assert opening_notes(made) == []
+
+
+def test_tips_of_rings_are_named_and_saddles_are_not() -> None:
+    model = real_mesh("rings/spot_rings.obj", 200.0)
+    made = woven(model, size_mm=200.0)
+    (note,) = opening_notes(made)
+    tips = [int(one) for one in re.search(r"\(vertex ([\d, ]+)", note)[1].split(", ") if one]
+    own = [[len(face) for face in model.faces() if tip in face] for tip in tips]
+    assert tips
+    assert all(set(sizes) == {3} for sizes in own)
 
 
 def test_a_refusal_offers_the_opening_and_no_number_that_another_mesh_has() -> None:
