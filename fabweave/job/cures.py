@@ -19,16 +19,20 @@ from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.request import parse_remesh
 from fabweave.options.command import changed_options
 from fabweave.options.settings import Settings
+from fabweave.piece.joint.fastening import beside_edges
 from fabweave.piece.pieces import PieceSet
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.stock.material import Material, machine_of, material_library
+from fabweave.stock.per_bunch import NAMED
 
-#: Of larger objects, no cure is looked for: each that is tried takes as long as letting them go.
+#: Of larger objects, only coarser meshes are tried: else each takes as long as letting them go.
 _MOST_TRIED = 1500
 #: So many times thicker material is tried, and so many stiffer ones.
 _THICKER, _STIFFER = (1.5, 2.0), 6
-#: So many times as many faces make a denser mesh.
-_DENSER = 2
+#: Ribs are all strands of one of so many bunches at most: each more is another sort of sheets.
+_FEW_BUNCHES = 4
+#: So many times as many faces make a denser mesh; so many a coarse one.
+_DENSER, _COARSE = 2, 300
 #: So many that stand to first order are planned anew, at most.
 _MOST_PLANNED = 4
 #: Near enough to rest to know whether it stands.
@@ -40,9 +44,10 @@ _Changes = Mapping[str, Any]
 def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None) -> str:
     """Return what makes the object of a job stand, as options to add to its command.
 
-    Thicker and stiffer material is tried, more fasteners, glue, and both; then other meshes; at
-    last a former: what takes fewer hours goes first. Each is let go; what stands is planned anew
-    and let go as it would be made. What cannot be built is no cure.
+    Ribs (all strands of a bunch of thicker material) are tried, thicker and stiffer material, more
+    fasteners, glue, and both; then other meshes; at last a former: what takes fewer hours goes
+    first. Of large objects only coarser meshes are. Each is let go; what stands is planned anew and
+    let go as it would be made. What cannot be built is no cure.
 
     Parameters
     ----------
@@ -53,20 +58,21 @@ def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None)
     given : PolyMesh, optional
         A mesh from memory, in place of the file that the settings name.
     """
-    if planned.weave.threads.n_crossings > _MOST_TRIED:
-        return "no cure was looked for, as that would take long"
     asked = asked.but(force=False)
     # Threads are cut to the length that was found best for it, in a hurry.
     tried = asked.but(effort="quick", max_length_mm=planned.split_plan.length_mm)
     source = replace(planned.woven.source, mesh=planned.woven.wished)
     woven = replace(planned.woven, source=source)
     begun = Stations(tried, given, depth=Depth.ALONG).know(loaded=source, weave=woven)
-    likely = _on_this_mesh(planned, begun), iter(_on_other_meshes(planned, asked))
-    for some in likely:
+    few = planned.weave.threads.n_crossings <= _MOST_TRIED
+    here = _on_this_mesh(planned, begun) if few else iter(())
+    for some in (here, iter(_on_other_meshes(planned, asked))):
         for changes in islice(some, _MOST_PLANNED):
             if _stands_as_made(begun.instead(tried.but(**changes))):
                 return f"{changed_options(asked.but(**changes), asked)} makes it stand, as tried"
     former = {"former": "auto"}
+    if not few:
+        return "no cure was found among coarser meshes"
     with suppress(InputError, CannotMakeError):
         if former_of(begun.instead(tried.but(**former)).buildable) is not None:
             return "--former auto holds it, while the former stays inside"
@@ -74,28 +80,44 @@ def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None)
 
 
 def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
-    """Yield what makes an object stand whose pieces are cut as they are, of whatever they are."""
-    held: list[_Changes] = [{"fasten": more} for more in ("all", "glue") if more != planned.fasten]
-    stiffer = _stiffer(planned, begun.asked)
-    both = [{**one, **other} for one in held for other in stiffer]
-    every = np.ones_like(planned.piece_set.fastened)
-    for changes in (*stiffer, *held, *both):
-        more = changes.get("fasten")
+    """Yield what makes an object stand whose pieces are cut as they are, of whatever they are.
+
+    What does not stand with glue does not without.
+    """
+    threads, halfedges = planned.weave.threads, planned.woven.halfedges
+    rim = beside_edges(threads, halfedges, halfedges.twin < 0)
+    also = {"rim": rim, "all": np.ones_like(rim)}
+    fastened, glued = planned.piece_set.fastened, planned.piece_set.glued
+
+    def stands(changes: _Changes) -> bool:
+        kind = str(changes.get("fasten"))
         pieces = replace(
             planned.piece_set,
-            glued=more == "glue" or planned.piece_set.glued,
-            fastened=every if more == "all" else planned.piece_set.fastened,
+            glued=kind == "glue" or glued,
+            fastened=fastened | also.get(kind, False),
         )
         with suppress(InputError, CannotMakeError):
             job = begun.instead(begun.asked.but(**changes))
-            if not job.foreseen and _stands(body_of(planned.woven, job.brief), pieces):
-                yield changes
+            return not job.foreseen and _stands(body_of(planned.woven, job.brief), pieces)
+        return False
+
+    rims: list[_Changes] = [{"fasten": "rim"}] if rim.any() else []
+    held: list[_Changes] = [{"fasten": one} for one in ("all", "glue") if one != planned.fasten]
+    ribs, stiffer = _stiffer(planned, begun.asked)
+    both = [{**one, **other} for one in held for other in stiffer]
+    firm: dict[str, bool] = {}
+    for changes in (*ribs, *stiffer, *rims, *held, *both):
+        glue = {**changes, "fasten": "glue"}
+        if str(glue) not in firm:
+            firm[str(glue)] = stands(glue)
+        if firm[str(glue)] and (changes == glue or stands(changes)):
+            yield changes
 
 
-def _stiffer(planned: PlannedJob, asked: Settings) -> list[_Changes]:
-    """Return thicker material, and some that sags less, by its price; none where there are more."""
+def _stiffer(planned: PlannedJob, asked: Settings) -> tuple[list[_Changes], list[_Changes]]:
+    """Return ribs; thicker material, and some that sags less; none where there are more."""
     if planned.supplies.several:
-        return []
+        return [], []
     own = planned.supplies.only
 
     def sags(one: Material) -> float:
@@ -111,13 +133,21 @@ def _stiffer(planned: PlannedJob, asked: Settings) -> list[_Changes]:
     ]  # fmt: skip
     less = sorted(less, key=sags, reverse=True)[:_STIFFER]
     less.sort(key=lambda one: np.max(one.price_per_m2 or np.inf))
-    thicker = [{"thickness_mm": round(times * own.thickness_mm, 2)} for times in _THICKER]
-    return [*thicker, *({"material": one.name} for one in less)]
+    plain, *thick = (round(times * own.thickness_mm, 2) for times in (1.0, *_THICKER))
+    count = int(planned.woven.bunches.max()) + 1
+    names = NAMED if count == 2 else tuple(map(str, range(count if count <= _FEW_BUNCHES else 0)))
+    ribs = [tuple((name, thick[-1] if name == rib else plain) for name in names) for rib in names]
+    thicker = [{"thickness_mm": one} for one in thick]
+    ribbed: list[_Changes] = [{"thickness_mm": one} for one in ribs]
+    return ribbed, [*thicker, *({"material": one.name} for one in less)]
 
 
 def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
     """Return what may make an object stand on another mesh: triangles brace themselves."""
     faces = planned.woven.mesh.n_faces
+    if planned.weave.threads.n_crossings > _MOST_TRIED:
+        kinds = [{"remesh": f"quads:{_COARSE}"}, {"remesh": f"triangles:{_COARSE}"}]
+        return [{**kinds[0], "pattern": "plain"}, {**kinds[1], "pattern": "kagome"}]
     denser: _Changes = {"refine": "catmull-clark:1"}
     if asked.mesh.remeshed:
         denser = {"remesh": f"{parse_remesh(str(asked.mesh.remesh)).kind}:{_DENSER * faces}"}

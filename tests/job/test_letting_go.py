@@ -9,7 +9,7 @@ from fabweave.form.body import RIVETED, body_of
 from fabweave.form.hold import pins_of
 from fabweave.job import cures
 from fabweave.job.letting_go import let_job_go
-from fabweave.options.settings import Settings
+from fabweave.options.settings import Settings, settings_from_options
 from fabweave.ribbon.rules.remedy import Depth
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
@@ -42,7 +42,8 @@ def test_what_is_added_to_the_command_makes_it_stand(heavy):
     assert found.settled.form.collapse
     name, value = found.cure.split()[:2]
     assert name == "--thickness"
-    thicker = ASKED.but(thickness_mm=float(value.removesuffix("mm")))
+    options = {"size": "200mm", "fasten": "all", "effort": "quick", "thickness": value}
+    thicker = settings_from_options(ASKED.mesh.source, **options)
     woven, _, _ = laid(thicker)
     job = stations_of(woven, thicker, Depth.ALONG)
     body = body_of(job.buildable.woven, job.brief)
