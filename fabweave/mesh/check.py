@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -297,6 +298,7 @@ _RULES = (
 )
 
 
+@lru_cache(maxsize=8)  # what is remeshed is asked for beside each of its results
 def check_mesh(mesh: PolyMesh) -> MeshReport:
     """Check a mesh: what it is, and what is wrong with it.
 

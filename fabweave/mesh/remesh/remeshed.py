@@ -1,6 +1,7 @@
 """Check that a remeshed surface is the surface that was given."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -289,13 +290,19 @@ def surface_faults(
     return tuple(faults)
 
 
+@lru_cache(maxsize=8)
+def _cut_surface(mesh: PolyMesh) -> Surface:
+    """Return a mesh as a surface, its faces cut into triangles."""
+    cut = triangulate(mesh)
+    return Surface(cut.vertices, cut.indices.reshape(-1, 3))
+
+
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
     """Say how the surface differs in space."""
-    old, new = triangulate(given), triangulate(result)
-    if not triangle_normals(new).any():
+    if not triangle_normals(triangulate(result)).any():
         return ["no face has an area"]
     edge = float(edge_lengths(result).mean())
-    surface, remade = (Surface(cut.vertices, cut.indices.reshape(-1, 3)) for cut in (old, new))
+    surface, remade = _cut_surface(given), _cut_surface(result)
     off = surface.feet(result.vertices).distances
     lost = remade.feet(given.vertices).distances
     faults = []
