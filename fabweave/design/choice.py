@@ -186,9 +186,10 @@ def mesh_rounds(
 
     Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads,
     tubes and rings whose strips are some 12 mm wide; then finer and coarser ones of the better
-    kind; at last triangles. A closed model of which none could be made at all, or whose bodies run through one another, or that has many handles, is wrapped.
-    What is open is not, as it would become a bag; unless such bodies close one another, as those
-    of a teapot do: then both are tried, and the grade tells.
+    kind; at last triangles. A closed model of which none could be made at all, or whose bodies run
+    through one another, or that has many handles, is wrapped. What is open is not, as it would
+    become a bag; unless such bodies close one another, as those of a teapot do: then both are
+    tried, and the grade tells.
 
     Parameters
     ----------
