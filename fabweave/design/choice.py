@@ -87,8 +87,8 @@ def choose_mesh(
 ) -> Choice:
     """Return a job on the best mesh for it: as it is asked for, or another of its surface.
 
-    Where the mesh is left to fabweave (see :func:`is_free`), its own and grids, quads, tubes and
-    triangles compete by the grade that the maker reads, and by hours (see
+    Where the mesh is left to fabweave (see :func:`is_free`), its own and grids, quads, tubes,
+    rings and triangles compete by the grade that the maker reads, and by hours (see
     :func:`fabweave.design.wishes.rank`). An evening's work with strips of some 12 mm is tried
     first; what is finer or coarser only where that is not good.
 
@@ -184,12 +184,12 @@ def mesh_rounds(
 ) -> Iterator[list[Settings]]:
     """Yield meshes for a model, round after round, until one is good.
 
-    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads
-    and tubes whose strips are some 12 mm wide; then finer and coarser ones of the better kind; at
-    last triangles. A closed model of which none could
-    be made at all, or whose bodies run through one another, or that has many handles, is wrapped.
-    What is open is not, as it would become a bag; unless such bodies close one another, as those
-    of a teapot do: then both are tried, and the grade tells.
+    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads,
+    tubes and rings whose strips are some 12 mm wide; then finer and coarser ones of the better
+    kind; at last triangles. A closed model of which none could be made at all, or whose bodies run
+    through one another, or that has many handles, is wrapped. What is open is not, as it would
+    become a bag; unless such bodies close one another, as those of a teapot do: then both are
+    tried, and the grade tells.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ def _kinds(asked: Settings, model: LoadedMesh) -> list[str]:
     if asked.ribbons.straight or asked.weave.pattern in ("kagome", "triaxial"):
         return ["triangles"]
     grid = [] if lacks_grid(model.mesh) else ["grid"]
-    wanted = ["quads"] if _is_open(model) else ["quads", "tubes"]
+    wanted = ["quads"] if _is_open(model) else ["quads", "tubes", "rings"]
     return [*grid, *(way for way in wanted if not lacking(way))] or ["triangles"]
 
 

@@ -311,13 +311,10 @@ def triangles_above(
     share = (level[low] / (level[low] - level[high]))[:, None]
     middle = np.full(crossing.shape, -1)
     middle[across] = len(points) + number.reshape(-1)
-    parts: list[list[int]] = []
-    for face, between in zip(crossing.tolist(), middle.tolist(), strict=True):
-        ring = []
-        for corner, new in zip(face, between, strict=True):
-            ring += [corner] if level[corner] >= 0.0 else []
-            ring += [new] if new >= 0 else []
-        parts += [[ring[0], ring[k], ring[k + 1]] for k in range(1, len(ring) - 1)]
+    # Around each, what is kept and what is new in turn; nothing is last.
+    ring = np.stack([np.where(level[crossing] >= 0.0, crossing, -1), middle], axis=2).reshape(-1, 6)
+    ring = np.take_along_axis(ring, np.argsort(ring < 0, axis=1, kind="stable"), axis=1)
+    parts = ring[:, [[0, 1, 2], [0, 2, 3]]]
+    made = parts[parts[:, :, 2] >= 0]
     every = np.concatenate([points, points[low] + share * (points[high] - points[low])])
-    made = np.array(parts, dtype=np.int64).reshape(-1, 3)
     return every, np.concatenate([triangles[reaches & ~below], made])

@@ -211,8 +211,8 @@ OBJECT_OPTIONS = (
         choice(("auto", "straight", "projection")),
         "How strands run over faces. straight goes from the middle of one edge to the next. "
         "projection, the way of the paper, covers more of the surface, but bends strands at "
-        "crossings of faces that are not quads. auto takes projection on quads and where most "
-        "faces are quads, and straight elsewhere.",
+        "crossings of faces that are not quads. auto takes projection on quads, and straight "
+        "elsewhere, less so where most faces are quads.",
         default="auto",
     ),
     _stock(

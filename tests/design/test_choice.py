@@ -328,6 +328,7 @@ def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):
     found.run(mesh_rounds(found, loaded))
     kinds = [one.mesh.remesh.partition(":")[0] for one in tries]
     assert kinds.count("quads") == 1 < kinds.count("tubes")
+    assert "rings" in kinds
 
 
 @pytest.mark.parametrize(("bodies", "opened"), [(1, True), (2, False)])

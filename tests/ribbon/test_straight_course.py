@@ -81,7 +81,7 @@ def test_courses_differ_where_they_should():
 def test_where_most_faces_are_quads_fans_and_polygons_leave_strands_as_much_room():
     ball = real_mesh("rings/pole_ball.obj", 400.0)
     room = {course: panel_widths(laid(ball, course)[1]).min() for course in ("auto", "straight")}
-    assert room["auto"] > 1.4 * room["straight"]
+    assert room["auto"] > 1.3 * room["straight"]
 
 
 @given(meshes())

@@ -9,6 +9,8 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 #: Of the way from the vertex to the centre: no strand's middle comes nearer to either.
 _LEAST = 0.2
 _QUAD = 4
+#: In fans and polygons among quads: strands have all of their room there, and turn the least.
+_AMONG_QUADS = 1 / 3
 
 
 def portals_of(course: str, mesh: PolyMesh, halfedges: Halfedges) -> FloatArray | None:
@@ -18,8 +20,7 @@ def portals_of(course: str, mesh: PolyMesh, halfedges: Halfedges) -> FloatArray 
     ----------
     course : str
         ``straight``: where the medial line does. ``projection``: in the middle. ``auto``: straight
-        in faces that are not quads, unless most are: at an edge between both kinds a strand has
-        but 0.4 of its room, which is seen in fans and polygons that end rings.
+        in faces that are not quads; a third as much if most are.
     mesh, halfedges
         A mesh and its connectivity.
 
@@ -34,15 +35,22 @@ def portals_of(course: str, mesh: PolyMesh, halfedges: Halfedges) -> FloatArray 
     True
     """
     quads = mesh.face_sizes == _QUAD
-    if _is_projected(course, mesh):
+    share = _straightness(course, mesh)
+    if not share or (course == "auto" and quads.all()):
         return None
-    portals = medial_portals(mesh, halfedges)
+    portals = (1.0 - share) * 0.5 + share * medial_portals(mesh, halfedges)
     return np.where(quads[halfedges.face], 0.5, portals) if course == "auto" else portals
 
 
-def _is_projected(course: str, mesh: PolyMesh) -> bool:
-    quads = np.count_nonzero(mesh.face_sizes == _QUAD)
-    return course == "projection" or (course == "auto" and 2 * int(quads) > mesh.n_faces)
+def _straightness(course: str, mesh: PolyMesh) -> float:
+    """Return how far strands move from the middle of portals to where the medial line is, 0 to 1.
+
+    At an edge between a triangle and a quad they have but 0.4 of their room where the one is
+    crossed straight and the other in the middle.
+    """
+    if course != "auto":
+        return float(course == "straight")
+    return _AMONG_QUADS if 2 * np.count_nonzero(mesh.face_sizes == _QUAD) > mesh.n_faces else 1.0
 
 
 def medial_portals(mesh: PolyMesh, halfedges: Halfedges) -> FloatArray:
@@ -101,9 +109,9 @@ def crossing_shares(mesh: PolyMesh, halfedges: Halfedges, course: str) -> FloatA
     In a regular face with n corners, the line between the middles of two edges lies cos²(π/n) of
     the way from the centre to the corner, so that it crosses the portal at sin²(π/n).
     """
-    if _is_projected(course, mesh):
-        return np.full(mesh.n_corners, 0.5)
-    return np.sin(np.pi / mesh.face_sizes[halfedges.face]) ** 2
+    share = _straightness(course, mesh)
+    straight = np.sin(np.pi / mesh.face_sizes[halfedges.face]) ** 2
+    return np.asarray((1.0 - share) * 0.5 + share * straight)
 
 
 def walks(halfedges: Halfedges, passed: BoolArray, length: int) -> tuple[IntArray, FloatArray]:
