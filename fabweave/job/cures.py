@@ -31,10 +31,12 @@ _MOST_TRIED = 1500
 _THICKER, _STIFFER = (1.5, 2.0), 6
 #: Ribs are all strands of one of so many bunches at most: each more is another sort of sheets.
 _FEW_BUNCHES = 4
-#: So many times as many faces make a denser mesh; so many a coarse one.
-_DENSER, _COARSE = 2, 300
+#: So many times as many faces make a denser mesh; so many times these in place of a large one.
+_DENSER, _COARSE = 2, 150
 #: So many that stand to first order are planned anew, at most.
 _MOST_PLANNED = 4
+#: To first order, what stands may go so many times too far.
+_TOO_FAR = 2.0
 #: Near enough to rest to know whether it stands.
 _ABOUT = Closely(gain=1e-3, sag_gain=1e-7, steps=60)
 
@@ -44,10 +46,10 @@ _Changes = Mapping[str, Any]
 def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None) -> str:
     """Return what makes the object of a job stand, as options to add to its command.
 
-    Ribs (all strands of a bunch of thicker material) are tried, thicker and stiffer material, more
-    fasteners, glue, and both; then other meshes; at last a former: what takes fewer hours goes
-    first. Of large objects only coarser meshes are. Each is let go; what stands is planned anew and
-    let go as it would be made. What cannot be built is no cure.
+    Ribs (all strands of a bunch are thicker) are tried, thicker strands, more fasteners, glue,
+    stiffer material, and both; then other meshes; at last a former: the same material and fewer
+    hours go first. Of large objects only coarser meshes are. Each is let go; what stands is planned
+    anew and let go as it would be made. What cannot be built is no cure.
 
     Parameters
     ----------
@@ -103,10 +105,10 @@ def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
 
     rims: list[_Changes] = [{"fasten": "rim"}] if rim.any() else []
     held: list[_Changes] = [{"fasten": one} for one in ("all", "glue") if one != planned.fasten]
-    ribs, stiffer = _stiffer(planned, begun.asked)
-    both = [{**one, **other} for one in held for other in stiffer]
+    ribs, thicker, stiffer = _stiffer(planned, begun.asked)
+    both = [{**one, **other} for one in held for other in (*thicker, *stiffer)]
     firm: dict[str, bool] = {}
-    for changes in (*ribs, *stiffer, *rims, *held, *both):
+    for changes in (*ribs, *thicker, *rims, *held, *stiffer, *both):
         glue = {**changes, "fasten": "glue"}
         if str(glue) not in firm:
             firm[str(glue)] = stands(glue)
@@ -114,10 +116,10 @@ def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
             yield changes
 
 
-def _stiffer(planned: PlannedJob, asked: Settings) -> tuple[list[_Changes], list[_Changes]]:
-    """Return ribs; thicker material, and some that sags less; none where there are more."""
+def _stiffer(planned: PlannedJob, asked: Settings) -> tuple[list[_Changes], ...]:
+    """Return ribs, thicker material, and some that sags less; none where there are more."""
     if planned.supplies.several:
-        return [], []
+        return [], [], []
     own = planned.supplies.only
 
     def sags(one: Material) -> float:
@@ -137,19 +139,21 @@ def _stiffer(planned: PlannedJob, asked: Settings) -> tuple[list[_Changes], list
     count = int(planned.woven.bunches.max()) + 1
     names = NAMED if count == 2 else tuple(map(str, range(count if count <= _FEW_BUNCHES else 0)))
     ribs = [tuple((name, thick[-1] if name == rib else plain) for name in names) for rib in names]
-    thicker = [{"thickness_mm": one} for one in thick]
-    ribbed: list[_Changes] = [{"thickness_mm": one} for one in ribs]
-    return ribbed, [*thicker, *({"material": one.name} for one in less)]
+    return (
+        [{"thickness_mm": one} for one in ribs],
+        [{"thickness_mm": one} for one in thick],
+        [{"material": one.name} for one in less],
+    )
 
 
 def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
     """Return what may make an object stand on another mesh: triangles brace themselves."""
     faces = planned.woven.mesh.n_faces
-    if planned.weave.threads.n_crossings > _MOST_TRIED:
-        kinds = [{"remesh": f"quads:{_COARSE}"}, {"remesh": f"triangles:{_COARSE}"}]
-        return [{**kinds[0], "pattern": "plain"}, {**kinds[1], "pattern": "kagome"}]
     denser: _Changes = {"refine": "catmull-clark:1"}
-    if asked.mesh.remeshed:
+    if planned.weave.threads.n_crossings > _MOST_TRIED:
+        faces = _COARSE
+        denser = {"remesh": f"quads:{_DENSER * faces}", "pattern": "plain"}
+    elif asked.mesh.remeshed:
         denser = {"remesh": f"{parse_remesh(str(asked.mesh.remesh)).kind}:{_DENSER * faces}"}
     kagome = {"remesh": f"triangles:{_DENSER * faces}", "pattern": "kagome"}
     return [denser, kagome, {**denser, "fasten": "glue"}]
@@ -169,6 +173,6 @@ def _stands(body: ElasticBody | None, pieces: PieceSet) -> bool:
     if body is None:
         return False
     pins = pins_of(body, pieces)
-    # What goes too far to first order takes long to be let go, and collapses.
+    # What goes by far too far to first order takes long to be let go, and collapses.
     far_mm = Foresight(body)(pins, body.size_mm).most_mm
-    return far_mm <= STANDS * body.size_mm and settle(body, pins, how=_ABOUT).form.stands
+    return far_mm <= _TOO_FAR * STANDS * body.size_mm and settle(body, pins, how=_ABOUT).form.stands

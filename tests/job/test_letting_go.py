@@ -62,6 +62,33 @@ def test_only_a_former_is_left_where_nothing_stands(heavy, monkeypatch):
     assert let_job_go(heavy, ASKED).cure.startswith("--former auto")
 
 
+def test_what_glue_cannot_hold_is_not_tried_without(heavy, monkeypatch):
+    glued = []
+    monkeypatch.setattr(cures, "_stands", lambda _, pieces: glued.append(pieces.glued))
+    monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
+    let_job_go(heavy, ASKED)
+    assert len(glued) > 2
+    assert all(glued)
+
+
+def test_large_objects_are_tried_on_coarser_meshes_alone(heavy, monkeypatch):
+    monkeypatch.setattr(cures, "_MOST_TRIED", heavy.weave.threads.n_crossings - 1)
+    tried = []
+    monkeypatch.setattr(cures, "_stands_as_made", lambda job: tried.append(job.asked.mesh.remesh))
+    assert "coarser" in let_job_go(heavy, ASKED).cure
+    assert {str(one).partition(":")[0] for one in tried} == {"quads", "triangles"}
+
+
+def test_ribs_are_all_strands_of_one_bunch(planned):
+    ribs, thicker, _ = cures._stiffer(planned, ASKED)
+    own = planned.supplies.only.thickness_mm
+    assert len(ribs) == planned.woven.bunches.max() + 1
+    for number, one in enumerate(ribs):
+        each = [thick for _, thick in one["thickness_mm"]]
+        assert each.pop(number) == max(other["thickness_mm"] for other in thicker) > own
+        assert each == [own] * len(each)
+
+
 def test_glue_keeps_all_crossings_from_turning_and_takes_a_dab_each():
     asked = ASKED.but(fasten="glue")
     woven, *_ = laid(asked)
