@@ -9,7 +9,7 @@ from fabweave.mesh.polymesh import PolyMesh, face_centres
 #: Of the way from the vertex to the centre: no strand's middle comes nearer to either.
 _LEAST = 0.2
 _QUAD = 4
-#: In fans and polygons among quads: strands have all of their room there, and turn the least.
+#: In fans and polygons among quads: strands keep nearly all of their room, and turn a little less.
 _AMONG_QUADS = 1 / 3
 
 
