@@ -70,7 +70,9 @@ def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None)
     here = _on_this_mesh(planned, begun) if few else iter(())
     for some in (here, iter(_on_other_meshes(planned, asked))):
         for changes in islice(some, _MOST_PLANNED):
-            if _stands_as_made(begun.instead(tried.but(**changes))):
+            roughly = _stands_as_made(begun.instead(tried.but(**changes)), _ABOUT)
+            # As it would be made: strips that are moved settle otherwise, and rest comes late.
+            if roughly and _stands_as_made(Stations(asked.but(**changes), given), Closely()):
                 return f"{changed_options(asked.but(**changes), asked)} makes it stand, as tried"
     former = {"former": "auto"}
     if not few:
@@ -159,20 +161,20 @@ def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
     return [denser, kagome, {**denser, "fasten": "glue"}]
 
 
-def _stands_as_made(job: Stations) -> bool:
+def _stands_as_made(job: Stations, how: Closely) -> bool:
     """Return whether a job can be built, and its object stands."""
     try:
         few = job.n_crossings <= _MOST_TRIED
-        return few and _stands(body_of(job.buildable.woven, job.brief), job.piece_set)
+        return few and _stands(body_of(job.buildable.woven, job.brief), job.piece_set, how)
     except (InputError, CannotMakeError):
         return False
 
 
-def _stands(body: ElasticBody | None, pieces: PieceSet) -> bool:
+def _stands(body: ElasticBody | None, pieces: PieceSet, how: Closely = _ABOUT) -> bool:
     """Return whether an object stands when it is let go."""
     if body is None:
         return False
     pins = pins_of(body, pieces)
     # What goes by far too far to first order takes long to be let go, and collapses.
     far_mm = Foresight(body)(pins, body.size_mm).most_mm
-    return far_mm <= _TOO_FAR * STANDS * body.size_mm and settle(body, pins, how=_ABOUT).form.stands
+    return far_mm <= _TOO_FAR * STANDS * body.size_mm and settle(body, pins, how=how).form.stands

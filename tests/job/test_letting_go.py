@@ -74,7 +74,9 @@ def test_what_glue_cannot_hold_is_not_tried_without(heavy, monkeypatch):
 def test_large_objects_are_tried_on_coarser_meshes_alone(heavy, monkeypatch):
     monkeypatch.setattr(cures, "_MOST_TRIED", heavy.weave.threads.n_crossings - 1)
     tried = []
-    monkeypatch.setattr(cures, "_stands_as_made", lambda job: tried.append(job.asked.mesh.remesh))
+    monkeypatch.setattr(
+        cures, "_stands_as_made", lambda job, _: tried.append(job.asked.mesh.remesh)
+    )
     assert "coarser" in let_job_go(heavy, ASKED).cure
     assert {str(one).partition(":")[0] for one in tried} == {"quads", "triangles"}
 
