@@ -8,7 +8,7 @@ they kept: where one would be broken, the motion is evened out.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
 
@@ -26,7 +26,6 @@ from fabweave.core.arrays import (
 )
 from fabweave.form.body import ElasticBody, body_of, off_places
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
-from fabweave.form.net import NetState
 from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
@@ -204,8 +203,6 @@ class _Compensation:
     brief: Brief
     check: Check
     progress: Progress
-    #: Where each body came to rest last: when it is cut a little otherwise, it does near there.
-    rests: dict[int, NetState] = field(default_factory=dict)
 
     @property
     def found(self) -> list[JoinedObject]:
@@ -288,9 +285,8 @@ class _Compensation:
         """Return how far crossings come to rest from where they are wished, (X, 3)."""
         body = self.body(joined)
         places = np.zeros_like(body.places)
-        for number, (part, own) in enumerate(zip(body.parts, body.bodies, strict=True)):
-            rests = let_go(part, self.pins[own], _ABOUT_REST, self.rests.get(number))
-            self.rests[number] = rests.free.state
+        for part, own in zip(body.parts, body.bodies, strict=True):
+            rests = let_go(part, self.pins[own], _ABOUT_REST)
             end = in_the_end(part, rests, _ABOUT_REST)
             places[own] = end.state.bodies.origin
         return off_in_parts(body, places)

@@ -314,9 +314,7 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(
-    body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY, start: NetState | None = None
-) -> Rests:
+def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
@@ -326,12 +324,9 @@ def let_go(
         How crossings resist turning, N mm per radian.
     how : Closely
         Near enough to rest.
-    start : NetState, optional
-        Where it is let go, if not where it is wished.
     """
     net = replace(body.net, pins=pins)
-    begun, still = body.wished if start is None else start, replace(net, weight=0 * net.weight)
-    free = relax(still, begun, gain=how.gain, most=how.steps)
+    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
     free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
     held = body.held(places)
