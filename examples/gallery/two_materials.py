@@ -10,7 +10,7 @@ import fabweave as fw
 mesh = fw.shape("torus", m=16, n=8, size=SIZE)
 weave = fw.weave(mesh, pattern="twill", colours="material")
 ribbons = weave.ribbons(material="warp=card:navy,weft=birch-veneer")
-layout = ribbons.pieces().nest(sheet="600x400mm", effort="quick")
+layout = ribbons.pieces().nest(sheet="600x400mm")
 exhibit = Exhibit(
     "A ring of card and birch veneer",
     f"{len(layout.sheets)} sheets of two materials",
