@@ -149,8 +149,7 @@ def give_mesh(
     except InputError as error:
         # The numbers in the message are those of the mesh after what was done to it.
         done = "".join(f"\n(before that check: {note})" for note in (*cleaned.notes, *kept))
-        wraps = settings.bodies != "wrap" and sound_part(mesh) is not None
-        helps = _WRAPS if wraps else ""
+        helps = _WRAPS if settings.bodies != "wrap" and sound_part(mesh) is not None else ""
         raise InputError(f"{error}{done}{helps}") from None
     whole, added, wall, cut, mended = mesh, 0, None, 0, list[Note]()
     if not built_in:

@@ -25,7 +25,7 @@ from fabweave.mesh.polymesh import (
     triangle_normals,
 )
 from fabweave.mesh.prepare import prepare_mesh
-from fabweave.mesh.triangulate import fans, triangulate
+from fabweave.mesh.triangulate import fans, plain_triangles, triangulate
 from fabweave.mesh.weld import weld_mesh
 
 
@@ -290,19 +290,19 @@ def surface_faults(
     return tuple(faults)
 
 
-@lru_cache(maxsize=8)
-def _cut_surface(mesh: PolyMesh) -> Surface:
-    """Return a mesh as a surface, its faces cut into triangles."""
-    cut = triangulate(mesh)
-    return Surface(cut.vertices, cut.indices.reshape(-1, 3))
+@lru_cache(maxsize=2)
+def _surface_of(given: PolyMesh) -> Surface:
+    """Return what is remeshed as a surface: each of its results is compared with it."""
+    return Surface(*plain_triangles(triangulate(given)))
 
 
 def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
     """Say how the surface differs in space."""
-    if not triangle_normals(triangulate(result)).any():
+    new = triangulate(result)
+    if not triangle_normals(new).any():
         return ["no face has an area"]
     edge = float(edge_lengths(result).mean())
-    surface, remade = _cut_surface(given), _cut_surface(result)
+    surface, remade = _surface_of(given), Surface(*plain_triangles(new))
     off = surface.feet(result.vertices).distances
     lost = remade.feet(given.vertices).distances
     faults = []

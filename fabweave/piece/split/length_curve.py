@@ -32,7 +32,7 @@ _MOST_SITES = 10_000
 #: these: by their area, 3 sheets were told of 5 that 16 pieces of up to 600 mm took, 9 of 14 for
 #: 40, and 12 of 15 for 77; with 24 on a sheet, as many as came. More would take too long.
 _FEW_ON_SHEET, _FEW_SHEETS, _MOST_PACKED = 12, 5, 200
-#: Bent pieces never fill more of their sheets when they are laid there roughly; straight ones may.
+#: Bent pieces are taken to fill no more of their sheets when laid there roughly; straight ones may.
 _MOST_FILLED = 0.8
 
 
