@@ -46,7 +46,8 @@ _EVENING, _MOST, _SLENDER = 350, 500, 240
 #: So many triangles for a quad make ribbons of the same width.
 _TRIANGLES = 0.6
 #: A score at which no other mesh need be tried: of its own, as somebody may have drawn it to
-#: be woven; in the first rounds; and in those after them.
+#: be woven, or of another, but for a finer and a quicker one beside it; in the first rounds; and in
+#: those after them.
 _OWN, _FINE, _GOOD = 7.0, 8.0, 5.0
 #: What is sure to be so many points behind the best is no choice.
 _BEHIND = 1.0
@@ -251,7 +252,8 @@ def mesh_rounds(
     able = able or [way for way in ways if way != "grid"] or ways
     kind = (density(best.design)[0] if best is not None else "") or able[0]
     others = [way for way in able if way != kind and best is None]
-    numbers = (between, finer, coarser)
+    # Beside what is fine already, no more than a finer and a quicker one are wanted.
+    numbers = (finer, coarser) if _is_good(search, _OWN) else (between, finer, coarser)
     yield [*(mesh(kind, number) for number in numbers), *(mesh(way, coarser) for way in others)]
     if _is_good(search, _GOOD):
         return

@@ -9,6 +9,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from fabweave.core.arrays import IntArray
 from fabweave.core.records import inline, optional, record
 from fabweave.estimate.assembly_time import (
     AssemblyTime,
@@ -201,6 +202,10 @@ _FILLED: Span = (0.35, 0.75)
 #: cuts: measured on twelve objects.
 _IN_ROWS: Span = (0.75, 0.97)
 _SHARED = 0.52
+#: Of more pieces, letters are laid on so many, and take the rest as long as those of like length.
+_LETTERED = 40
+#: Of so many pieces all letters are laid; of more so many, and the rest take as long by crossing.
+_LETTERED = 40
 #: Areas are told to so many digits.
 _DECIMALS = 6
 
@@ -398,8 +403,9 @@ def pieces_costs(
 
     ``common`` is whether straight strips share cuts.
 
-    Engraving and cutting are those of the finished job. Ways between pieces, the area of sheets and
-    the share of strands that are slid under others are predicted.
+    Cutting is that of the finished job, and so is engraving unless pieces are many: then letters
+    are laid on some. Ways between pieces, the area of sheets and the share of strands that are slid
+    under others are predicted.
     """
     pieces, bill = piece_set.pieces, bill_of_materials(piece_set)
     of_thread = supplies.of(woven.bunches)
@@ -411,6 +417,7 @@ def pieces_costs(
         piece_set.kinds,
         # Before the order is known, numbers of other steps are as long.
         {piece.id: at for at, piece in enumerate(pieces, start=1)},
+        leaders=_leaders(pieces),
     )
     of_material: dict[Material, list[int]] = {}
     for at, piece in enumerate(pieces):
@@ -440,6 +447,15 @@ def pieces_costs(
         without=tuple(without) or None,
         calibration=calibration,
     )
+
+
+def _leaders(pieces: Sequence[Piece]) -> IntArray:
+    """Return for each piece one that is about as long, of few, (P,)."""
+    order = np.argsort([len(piece.crossings) for piece in pieces], kind="stable")
+    every = -(-len(order) // _LETTERED)
+    leaders = np.empty(len(order), dtype=np.int64)
+    leaders[order] = np.repeat(order[::every], every)[: len(order)]
+    return leaders
 
 
 def _costs(

@@ -63,16 +63,18 @@ from fabweave.mesh.remesh.triangles import split_longer
 from fabweave.mesh.topology import label_links
 from fabweave.mesh.triangulate import surface_area
 
-#: Edges of the triangles are at most this share of a quad's; there are at most so many.
-_FINE, _MOST_TRIANGLES = 0.25, 20_000
+#: Edges of the triangles are at most a share of a quad's between these, the larger where that makes
+#: so many triangles; there are never more than the last.
+_FINE, _ENOUGH_TRIANGLES, _MOST_TRIANGLES = (0.25, 0.35), 4_500, 20_000
 #: A tube to a tip is laid out at least so far, in rows; what is shorter than that has no tip.
 _SHORTEST, _NO_ROOM = 0.3, 0.02
 #: Of more handles the choice of strands takes too long.
 MOST_HANDLES = 12
 #: Rounds of leaving out poles whose limbs are too short.
 _LEAVING_OUT = 8
-#: So many choices of poles are laid out, until so many are sound, of which the best is taken.
-_CHOICES, _COMPARED = 12, 7
+#: So many choices of poles are laid out, until so many are sound; of these the few of least energy
+#: are faired, and the best is taken.
+_CHOICES, _COMPARED, _FAIRED = 12, 7, 3
 #: Strands with less room than so many millimetres are hard to make.
 _ROOM_MM = 6.0
 #: How much rows are spaced by the strands' width, and how much all alike.
@@ -248,8 +250,9 @@ def _fine(source: PolyMesh, side: float) -> PolyMesh:
         except AttemptFailedError:
             fewer = surface
         surface = surface if check_remeshed(surface, fewer, 3) else fewer
-    longest = max(_FINE * side, float(np.sqrt(surface_area(surface) / (0.43 * _MOST_TRIANGLES))))
-    return split_longer(surface, longest)
+    area, (fine, coarse) = surface_area(surface), _FINE
+    enough, least = np.sqrt(area / (0.43 * np.array([_ENOUGH_TRIANGLES, _MOST_TRIANGLES])))
+    return split_longer(surface, max(float(np.clip(enough, fine * side, coarse * side)), least))
 
 
 def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
@@ -297,7 +300,9 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
             break
     if not found:
         raise _failed(why)
-    _, flux, made = min(found, key=lambda one: one[0])
+    few = sorted(found, key=lambda one: one[0])[:_FAIRED]
+    faired = [_waviness(model, fair_mesh(one, model, RING_STEPS).mesh) for _, _, one in few]
+    _, flux, made = few[int(np.argmin(faired))]
     points = np.array([len(site) == 1 for site in poles.sites])
     fans, polygons = int(np.sum(points & (flux > 0))), int(np.sum(points & (flux < 0)))
     told = agree(fans, "rings: {n} tip[|s] with a fan") + agree(
@@ -307,8 +312,7 @@ def _laid(body: PolyMesh, side: float) -> tuple[PolyMesh, str]:
 
 
 def _waviness(model: Model, mesh: PolyMesh) -> float:
-    """Return the energy after some fairing, by half-edge; more where a strand has no room."""
-    mesh = fair_mesh(mesh, model, RING_STEPS).mesh
+    """Return the energy by half-edge; more where a strand has no room."""
     energy = Energy(mesh, model)
     room = float(energy.rooms(mesh.vertices).min())
     lack = max(float(np.log(_ROOM_MM / max(room, 1e-6))), 0.0)

@@ -274,6 +274,17 @@ class Field:
         poles = float(np.sum(1.0 + _BLUNT * blunt)) * _POLE
         return float(off.mean()) * self.area + hole + float(crowd) + pointed + poles
 
+    @cached_property
+    def _fits(self) -> dict[tuple[int, ...], tuple[FloatArray, float]]:
+        return {}
+
+    def fit(self, signs: tuple[int, ...]) -> tuple[FloatArray, float]:
+        """Return the fluxes of :meth:`fitted`, and their cost; infinite where there are none."""
+        if signs not in self._fits:
+            flux = self.fitted(np.array(signs))
+            self._fits[signs] = flux, self.cost(flux) if np.any(flux) else np.inf
+        return self._fits[signs]
+
     def fitted(self, signs: IntArray) -> FloatArray:
         """Return real fluxes of some signs for which quads are most nearly even, (P,)."""
         on = np.flatnonzero(signs)
@@ -420,10 +431,7 @@ def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> li
     seen: dict[tuple[int, ...], float] = {}
 
     def value(signs: tuple[int, ...]) -> float:
-        if signs not in seen:
-            flux = field.fitted(np.array(signs))
-            seen[signs] = field.cost(flux) if np.any(flux) else np.inf
-        return seen[signs]
+        return seen.setdefault(signs, field.fit(signs)[1])
 
     kinds = field.poles.kind
 
@@ -478,9 +486,7 @@ def choose_fluxes(field: Field, count: int, without: Collection[int] = ()) -> li
     ranked = sorted(
         (one for one in seen if np.isfinite(seen[one])), key=lambda one: (seen[one], one)
     )
-    whole = {
-        tuple(field.rounded(field.fitted(np.array(one))).tolist()) for one in ranked[: 2 * count]
-    }
+    whole = {tuple(field.rounded(field.fit(one)[0]).tolist()) for one in ranked[: 2 * count]}
     whole.discard((0,) * len(must))
     best_of = sorted(whole, key=lambda one: (round(field.cost(np.array(one)), 6), one))
     return [np.array(one) for one in best_of[:count]]

@@ -140,18 +140,19 @@ def _flip_flat(mesh: PolyMesh) -> PolyMesh:
     """Flip edges between flat pairs of triangles where the angles across are over half a turn."""
     for _ in range(_MOST_ROUNDS):
         halfedges = build_halfedges(mesh)
+        first = halfedges.edge_halfedge
+        normal, twin = unit(triangle_normals(mesh)), halfedges.twin[first]
+        turn = np.einsum("ed,ed->e", normal[halfedges.face[first]], normal[halfedges.face[twin]])
+        flat = np.flatnonzero((turn > np.cos(np.radians(_FLAT_DEG))) & (twin >= 0))
         quads = _corners_around(halfedges)
-        a, b, c, d = (mesh.vertices[quads[:, k]] for k in range(4))
-        here, there = unit(np.cross(b - a, c - a)), unit(np.cross(a - b, d - b))
-        flat = np.einsum("ed,ed->e", here, there) > np.cos(np.radians(_FLAT_DEG))
-        flat &= halfedges.twin[halfedges.edge_halfedge] >= 0
+        a, b, c, d = (mesh.vertices[quads[flat, k]] for k in range(4))
         across = [
             np.degrees(np.arccos(np.clip(np.einsum("ed,ed->e", unit(a - t), unit(b - t)), -1, 1)))
             for t in (c, d)
         ]
-        gain = np.round(across[0] + across[1] - 180.0, 6)
-        gain[~flat | _joined(mesh, quads)] = -np.inf
-        chosen = _best_apart(gain, quads, mesh.n_vertices)
+        gain = np.full(len(quads), -np.inf)
+        gain[flat] = np.round(across[0] + across[1] - 180.0, 6)
+        chosen = _best_apart(mesh, gain, quads)
         if not len(chosen):
             break
         mesh = _flipped(mesh, halfedges, chosen, quads[chosen])
@@ -347,7 +348,7 @@ def flip_edges(model: Model, mesh: PolyMesh) -> PolyMesh:
     for _ in range(_MOST_ROUNDS):
         halfedges = build_halfedges(mesh)
         gain, quads = _gains(model, mesh, halfedges)
-        chosen = _best_apart(gain, quads, mesh.n_vertices)
+        chosen = _best_apart(mesh, gain, quads)
         flipped = _flipped(mesh, halfedges, chosen, quads[chosen])
         # Flips after which the surface would run through itself are left out.
         spoilt = np.isin(np.arange(mesh.n_faces), self_intersections(flipped))
@@ -375,7 +376,7 @@ def _gains(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArr
     )
     gain += _SHAPE * (then - once)
     gain[(then < np.minimum(_FLAT, once)) | ~_keeps_side(a, b, c, d)] = -np.inf
-    gain[_joined(mesh, quads) | line_edges(model, mesh, halfedges)] = -np.inf
+    gain[line_edges(model, mesh, halfedges)] = -np.inf
     return gain, quads
 
 
@@ -391,12 +392,6 @@ def _corners_around(halfedges: Halfedges) -> IntArray:
             halfedges.tail[halfedges.prev[twin]],
         ]
     )
-
-
-def _joined(mesh: PolyMesh, quads: IntArray) -> BoolArray:
-    """Return where another edge from c to d would make two faces lie on one another."""
-    low, high = np.sort(quads[:, :2], axis=1).T, np.sort(quads[:, 2:], axis=1).T
-    return np.isin(high[0] * mesh.n_vertices + high[1], low[0] * mesh.n_vertices + low[1])
 
 
 def _valence_gain(mesh: PolyMesh, halfedges: Halfedges, quads: IntArray) -> FloatArray:
@@ -443,12 +438,18 @@ def quality(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return result
 
 
-def _best_apart(gain: FloatArray, quads: IntArray, n_vertices: int) -> IntArray:
-    """Return flips that gain enough, each the best of all that share a vertex with it."""
+def _best_apart(mesh: PolyMesh, gain: FloatArray, quads: IntArray) -> IntArray:
+    """Return flips that gain enough, each the best of all that share a vertex with it.
+
+    Where there is another edge from c to d, two faces would lie on one another.
+    """
     good = np.flatnonzero(gain > _LEAST_GAIN)
+    ends = [np.sort(pairs, axis=1).T for pairs in (quads[good, 2:], quads[:, :2])]
+    new, old = (low * mesh.n_vertices + high for low, high in ends)
+    good = good[~np.isin(new, old)]
     order = good[np.lexsort((good, -gain[good]))]
     rank = np.arange(len(order))
-    best = np.full(n_vertices, len(order))
+    best = np.full(mesh.n_vertices, len(order))
     np.minimum.at(best, quads[order].reshape(-1), np.repeat(rank, 4))
     return np.sort(order[np.all(best[quads[order]] == rank[:, None], axis=1)])
 

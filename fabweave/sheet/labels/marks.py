@@ -428,6 +428,7 @@ def mark_pieces(
     steps: Mapping[str, int] = MappingProxyType({}),
     prefix: str = "",
     least_mm: float = 0.0,
+    leaders: IntArray | None = None,
 ) -> tuple[Marks, ...]:
     """Engrave every piece.
 
@@ -456,6 +457,9 @@ def mark_pieces(
         Stands before the id of each, as on sheets that several jobs share.
     least_mm : float
         How high letters are, but for ids that find no room otherwise.
+    leaders : (P,) int array, optional
+        The pieces whose letters each bears, where it is only asked how long engraving takes; each
+        its own if not given.
 
     Returns
     -------
@@ -493,8 +497,14 @@ def mark_pieces(
         for piece, room in zip(pieces, rooms, strict=True)
     ]
     lines = [(*own, *chain(*more.values())) for own, more in zip(guides, ticks, strict=True)]
-    spots = find_spots(pieces, lines, wanted)
-    marks = [_marks(*own, mirrored=inside) for own in zip(wanted, spots, lines, strict=True)]
+    every = range(len(pieces)) if leaders is None else leaders.tolist()
+    laid = sorted(set(every))
+    pick = [[own[at] for at in laid] for own in (pieces, lines, wanted)]
+    spots = dict(zip(laid, find_spots(*pick), strict=True))
+    marks = [
+        _marks(wanted[at], spots[at], own, mirrored=inside)
+        for at, own in zip(every, lines, strict=True)
+    ]
     return tuple(replace(one, ticked=tuple(own)) for one, own in zip(marks, ticks, strict=True))
 
 
