@@ -213,13 +213,11 @@ def mesh_rounds(
     ways = _kinds(asked, model)
     straight = asked.ribbons.straight
     base = asked.but(width=KAGOME_WIDTH) if straight and asked.ribbons.width is None else asked
-    bodies = asked.mesh.bodies
     report, is_open = check_mesh(model.mesh), _is_open(model)
     joined = report.n_components > 1 and model.clashes > 0
     many = joined or report.euler < _EULER
-    closed = bodies == "all" and not is_open
-    if closed and many:
-        bodies = "wrap"
+    closed = asked.mesh.bodies == "all" and not is_open
+    bodies = "wrap" if closed and many else asked.mesh.bodies
 
     def mesh(kind: str, number: float) -> Settings:
         share = 1.0 if kind != "triangles" else KAGOME_SHARE if straight else _TRIANGLES
@@ -234,9 +232,11 @@ def mesh_rounds(
         bodies = "wrap"
         yield [mesh(way, first) for way in ways]
         bodies = "all"
-    yield [mesh(way, first) for way in ways]
-    if _is_good(search, _FINE):
-        return
+    # What a grid fits well is no better in quads, which take longer to look for.
+    for some in filter(None, ([way for way in ways if way == "grid"], ways)):
+        yield [mesh(way, first) for way in some]
+        if _is_good(search, _FINE):
+            return
     if closed and not many and (model.clashes or not any(_made(search, way) for way in ways)):
         # A wrap closes cracks and cavities, which is no small change: only where it helps.
         bodies = "wrap"

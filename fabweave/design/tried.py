@@ -271,7 +271,8 @@ def _at_best(loaded: LoadedMesh) -> float:
 
 def _picture(job: Stations) -> bytes:
     """Return the picture of a design, with what its model lost where it was remeshed."""
-    planned, loss = job.planned, job.loaded.loss
+    planned, original = job.planned, job.loaded.original
+    loss = None if original is None else original.loss()
     # All are seen alike: from where the model shows most.
     model = plain_triangles(job.loaded.mesh) if loss is None else (loss.points, loss.triangles)
     view = choose_view(*model)

@@ -73,9 +73,11 @@ def start_pictures(job: Job, start: Start = at_once) -> Pictures:
 
 def _likeness_png(source: LoadedMesh, settled: PolyMesh | None) -> bytes | None:
     """Return the picture of how like its model an object is when it has settled; None of none."""
-    if settled is None or source.original is None:
-        return likeness_png(source.loss, source.likeness)
-    return likeness_png(source.original.loss(settled), source.original.likeness(settled))
+    original = source.original
+    if original is None or source.likeness is None:
+        return None
+    like = source.likeness if settled is None else original.likeness(settled)
+    return likeness_png(original.loss(settled), like)
 
 
 def show_job(

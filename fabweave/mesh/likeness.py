@@ -352,11 +352,14 @@ class Original:
         What the model was wrapped around, if it was.
     growth : float
         By how much the mesh grew afterwards.
+    whole : PolyMesh
+        That mesh, before anything was left out of it.
     """
 
     mesh: PolyMesh
     worn: PolyMesh | None
     growth: float
+    whole: PolyMesh
 
     def likeness(self, mesh: PolyMesh) -> Likeness:
         """Return how like it a mesh is.
@@ -374,9 +377,9 @@ class Original:
             out_greatest_mm=off.out_greatest_mm,
         )  # fmt: skip
 
-    def loss(self, mesh: PolyMesh) -> LossMap:
-        """Return what of it a mesh lacks where."""
-        return loss_map(self.mesh, self._there(mesh))
+    def loss(self, mesh: PolyMesh | None = None) -> LossMap:
+        """Return what of it a mesh lacks where; the whole mesh if none is given."""
+        return loss_map(self.mesh, self._there(self.whole if mesh is None else mesh))
 
     def _there(self, mesh: PolyMesh) -> PolyMesh:
         """Return a mesh where it was, not where it went when it was brought to size again."""

@@ -12,7 +12,7 @@ from fabweave.mesh.fair.portals import portals_of
 from fabweave.mesh.given import GivenMesh, Taken, require_few
 from fabweave.mesh.halfedge import Halfedges, build_halfedges, group_edges
 from fabweave.mesh.leave_out import Opening, leave_out, parse_leave_out
-from fabweave.mesh.likeness import Likeness, LossMap, Original
+from fabweave.mesh.likeness import Likeness, Original
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.prepare import prepare_mesh
 from fabweave.mesh.remesh.coarse import remesh_coarse
@@ -60,8 +60,6 @@ class LoadedMesh:
     likeness : Likeness or None
         How like the given mesh the remeshed one is, refined and faired as it may be; None where it
         was not remeshed.
-    loss : LossMap or None
-        What of the given mesh was lost where, if it was remeshed.
     original : Original or None
         What it stands in for, if it was remeshed.
     openings : tuple of Opening
@@ -92,7 +90,6 @@ class LoadedMesh:
     clashes: int = 0
     left_out: float = 0.0
     likeness: Likeness | None = None
-    loss: LossMap | None = None
     original: Original | None = None
     openings: tuple[Opening, ...] = ()
     portals: FloatArray | None = None
@@ -154,7 +151,7 @@ def load_mesh(
         If it cannot be remeshed or refined as asked.
     """
     notes = list(given.notes)
-    mesh, remeshed, original, like, loss, turn_deg = _changed(
+    mesh, remeshed, original, like, turn_deg = _changed(
         given, settings, notes, progress, remeshed, course=course, seed=seed, wish=wish
     )
     mesh, n_old_vertices, openings = _opened(mesh, settings, notes, triaxial=triaxial)
@@ -174,7 +171,6 @@ def load_mesh(
         clashes=given.clashes,
         left_out=given.left_out,
         likeness=like,
-        loss=loss,
         original=original,
         openings=openings,
         portals=portals_of(course, mesh, halfedges),
@@ -197,7 +193,7 @@ def _changed(
     course: str,
     seed: int,
     wish: Wish | None,
-) -> tuple[PolyMesh, Remeshed | None, Original | None, Likeness | None, LossMap | None, float]:
+) -> tuple[PolyMesh, Remeshed | None, Original | None, Likeness | None, float]:
     """Remesh, refine, fair and symmetrise as the settings ask, and note what was done."""
     done = []
     mesh, model, growth, turn_deg = given.mesh, None, 1.0, 0.0
@@ -236,14 +232,14 @@ def _changed(
         done.append("made symmetric")
     if done and settings.size_mm is not None:
         mesh, growth = resize_mesh(mesh, size_mm=settings.size_mm)
-    original = like = loss = None
+    original = like = None
     if model is not None:
         progress("likeness", 0, 1)
-        original = Original(model, given.worn, growth)
-        like, loss = original.likeness(mesh), original.loss(mesh)
+        original = Original(model, given.worn, growth, mesh)
+        like = original.likeness(mesh)
         notes.append(Note("likeness", like.note))
     mesh = _prepared(mesh, done, notes, detail=wanted.kind != NONE)
-    return mesh, remeshed, original, like, loss, turn_deg
+    return mesh, remeshed, original, like, turn_deg
 
 
 def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) -> Remeshed:

@@ -138,10 +138,8 @@ def loss_picture(loss: LossMap, text: str = "") -> Image.Image:
     return stacked(tiles, loss_legend(loss, tiles.width, text))
 
 
-def likeness_png(loss: LossMap | None, like: Likeness | None) -> bytes | None:
-    """Return the picture of ``loss_picture`` as a PNG file; None where nothing was remeshed."""
-    if loss is None or like is None:
-        return None
+def likeness_png(loss: LossMap, like: Likeness) -> bytes:
+    """Return the picture of ``loss_picture`` as a PNG file."""
     return png_bytes(loss_picture(loss, like.lost_text))
 
 

@@ -97,7 +97,7 @@ def _small_portrait(ribbons, colours, state) -> bytes:
         return object_picture.portrait_png(ribbons, colours, state)
 
 
-def _small_likeness(loss, like) -> bytes | None:
+def _small_likeness(loss, like) -> bytes:
     with mock.patch.object(object_picture, "SIDE_PX", (72, 72)):
         return object_picture.likeness_png(loss, like)
 

@@ -499,8 +499,9 @@ def mark_pieces(
     lines = [(*own, *chain(*more.values())) for own, more in zip(guides, ticks, strict=True)]
     every = range(len(pieces)) if leaders is None else leaders.tolist()
     laid = sorted(set(every))
-    pick = [[own[at] for at in laid] for own in (pieces, lines, wanted)]
-    spots = dict(zip(laid, find_spots(*pick), strict=True))
+    own_lines, own_wishes = ([own[at] for at in laid] for own in (lines, wanted))
+    found = find_spots([pieces[at] for at in laid], own_lines, own_wishes)
+    spots = dict(zip(laid, found, strict=True))
     marks = [
         _marks(wanted[at], spots[at], own, mirrored=inside)
         for at, own in zip(every, lines, strict=True)
