@@ -265,8 +265,8 @@ def _without_last_sheet(plan: Plan) -> Plan:
 #: How strongly pieces are drawn aside, in each try.
 _PULLS = (1.0, 3.0)
 #: A sheet with more pieces is not packed again, nor one that holds such a share of what another
-#: holds, but at best effort: it has no rest to speak of.
-_MOST_PACKED, _FULL = 120, 0.85
+#: holds, or that pieces cover so far, but at best effort: it has no rest to speak of.
+_MOST_PACKED, _FULL, _COVERED = 120, 0.85, 0.3
 
 
 def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
@@ -275,8 +275,8 @@ def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
     The cheapest sheet in stock that takes all its pieces is taken. On it they are packed anew,
     drawn to the left more strongly; of these packings and the plan's own, the one whose rest holds
     the largest rectangle stays. At best effort, they are packed into parts of the sheet besides. At
-    quick effort, and where it is about as full as others or holds very many pieces, a sheet is left
-    as it is.
+    quick effort, and where it is about as full as others, or well covered, or holds very many
+    pieces, a sheet is left as it is.
 
     Parameters
     ----------
@@ -297,7 +297,9 @@ def repack_last_sheet(job: NestingJob, plan: Plan) -> Plan:
             number, placements = cheaper, packing
             break
     *others_mm2, last_mm2 = plan.areas_mm2(job)
-    full = not job.effort.halvings and last_mm2 > _FULL * max(others_mm2, default=math.inf)
+    open_mm2 = job.containers[number].open_mm2
+    most_mm2 = min(_FULL * max(others_mm2, default=math.inf), _COVERED * open_mm2)
+    full = not job.effort.halvings and last_mm2 > most_mm2
     if job.effort.rounds and len(queue) <= _MOST_PACKED and not full:
         packings = [
             packing for packing in _packings(job, queue, number, last) if len(packing) == len(queue)
