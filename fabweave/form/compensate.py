@@ -4,7 +4,7 @@ Strips that are cut as they lie on a mesh settle beside it, as they rest where t
 balance, under their weight and their load. So each vertex is moved by minus what its crossings go,
 time and again. How far they go is foretold to first order, which takes a moment, and what that
 leaves out is taken from where the object really comes to rest at first. Ribbons keep the rules that
-they kept: where one would be broken, the motion is evened out.
+they kept: where one would be broken, the motion is corrected as little as may be.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,10 @@ import numpy as np
 import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
-from fabweave.core.arrays import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    Progress,
-    frozen,
-    no_progress,
-)
+from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen, no_progress
 from fabweave.form.body import ElasticBody, body_of, off_places
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
+from fabweave.form.keep_rules import Broken, RuleKeeper
 from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
@@ -35,7 +29,6 @@ from fabweave.piece.joined_object import JoinedObject, recut, relaid
 from fabweave.piece.pieces import PieceSet
 from fabweave.ribbon.aim import Aim
 from fabweave.ribbon.lay import WovenObject, lay_ribbons
-from fabweave.ribbon.project import following_rung
 from fabweave.ribbon.rules.remedy import Depth
 from fabweave.ribbon.rules.ribbon_check import RibbonCheck
 from fabweave.weave.symmetry import nearest_symmetry
@@ -43,7 +36,7 @@ from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
 #: A step that takes less than this share of what is left off is the last.
-_ROUNDS, _STEPS, _LITTLE = 3, 3, 0.05
+_ROUNDS, _STEPS, _LITTLE = 3, 2, 0.05
 #: What is off by no more than this share of the size in the mean is near enough.
 _NEAR = 0.0025
 #: What is left is to be less than this share of what there was in the mean, and no more at most;
@@ -53,16 +46,14 @@ _WORTH = 0.8
 _ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)
 #: Objects of more crossings are left as they are drawn: to let them go once more takes a minute.
 MOST_CROSSINGS = 3000
-#: Where a rule would be broken, the motion is evened out, so often, by such shares of what tells a
-#: vertex from its neighbours; about these places half as much.
-_TRIES, _EVEN, _TIMES, _ABOUT, _SHORTER = 6, 0.7, 3, 0.7, 0.75
+#: Where a rule would be broken, the motion is corrected, so often; where that does not help, it is
+#: made shorter, to such a share.
+_TRIES, _SHORTER = 6, 0.5
 #: No vertex moves farther, as a share of the size: a box of six faces would become flat.
 _MOVED = 0.05
 #: How far crossings may be from where they are wished in their quads: a share of how far they are
 #: from the middles, and millimetres.
 _BESIDE, _BESIDE_MM = 0.4, 5e-4
-#: A place is worse than it was from such a share of what is needed on.
-_WORSE = 0.02
 
 #: An object whose ribbons are laid anew, and how its vertices are moved.
 _Moved = tuple[JoinedObject, FloatArray]
@@ -222,13 +213,14 @@ class _Compensation:
             if found is None or cut is None:
                 break
             before, left = left, self.off(cut)
-            if _mean(left) > _WORTH * _mean(before) or _most(left) > _most(before):
+            gained = _mean(left) < min(_mean(before), _WORTH * _mean(drawn))
+            if not gained or _most(left) > (1.0 + _LITTLE) * _most(before):
                 break
             laid, moved = found
-            off = self.foretold(laid)
             tried.append(self.aimed(cut, moved, drawn, left))
-            if self.is_near(left):
+            if self.is_near(left) or _mean(left) > _WORTH * _mean(before):
                 break
+            off = self.foretold(laid)
         return tried
 
     def cut(self, found: _Moved) -> JoinedObject | None:
@@ -298,30 +290,35 @@ class _Compensation:
         return off_in_parts(body, places)
 
     @cached_property
-    def drawn(self) -> "_Broken":
+    def drawn(self) -> Broken:
         """Where rules are broken as it is drawn."""
-        return _Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
+        return Broken(self.check(self.joined.woven, Depth.NEAR), self.joined.woven)
+
+    @cached_property
+    def keeper(self) -> RuleKeeper:
+        """What makes up for places that would be worse than they were."""
+        woven = self.joined.woven
+        beside = _crossings_between(woven)
+        return RuleKeeper(woven, self.drawn, self.along, beside, self.symmetric)
 
     def kept(self, moved: FloatArray, step: FloatArray) -> _Moved | None:
         """Return an object whose vertices are moved on by a step, and how far they are, (V, 3).
 
-        The step is evened out about places that would be worse than they were, more and more, and
-        made shorter at last, most there; None if that does not help.
+        The step is corrected where places would be worse than they were, and made shorter at last,
+        or where that does not help; None if neither does.
         """
         for number in range(_TRIES):
-            for _ in range(_TIMES * (number + 1) if self.about.any() else 0):
-                uneven = moved + step - self.neighbours @ (moved + step)
-                step = self.symmetric(step - _EVEN * self.about[:, None] * uneven)
             there = self.moved(moved + step)
             broken = self.along(there)
             if broken.no_more_than(self.drawn):
                 laid = relaid(self.joined, there, self.brief)
-                broken = _Broken(self.check(laid.woven, Depth.NEAR), laid.woven)
+                broken = Broken(self.check(laid.woven, Depth.NEAR), laid.woven)
                 if broken.no_more_than(self.drawn):
                     return laid, step
-            self.spread(broken.worse_than(self.drawn))
-            if number >= _TRIES // 2:
-                step = _SHORTER * step * (1.0 - (1.0 - _SHORTER) * self.about)[:, None]
+            correction = self.keeper.correction(there, broken)
+            step = step + correction
+            if number >= _TRIES // 2 or not correction.any():
+                step = _SHORTER * step
         return None
 
     def moved(self, moved: FloatArray) -> PolyMesh:
@@ -329,7 +326,7 @@ class _Compensation:
         mesh = self.joined.woven.mesh
         return mesh.with_vertices(mesh.vertices + moved)
 
-    def along(self, mesh: PolyMesh) -> "_Broken":
+    def along(self, mesh: PolyMesh) -> Broken:
         """Return where rules of each ribbon by itself are broken, if it is laid on a mesh."""
         woven, supplies = self.joined.woven, self.brief.supplies
         source = replace(woven.source, mesh=mesh)
@@ -339,7 +336,7 @@ class _Compensation:
             source, woven.weave, self.brief.ribbons, thickness, woven.laps, factor
         )
         laid = replace(woven, source=source, ribbons=ribbons, narrowed=None)
-        return _Broken(self.check(laid, Depth.ALONG), laid)
+        return Broken(self.check(laid, Depth.ALONG), laid)
 
     def at_vertices(self, off: FloatArray) -> FloatArray:
         """Return the mean of what crossings about each vertex are off, (V, 3)."""
@@ -362,28 +359,6 @@ class _Compensation:
         return vertex_means(self.joined.woven)
 
     @cached_property
-    def neighbours(self) -> sp.csr_array:
-        """What means are taken with of each vertex's neighbours, (V, V)."""
-        return _neighbours(self.joined.woven)
-
-    @cached_property
-    def about(self) -> FloatArray:
-        """How much the motion of vertices is evened out, (V,): more and more, and farther about."""
-        return np.zeros(self.joined.woven.mesh.n_vertices)
-
-    def spread(self, passes: BoolArray) -> None:
-        """Even out the motion of vertices beside some passes and those that follow, and about."""
-        threads = self.joined.woven.weave.threads
-        after = following_rung(threads.offsets, threads.closed)[passes]
-        at = threads.crossing[np.concatenate([np.flatnonzero(passes), after[after >= 0]])]
-        tail, head = _ends(self.joined.woven)
-        for ends in (tail, head):
-            self.about[ends[at]] = 1.0
-        near = _ABOUT * self.about
-        np.maximum.at(self.about, tail, near[head])
-        np.maximum.at(self.about, head, near[tail])
-
-    @cached_property
     def symmetry(self) -> tuple[Symmetry, IntArray]:
         """The motions that map the mesh onto itself, and where they take vertices."""
         woven = self.joined.woven
@@ -397,51 +372,6 @@ class _Compensation:
         """
         group, images = self.symmetry
         return np.asarray(np.mean(step[images] @ group.matrix, axis=0))
-
-
-class _Broken:
-    """Where ribbons break rules.
-
-    Parameters
-    ----------
-    check : RibbonCheck
-    woven : WovenObject
-        Whose ribbons they are.
-    """
-
-    def __init__(self, check: RibbonCheck, woven: WovenObject) -> None:
-        count = len(woven.weave.threads.crossing)
-        self._counts = {one.rule: (one.count, one.far) for one in check.findings}
-        #: By rule, what there is over what is needed at each pass, at the least.
-        self._margins = {rule: np.full(count, np.inf) for rule in check.measured}
-        for rule, measured in check.measured.items():
-            for at in (measured.passes, measured.others):
-                known = at >= 0
-                np.minimum.at(self._margins[rule], at[known], measured.margins[known])
-
-    def no_more_than(self, other: "_Broken") -> bool:
-        """Return whether no rule is broken oftener than elsewhere, and its worst place is no worse.
-
-        One that is kept there is kept; and no more places are far from what is needed.
-        """
-        for rule, (count, far) in self._counts.items():
-            often, far_there = other._counts.get(rule, (0, 0))
-            worst = other._margins[rule].min() - _WORSE if often else 1.0
-            if count > often or far > far_there:
-                return False
-            if self._margins[rule].min() < worst:
-                return False
-        return True
-
-    def worse_than(self, other: "_Broken") -> BoolArray:
-        """Return at which passes a rule is broken, and was not, or less so, (P,)."""
-        worse = [
-            (margins < 1.0)
-            & ((margins < other._margins[rule] - _WORSE) | (other._margins[rule] >= 1.0))
-            for rule, margins in self._margins.items()
-            if rule in other._margins
-        ]
-        return np.asarray(np.any(worse, axis=0))
 
 
 def _most(off: FloatArray) -> float:

@@ -35,7 +35,8 @@ _APART_N = 0.01
 _SWAYS = 0.5
 
 
-#: What is not told of what collapses.
+#: What is not told of what collapses: that its mesh was moved, for nothing; and what goes too far.
+_MOVED = ("drawn_mm", "drawn_mean_mm", "drawn_where", "moved_mm")
 _FAR = ("settles_mm", "mean_mm", "sags_mm", "loaded_mm", "pushed_mm", "off_mm", "off_mean_mm")
 
 
@@ -228,6 +229,8 @@ class Form:
             limit_mm = _SWAYS * self.size_mm if key == "pushed_mm" else self.limit_mm
             if (record.get(key) or 0.0) > limit_mm:
                 record[key] = None
+        for key in _MOVED if self.collapse else ():
+            record.pop(key, None)
         if self.bodies is not None:
             record["bodies"] = [one.record() for one in self.bodies]
         return {**record, "collapses": bool(self.collapse), "text": self.text}

@@ -84,13 +84,11 @@ class WeaveSymmetry:
 def nearest_symmetry(mesh: PolyMesh, halfedges: Halfedges) -> Symmetry:
     """Find the motions that map a mesh onto itself: exactly, or else nearly.
 
-    Its tolerance is EXACT or NEARLY; EXACT as well if the mesh is not symmetric at all.
+    Its tolerance is NEARLY where that finds more of them, else EXACT.
     """
     exact = find_symmetry(mesh, halfedges)
-    if exact.order > 1:
-        return exact
     nearly = find_symmetry(mesh, halfedges, tolerance=NEARLY)
-    return nearly if nearly.order > 1 else exact
+    return nearly if nearly.order > exact.order else exact
 
 
 def find_weave_symmetry(

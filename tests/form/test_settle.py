@@ -180,6 +180,10 @@ def test_a_form_is_kept_within_its_bound_and_stands_within_a_tenth(change, keeps
         assert "30.1" not in form.text
         assert [form.record()[key] for key in change] == [None]
         assert form.record()["collapses"]
+    # That its mesh was moved is told of what stands.
+    moved = {"moved_mm": 3.0, "drawn_mm": 9.0, "drawn_mean_mm": 4.0, "drawn_where": "at the top"}
+    told = replace(form, off_mm=form.settles_mm, **moved).record().keys()
+    assert told & moved.keys() == (set() if form.collapse else moved.keys())
 
 
 @pytest.mark.slow

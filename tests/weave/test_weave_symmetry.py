@@ -8,14 +8,14 @@ from symmetry_oracle import all_motions, pass_places
 from weaving_meshes import meshes, walked
 
 from fabweave.mesh.automorphisms import find_symmetry, orbits
-from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import hypar, torus
 from fabweave.mesh.upright import largest_dimension
 from fabweave.weave.bunches import part_bunches
 from fabweave.weave.pattern import Weave, over_of_passes, plain_weave
-from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry
+from fabweave.weave.symmetry import WeaveSymmetry, find_weave_symmetry, nearest_symmetry
 from fabweave.weave.threads import thread_labels
 from fabweave.weave.weave_pattern import weave_pattern
 
@@ -168,3 +168,12 @@ def test_threads_that_turn_at_the_boundary_are_carried():
     found = find_weave_symmetry(mesh, halfedges, plain_weave(threads))
     assert found.group.order == 4
     assert_carried(mesh, halfedges, found)
+
+
+def test_symmetries_that_a_few_digits_hide_are_found():
+    """Rounded, a torus of six sides keeps its mirrors exactly, and turns by a sixth nearly."""
+    mesh = torus(6, 4, 35.0, 15.0)
+    rough = mesh.with_vertices(mesh.vertices.round(3))
+    exact, near = (nearest_symmetry(one, build_halfedges(one)) for one in (mesh, rough))
+    assert find_symmetry(rough, build_halfedges(rough)).order not in (1, exact.order)
+    assert near.order == exact.order == 24
