@@ -107,16 +107,20 @@ def foretell_end(woven: WovenObject, brief: Brief, pieces: PieceSet) -> Foretold
 def _foretold_left(woven: WovenObject, brief: Brief, moves: FloatArray) -> float | None:
     """Return what is left of how crossings go; None of what is cut as it is drawn.
 
-    Vertices cannot take back all of it.
+    Vertices cannot take back all of it; half of what would move them too far.
     """
     if woven.aim is not None:
         return float(woven.aim.left_mm.max())
     if not _may_move(woven, brief) or not _is_worth_it(woven, brief, moves):
         return None
-    means, left = vertex_means(woven), moves
+    means, between = vertex_means(woven), _crossings_between(woven)
+    moved = np.zeros_like(woven.mesh.vertices)
     for _ in range(_STEPS):
-        left = left - _crossings_between(woven) @ (means @ left)
-    return float(np.linalg.norm(left, axis=1).max())
+        moved = moved + means @ (moves - between @ moved)
+    for step in (moved, moved / 2.0):
+        if _most(step) <= _MOVED * woven.size_mm:
+            return _most(moves - between @ step)
+    return None
 
 
 def _may_move(woven: WovenObject, brief: Brief) -> bool:

@@ -70,9 +70,12 @@ def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None)
     here = _on_this_mesh(planned, begun) if few else iter(())
     for some in (here, iter(_on_other_meshes(planned, asked))):
         for changes in islice(some, _MOST_PLANNED):
-            roughly = _stands_as_made(begun.instead(tried.but(**changes)), _ABOUT)
+            roughly = begun.instead(tried.but(**changes))
+            if not _stands_as_made(roughly, _ABOUT):
+                continue
             # As it would be made: strips that are moved settle otherwise, and rest comes late.
-            if roughly and _stands_as_made(Stations(asked.but(**changes), given), Closely()):
+            made = Stations(asked.but(**changes), given, remeshed=roughly.loaded.remeshed)
+            if _stands_as_made(made, Closely()):
                 return f"{changed_options(asked.but(**changes), asked)} makes it stand, as tried"
     former = {"former": "auto"}
     if not few:
@@ -101,7 +104,7 @@ def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
             fastened=fastened | also.get(kind, False),
         )
         with suppress(InputError, CannotMakeError):
-            job = begun.instead(begun.asked.but(**changes))
+            job = begun.instead(begun.asked.but(**changes)).know(loaded=begun.loaded)
             return not job.foreseen and _stands(body_of(planned.woven, job.brief), pieces)
         return False
 

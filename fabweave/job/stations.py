@@ -151,13 +151,21 @@ class Stations:
             }
         other = Stations(
             asked, self.given, depth=self.depth, progress=self.progress,
-            executors=self.executors, options=options,
+            executors=self.executors, options=options, remeshed=self._remeshed_as(asked),
         )  # fmt: skip
         for (before, names), (now, _) in zip(views(self.asked), views(asked), strict=True):
             if before != now:
                 break
             other.know(**self._made_of(names))
         return other
+
+    def _remeshed_as(self, asked: Settings) -> Remeshed | None:
+        """Return what the model is remeshed to, if that is known, and other settings leave it."""
+        was, now = self.asked.mesh, asked.mesh
+        same = given_by(self.asked) == given_by(asked) and was.remesh == now.remesh
+        if not (same and self.asked.search.seed == asked.search.seed):
+            return None
+        return vars(self)["loaded"].remeshed if "loaded" in vars(self) else self._remeshed
 
     def _made_of(self, names: Iterable[str]) -> dict[str, Any]:
         """Return those of some stations that were made."""

@@ -25,6 +25,9 @@ _WORTH = 0.999
 #: and suzanne 0.003, homer and cow 0.1 and 0.2, an elephant 0.26, nefertiti 0.38 and 0.8;
 #: cheburashka, who holds its ears askew, 0.8 and 1.5, armadillo and duck 1.5, bunny 2.8 and more.
 _RMS_PERCENT, _QUANTILE_PERCENT = 0.5, 1.0
+#: A surface that rises from a plane by no more than this share of its extent (both root mean
+#: squares) lies in it: it is its own image there whatever its shape, and has no halves.
+_FLAT = 0.01
 
 
 @frozen_value
@@ -115,9 +118,14 @@ def find_mirror(mesh: PolyMesh) -> Mirror:
 def _off(
     surface: Surface, places: FloatArray, point: FloatArray, normal: FloatArray
 ) -> tuple[float, Feet]:
-    """Return the root mean square of the distances of mirrored places, and their closest points."""
-    feet = surface.feet(places - 2 * ((places - point) @ normal)[:, None] * normal)
-    return float(np.sqrt(np.mean(feet.distances**2))), feet
+    """Return the root mean square of the distances of mirrored places, and their closest points.
+
+    It is infinite where the surface lies in the plane.
+    """
+    height = (places - point) @ normal
+    feet = surface.feet(places - 2 * height[:, None] * normal)
+    flat = np.mean(height**2) <= _FLAT**2 * places.var(axis=0).sum()
+    return np.inf if flat else float(np.sqrt(np.mean(feet.distances**2))), feet
 
 
 def _improved(

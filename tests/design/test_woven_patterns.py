@@ -243,3 +243,19 @@ def test_a_job_that_was_straight_turns_when_it_is_wavy():
     assert not len(straight.weave.weave.threads.turn_pass)
     wavy = straight.instead(straight.asked.but(strips="wavy"))
     assert len(wavy.weave.weave.threads.turn_pass)
+
+
+def test_what_a_model_is_remeshed_to_stays_while_nothing_that_it_depends_on_changes():
+    job = Stations.read("shape:tube?m=24&n=12", {"size": "200mm", "remesh": "grid:40"})
+    first, asked = job.loaded.remeshed, job.asked
+    for same in ({"thickness_mm": 0.8}, {"material": "birch-veneer"}, {"fair": 3}):
+        other = job.instead(asked.but(**same))
+        assert "loaded" not in vars(other)
+        assert other.loaded.remeshed is first
+        fresh = Stations(other.asked).loaded
+        assert np.array_equal(fresh.mesh.vertices, other.loaded.mesh.vertices)
+        # It stays known through a change that leaves the mesh, before it is loaded again.
+        again = job.instead(asked.but(**same)).instead(asked.but(**same, gap_mm=3.0))
+        assert again.loaded.remeshed is first
+    for new in ({"remesh": "grid:80"}, {"size_mm": 300.0}, {"seed": 7}, {"remesh": None}):
+        assert job.instead(asked.but(**new)).loaded.remeshed is not first

@@ -5,11 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from fabweave.form import compensate
 from fabweave.form.body import body_of
 from fabweave.form.hold import pins_of
 from fabweave.form.settle import settle
 from fabweave.job.stations import Stations
 from fabweave.mesh.automorphisms import find_symmetry
+from fabweave.ribbon.rules.remedy import Depth
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -79,3 +81,20 @@ def test_what_gains_nothing_or_may_not_move_is_left_as_it_is_drawn(options):
     stations = Stations.read("shape:icosahedron", {"refine": "loop:1", "effort": "quick"} | options)
     assert stations.joined is stations.drawn
     assert stations.joined.woven.aim is None
+
+
+def test_nothing_better_is_foretold_than_vertices_may_take_back(monkeypatch):
+    asked, woven = job("torus").asked, job("torus").joined.woven
+
+    def foretold():
+        return Stations(asked, depth=Depth.NEAR).foretold
+
+    moved = woven.aim.moved_mm / woven.size_mm
+    far, left = foretold().settles_mm, {}
+    for share in (10.0, 0.7, 1e-3):
+        monkeypatch.setattr(compensate, "_MOVED", share * moved)
+        left[share] = foretold().left_mm
+    assert left[10.0] < left[0.7] < far
+    # Where not even half of it may be taken back, it is cut as it is drawn, and foretold so.
+    assert left[1e-3] is None
+    assert Stations(asked).joined.woven.aim is None

@@ -9,6 +9,7 @@ from meshes_shared import real_mesh
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.mirror import Mirror, find_mirror, half_of, joined_with_image
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.shapes import grids
 from fabweave.mesh.triangulate import triangulate
 
@@ -67,6 +68,18 @@ def test_models_that_are_symmetric(name):
     assert mirror.symmetric
     assert mirror.rms_percent < 0.02
     assert np.abs(mirror.normal).max() > 0.9999
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1, 2])
+@pytest.mark.parametrize("lean", [0.0, 0.5])
+def test_a_flat_sheet_has_no_mirror_in_its_own_plane(lean, seed):
+    """A trapezium of 3 by 2, and one that leans: its image in the one mirror left is off."""
+    corners = np.array([[0, 0, 0], [3, 0, 0], [2 + lean, 2, 0], [1 + lean, 2, 0]], dtype=float)
+    sheet = PolyMesh.from_faces(corners, [[0, 1, 2, 3]])
+    sheet, turn = (sheet, np.eye(3)) if seed is None else turned(sheet, seed)
+    mirror = find_mirror(sheet)
+    assert abs((turn.T @ mirror.normal)[2]) < 0.01
+    assert mirror.symmetric == (lean == 0.0)
 
 
 # --- halves --------------------------------------------------------------------------------------
