@@ -458,3 +458,16 @@ def test_strips_are_bodies_without_a_hole_whose_thickness_is_seen(tab, mesh):
     assert (np.abs(seen[1] - seen[0]).max(axis=2) > 40).mean() > 0.005
     tab.page.evaluate("state => studio.change(state)", first)
     tab.settle()
+
+
+def test_on_a_tablet_held_across_object_sheet_and_figures_are_beside_one_another(browser, studio):
+    tab = Tab(browser, studio, (1024, 768), has_touch=True)
+    tab.page.locator("#tab-sheets").click()
+    view, outcome = (tab.page.locator(one).bounding_box() for one in ("#view", "#outcome"))
+    assert view["height"] > 0.45 * 768
+    assert view["x"] + view["width"] <= outcome["x"] + 1
+    assert inside(tab.page, "#panel-sheets svg", "#flat")
+    assert inside(tab.page, "#form-row", "#outcome")
+    tools = tab.page.locator("#tools button:visible").all()
+    assert len({button.bounding_box()["y"] for button in tools}) == 1
+    tab.close()
