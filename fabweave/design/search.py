@@ -57,6 +57,9 @@ class Search:
         Opens the executor that tries designs.
     told : callable
         Called with each design as soon as it and all before it were tried: in their order.
+    at_once : bool
+        Whether each is told as soon as it was tried: where somebody waits for any to see, and
+        nothing depends on which comes first.
     better : callable
         Called with a line for each that is better than all before it.
     wishes : Wishes
@@ -79,10 +82,11 @@ class Search:
         wishes: Wishes = NO_WISHES,
         partly: bool = False,
         looks: bool = False,
+        at_once: bool = False,
     ) -> None:
         self.asked, self.given, self.wishes = asked, given, wishes
         self.progress, self.executors, self.looks = progress, executors, looks
-        self.told, self.better, self._partly = told, better, partly
+        self.told, self.better, self._partly, self._at_once = told, better, partly, at_once
         self._known: dict[str, Tried] = {}
         self._given: dict[MeshSettings, GivenMesh | None] = {}
         self._best = UNBUILT
@@ -147,6 +151,8 @@ class Search:
                         found[tried.name] = tried
                         del left[tried.name]
                         self.progress("designs", len(self._known) + len(found), total)
+                        if self._at_once:
+                            untold.sort(key=found.__contains__, reverse=True)
                         while untold and untold[0] in found:
                             self._tell(found[untold.pop(0)])
         except KeyboardInterrupt:

@@ -6,7 +6,7 @@ from contextlib import nullcontext
 from typing import Any
 
 from fabweave.core.errors import CannotMakeError
-from fabweave.core.parallel.executors import processes
+from fabweave.core.parallel.executors import get_ready, processes
 from fabweave.core.records import to_json
 from fabweave.design.choice import choose_mesh
 from fabweave.design.search import Search
@@ -44,6 +44,12 @@ EXAMPLES = {
 }
 
 
+def warm_up(_kept: dict[str, Any], _wish: dict[str, Any], _tell: Tell) -> None:
+    """Load what works, here and in the processes that are to try designs."""
+    if _workers():
+        get_ready()
+
+
 def choose(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     """Tell designs of the model of a wish as they are tried, each with its ribbons.
 
@@ -59,7 +65,9 @@ def choose(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
     if wish.get("more"):
         options = {name: value for name, value in wish["options"].items() if name not in _FREE}
         asked = Stations.read(wish["mesh"], options).asked
-        search = Search(asked, progress=progress_of(tell, "choose"), told=_teller(tell))
+        search = Search(
+            asked, progress=progress_of(tell, "choose"), told=_teller(tell), at_once=True
+        )
         search.add(variety(asked, search.model().mesh, _DESIGNS))
         return
     stations = stations_for(kept, wish)
@@ -71,7 +79,7 @@ def choose(kept: dict[str, Any], wish: dict[str, Any], tell: Tell) -> None:
         with processes(_workers())() as pool:
             search = Search(
                 asked, progress=stations.progress, told=_teller(tell),
-                executors=lambda: nullcontext(pool),
+                executors=lambda: nullcontext(pool), at_once=True,
             )  # fmt: skip
             choice = choose_mesh(stations, search, advise=False)
     except CannotMakeError as error:

@@ -36,7 +36,7 @@ from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.job_folder import folder_at
 from fabweave.mesh.io.files import READABLE
 from fabweave.mesh.shapes.catalogue import is_shape, shape_title
-from fabweave.studio.choosing import choose
+from fabweave.studio.choosing import choose, warm_up
 from fabweave.studio.sessions import Sessions
 from fabweave.studio.state import SIZE, State, opened
 from fabweave.studio.work import look, make, plan, warm
@@ -201,12 +201,15 @@ class Desk:
         When a newer wish of a page ends the one before; None for never.
     meshes : dict
         Meshes and stations that some desk made, for all of them; see ``keep`` of what workers tell.
+    warm : callable
+        What its worker does when somebody is expected.
     """
 
     name: str
     work: Work
     patience_s: float | None
     meshes: dict[str, Any]
+    warm: Work = warm
     worker: Worker = field(default_factory=Worker)
     waiting: dict[Page, dict[str, Any]] = field(default_factory=dict)
     busy: tuple[Page, int] | None = None
@@ -248,7 +251,7 @@ class Desk:
                 if not self.waiting:
                     self._woken.clear()
                     if not self.worker.started:
-                        async for _ in self.worker.do(warm, {}):
+                        async for _ in self.worker.do(self.warm, {}):
                             pass
                     continue
                 page = next(iter(self.waiting))
@@ -337,7 +340,7 @@ def studio_app(
     desks = {
         "look": Desk("look", look, _PATIENCE_S, meshes),
         "plan": Desk("plan", plan, 0.0, meshes),
-        "choose": Desk("choose", choose, 0.0, meshes),
+        "choose": Desk("choose", choose, 0.0, meshes, warm_up),
         "make": Desk("make", make, None, meshes),
     }
     sessions = Sessions(folder / "sessions")

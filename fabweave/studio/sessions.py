@@ -77,5 +77,21 @@ class Sessions:
             except (InputError, OSError):
                 continue
             titles = {name: str(told.get(name, "")) for name in ("title", "picture", "words")}
+            titles["title"] = titles["title"] or _called(told)
             found.append({"name": path.stem, "when": when, **titles})
         return found
+
+
+def _called(told: dict[str, Any]) -> str:
+    """Return the name of the model of a session that was left before anything was seen of it.
+
+    Examples
+    --------
+    >>> _called({"at": 0, "states": [{"mesh": "shape:torus?m=8"}]})
+    'torus'
+    """
+    try:
+        mesh = str(told["states"][told["at"]]["mesh"])
+    except (IndexError, KeyError, TypeError):
+        return ""
+    return Path(mesh.partition("?")[0].removeprefix("shape:")).stem

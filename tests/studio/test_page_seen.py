@@ -373,3 +373,101 @@ def test_pieces_are_seen_to_fall_onto_their_sheet(browser, studio):
     high = tab.page.locator("#panel-sheets svg").first.bounding_box()["height"]
     assert (tops[1] - tops[0] > 0.25 * high).all()
     tab.close()
+
+
+#: For each rung: where it is on the canvas in pixels, how far it looks up, how far over it is, how
+#: far it looks at the eye and at the light, and how bright it is painted.
+RUNGS = """() => {
+  const { fabric, camera, stage } = studio.scene, { position, shade, colour } = fabric.mesh.geometry.attributes;
+  const key = fabric.uniforms.key.value, eye = camera.towards(), found = [], count = position.count / 2;
+  for (let k = 0; k < count; k += 2) {
+    const mean = (one, part) => (one[part](k) + one[part](k + 1)) / 2;
+    const [x, y, z] = ["getX", "getY", "getZ"].map((part) => mean(position, part));
+    const [a, b, c, dip] = ["getX", "getY", "getZ", "getW"].map((part) => mean(shade, part));
+    const at = key.clone().set(x, y, z).project(camera.lens);
+    found.push([
+      (at.x + 1) / 2 * stage.canvas.clientWidth, (1 - at.y) / 2 * stage.canvas.clientHeight, c, dip,
+      a * eye.x + b * eye.y + c * eye.z, a * key.x + b * key.y + c * key.z, mean(colour, "getY"),
+    ]);
+  }
+  return found;
+}"""  # noqa: E501 - a script
+
+
+def rungs_seen(tab):
+    """Return what RUNGS tells of what looks at the eye, and how bright it is for its paint."""
+    picture, rungs = still(tab.page), np.array(tab.page.evaluate(RUNGS))
+    high, wide = picture.shape[:2]
+    x, y = rungs[:, :2].astype(int).T
+    there = (rungs[:, 4] > 0.35) & (x >= 0) & (x < wide) & (y > 50) & (y < high)
+    rungs, bright = rungs[there], picture[y[there], x[there], 1] / 255.0
+    return rungs[:, 2:].T, bright / rungs[:, 6]
+
+
+def test_a_strand_is_darker_where_it_comes_from_under_another(tab):
+    (_, dip, *_), bright = rungs_seen(tab)
+    # Both are uncovered: a strand above, and one that dives, near the strand that covers it.
+    above, below = bright[dip > 0.9], bright[(dip < -0.4) & (dip > -0.8)]
+    assert min(len(above), len(below)) > 30
+    assert np.median(below) < 0.93 * np.median(above)
+
+
+def test_light_comes_over_the_left_shoulder_and_from_the_sky(tab):
+    tab.page.evaluate("studio.scene.camera.home()")
+    (rise, dip, _, lit, _), bright = rungs_seen(tab)
+    over = dip > 0.9
+    assert np.median(bright[over & (lit > 0.6)]) > 1.1 * np.median(bright[over & (lit < 0.1)])
+    # Behind, where the key light does not reach, what looks up is brighter than what looks down.
+    tab.page.evaluate("studio.scene.camera.look([120, 0], studio.scene.fabric.floor.position)")
+    (rise, dip, _, lit, _), bright = rungs_seen(tab)
+    dark = (dip > 0.5) & (lit < 0.0)
+    up, down = (bright[dark & there] for there in (rise > -0.2, rise < -0.5))
+    assert min(len(up), len(down)) > 12
+    assert np.median(up) > 1.05 * np.median(down)
+    # Over the left shoulder of who sees the object first, whatever the object is seen from.
+    for azimuth in (-60, 35, 170):
+        left = tab.page.evaluate(f"""() => {{
+          const {{ scene }} = studio, across = scene.fabric.uniforms.key.value.clone();
+          scene.seeFrom([{azimuth}, 20]);
+          across.setFromMatrixColumn(scene.camera.lens.matrixWorld, 0);
+          const {{ value }} = scene.fabric.uniforms.key;
+          return [value.dot(across), value.dot(scene.camera.towards()), value.z];
+        }}""")
+        assert left[0] < -0.3
+        assert min(left[1:]) > 0.3
+
+
+@pytest.mark.parametrize("mesh", ["shape:torus?m=8&n=4", "shape:tube?m=8&n=3"])
+def test_strips_are_bodies_without_a_hole_whose_thickness_is_seen(tab, mesh):
+    first = tab.state()
+    tab.page.evaluate("mesh => studio.change({ ...studio.state, mesh })", mesh)
+    tab.settle()
+    index = np.array(
+        tab.page.evaluate("Array.from(studio.scene.fabric.mesh.geometry.index.array)")
+    ).reshape(-1, 3)
+    # A closed surface that looks outwards has each edge once in either direction.
+    edges = np.concatenate([index[:, [0, 1]], index[:, [1, 2]], index[:, [2, 0]]])
+    ways = Counter(map(tuple, edges.tolist()))
+    assert set(ways.values()) == {1}
+    assert all((b, a) in ways for a, b in ways)
+    seen = []
+    for thick in ("0.1mm", "1.5mm"):
+        tab.page.evaluate("thickness => studio.set({ thickness })", thick)
+        tab.settle()
+        seen.append(still(tab.page))
+    assert (np.abs(seen[1] - seen[0]).max(axis=2) > 40).mean() > 0.005
+    tab.page.evaluate("state => studio.change(state)", first)
+    tab.settle()
+
+
+def test_on_a_tablet_held_across_object_sheet_and_figures_are_beside_one_another(browser, studio):
+    tab = Tab(browser, studio, (1024, 768), has_touch=True)
+    tab.page.locator("#tab-sheets").click()
+    view, outcome = (tab.page.locator(one).bounding_box() for one in ("#view", "#outcome"))
+    assert view["height"] > 0.45 * 768
+    assert view["x"] + view["width"] <= outcome["x"] + 1
+    assert inside(tab.page, "#panel-sheets svg", "#flat")
+    assert inside(tab.page, "#form-row", "#outcome")
+    tools = tab.page.locator("#tools button:visible").all()
+    assert len({button.bounding_box()["y"] for button in tools}) == 1
+    tab.close()

@@ -128,6 +128,7 @@ def test_the_latest_wish_wins(page):
 
 @pytest.mark.slow
 def test_a_process_that_is_killed_is_replaced_and_the_wish_done_once_more(studio, page):
+    wait_until_idle(studio)
     wish = page.wish("plan", "shape:torus?m=40&n=24", {"size": "1200mm"})
     for again in range(2):
         while "progress" not in page.told():
@@ -148,6 +149,7 @@ def test_a_process_that_is_killed_is_replaced_and_the_wish_done_once_more(studio
 
 @pytest.mark.slow
 def test_a_wish_outlives_its_process(studio, page):
+    wait_until_idle(studio)
     page.wish("plan", "shape:torus?m=20&n=12", {"size": "600mm"})
     while "progress" not in page.told():
         pass
@@ -177,6 +179,24 @@ def test_a_session_is_kept_whole_or_not_at_all_and_below_the_folder(studio):
     assert studio.ask("session/abcdefgh2", "DELETE", origin=False)[0] == 403
     assert studio.ask("session/abcdefgh2", "DELETE")[0] == 200
     assert studio.ask("session/abcdefgh2")[0] == 400
+
+
+def test_a_session_that_was_left_early_is_called_after_its_model(studio):
+    name, left = "abcdefgh3", {"at": 0, "states": [{"mesh": "/models/4f/grey cat.obj"}]}
+    empty, odd = {"at": 5, "states": []}, {"at": 0, "states": [7]}
+    for told, title in ((left, "grey cat"), (empty, ""), (odd, "")):
+        studio.ask(f"session/{name}", "POST", json.dumps(told))
+        listed = json.loads(studio.ask("sessions")[2])
+        assert [one["title"] for one in listed if one["name"] == name] == [title]
+    studio.ask(f"session/{name}", "DELETE")
+
+
+def wait_until_idle(studio):
+    """Wait until no process of a studio loads anything ahead of wishes."""
+    before, now = -1.0, 0.0
+    while now > before + 0.05:
+        time.sleep(0.7)
+        before, now = now, sum(cpu(pid) for pid in children(studio.process.pid))
 
 
 def cpu(pid):

@@ -196,6 +196,14 @@ def _context() -> Any:
     return context
 
 
+def get_ready() -> None:
+    """Begin to load what processes are forked from, so that the first of them waits for less."""
+    if _context().get_start_method() == "forkserver":
+        from multiprocessing.forkserver import ensure_running  # noqa: PLC0415 - not on all systems
+
+        ensure_running()
+
+
 def start_process(
     serve: "Callable[[Connection], None]", *, daemon: bool = True
 ) -> "tuple[multiprocessing.process.BaseProcess, Connection]":

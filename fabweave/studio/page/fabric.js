@@ -1,3 +1,4 @@
+import { wayOf } from "../../show/scripts/camera.js";
 import { nearestHit } from "../../show/scripts/pick.js";
 import * as THREE from "../../show/scripts/three.js";
 import {
@@ -8,8 +9,14 @@ import {
 const SHADOW = 2048, SHADOW_SLOW = 1024;
 /** Strands are drawn so much of their usual distance above and below one another, as a share of their width. */
 const LIFT = 0.07;
-/** The direction of the key light, and how far the floor reaches, in radii of the object. */
-const KEY = new THREE.Vector3(-0.45, -0.55, 0.75).normalize(), FLOOR = 2.4;
+/** So thick they are drawn at least, and at most, so that strands that cross do not touch. */
+const THINNEST = 0.03, THICKEST = 0.13;
+/** The key light comes over the left shoulder of who sees the object first: so far aside and above, radians. */
+const ASIDE = 0.85, ABOVE = 0.85;
+/** three.js calls it FrontSide: what looks away is not drawn. @type {THREE.Side} */
+const FRONT = 0;
+/** How far the floor reaches, in radii of the object. */
+const FLOOR = 2.4;
 
 /** @typedef {{ center: THREE.Vector3, radius: number }} Ball */
 /** @typedef {Record<string, any>} Arrays */
@@ -40,6 +47,41 @@ function twice(rungs) {
   return both;
 }
 
+/** What corners of faces have, for those of backs too. @template {Float32Array | Int8Array | Uint8Array} A @param {A} array */
+function layered(array) {
+  const all = /** @type {A} */ (new /** @type {any} */ (array).constructor(2 * array.length));
+  all.set(array);
+  all.set(array, array.length);
+  return all;
+}
+
+/**
+ * Triangles of faces, of backs, whose corners come after all of the faces, and of what is cut between
+ * them: along the rails, which join ends of one kind, and across rungs that a strip begins or ends with.
+ * All look outwards.
+ *
+ * @param {Uint32Array} index
+ * @param {number} count
+ */
+function solid(index, count) {
+  /** @type {number[]} */
+  const walls = [], ends = new Int8Array(count >> 1), backs = index.map((_, k) => index[k + 2 - 2 * (k % 3)] + count);
+  const raise = (/** @type {number} */ a, /** @type {number} */ b) =>
+    walls.push(a + count, b + count, b, a + count, b, a);
+  for (let k = 0; k < index.length; k++) {
+    const a = index[k], b = index[k % 3 < 2 ? k + 1 : k - 2];
+    if (((a ^ b) & 1) === 0) raise(a, b);
+    // Between two triangles it goes to and fro.
+    else if (a >> 1 === b >> 1) ends[a >> 1] += b - a;
+  }
+  ends.forEach((way, rung) => way && raise(2 * rung + Number(way < 0), 2 * rung + Number(way > 0)));
+  const all = new Uint32Array(2 * index.length + walls.length);
+  all.set(index);
+  all.set(backs, index.length);
+  all.set(walls, 2 * index.length);
+  return all;
+}
+
 /**
  * When each corner is there while strands run in one after the other; all at once where none are known.
  *
@@ -65,6 +107,9 @@ export class Fabric {
   #target;
   #shadowed = false;
   #crossings = new Float32Array();
+  // The triangles that were given, of the faces alone; and half of how thick they are drawn.
+  #index = new Uint32Array();
+  #half = 0;
 
   /** @param {boolean} slow Whether software draws. */
   constructor(slow) {
@@ -72,9 +117,10 @@ export class Fabric {
     const shared = {
       toLight: { value: new THREE.Matrix4() }, depths: { value: this.#target.texture }, shadowing: { value: 1 },
       texel: { value: 1 / this.#target.width }, lift: { value: 0 }, form: { value: 0 }, shown: { value: 1 },
+      thick: { value: 0 },
     };
     this.uniforms = {
-      ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: KEY }, plain: { value: 0 },
+      ...shared, chosen: { value: -2 }, eye: { value: new THREE.Vector3() }, key: { value: new THREE.Vector3(0, 0, 1) }, plain: { value: 0 },
       heating: { value: 0 }, grain: { value: 1 },
     };
     this.ground = { ...shared, middle: { value: new THREE.Vector3() }, reach: { value: 1 } };
@@ -108,30 +154,35 @@ export class Fabric {
    *
    * @param {Arrays} arrays
    * @param {number} widthMm
+   * @param {number} thickMm
    * @param {Ball} ball
    * @param {number} low Where the floor is.
    */
-  show({ position, shade, colour, index, owner, crossing, thread, moves }, widthMm, ball, low) {
-    const geometry = this.#geometry, count = position.length / 3, strips = Boolean(thread);
+  show({ position, shade, colour, index, owner, crossing, thread, moves }, widthMm, thickMm, ball, low) {
+    const strips = Boolean(thread), one = position.length / 3, count = strips ? 2 * one : one;
+    const geometry = this.#geometry, all = strips ? layered : (/** @type {any} */ array) => array;
     if (geometry.attributes.position?.count !== count)
       for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
     this.mesh.visible = true;
     this.#crossings = crossing ?? new Float32Array();
-    fill(geometry, "position", position, 3);
-    fill(geometry, "shade", shade, 4, true);
-    fill(geometry, "colour", colour, 3, true);
-    fill(geometry, "owner", Float32Array.from({ length: count }, (_, k) => (owner ? owner[k >> 1] : -9)), 1);
-    fill(geometry, "side", Float32Array.from({ length: count }, (_, k) => (strips ? k & 1 : 0.5)), 1);
-    fill(geometry, "move", moves ? twice(moves) : new Float32Array(3 * count), 3);
-    fill(geometry, "run", runs(thread, count), 1);
+    const each = (/** @type {(corner: number) => number} */ value) => Float32Array.from({ length: count }, (_, k) => value(k));
+    fill(geometry, "position", all(position), 3);
+    fill(geometry, "shade", all(shade), 4, true);
+    fill(geometry, "colour", all(colour), 3, true);
+    fill(geometry, "layer", each((k) => (k < one ? 1 : -1)), 1);
+    fill(geometry, "owner", each((k) => (owner ? owner[(k % one) >> 1] : -9)), 1);
+    fill(geometry, "side", each((k) => (strips ? k & 1 : 0.5)), 1);
+    fill(geometry, "move", moves ? all(twice(moves)) : new Float32Array(3 * count), 3);
+    fill(geometry, "run", all(runs(thread, one)), 1);
     fill(geometry, "heat", new Float32Array(count), 1);
     this.uniforms.heating.value = 0;
     // Fibres are some tenth of a strip apart, or some hundredth of what is no strip.
     this.uniforms.grain.value = strips && widthMm > 0 ? 14 / widthMm : 120 / ball.radius;
-    if (index && geometry.index && geometry.index.array.length === index.length) {
-      geometry.index.array.set(index);
-      geometry.index.needsUpdate = true;
-    } else if (index) geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    if (index && index !== this.#index) {
+      this.#index = index;
+      geometry.setIndex(new THREE.BufferAttribute(strips ? solid(index, one) : index, 1));
+    }
+    this.#half = strips ? Math.min(Math.max(thickMm, THINNEST * widthMm), THICKEST * widthMm) / 2 : 0;
     this.uniforms.lift.value = LIFT * widthMm;
     this.floor.position.copy(ball.center).setZ(low);
     this.floor.scale.setScalar(FLOOR * ball.radius);
@@ -148,8 +199,14 @@ export class Fabric {
   warm(heat) {
     this.uniforms.heating.value = Number(Boolean(heat));
     const count = this.#geometry.attributes.position?.count ?? 0;
-    if (heat && 2 * heat.length === count)
-      fill(this.#geometry, "heat", Float32Array.from({ length: count }, (_, k) => heat[k >> 1] / 255), 1);
+    if (heat && 4 * heat.length === count)
+      fill(this.#geometry, "heat", layered(Float32Array.from({ length: count / 2 }, (_, k) => heat[k >> 1] / 255)), 1);
+  }
+
+  /** Let light come as suits a view, azimuth and elevation. @param {number[]} viewDeg */
+  lightFor([azimuth]) {
+    this.uniforms.key.value.copy(wayOf((azimuth * Math.PI) / 180 - ASIDE, ABOVE));
+    this.#shadowed = false;
   }
 
   /** Let it go so far; shadows follow. @param {number} form */
@@ -176,9 +233,14 @@ export class Fabric {
   light(renderer, ball, camera, shadows, plain) {
     this.uniforms.shadowing.value = Number(shadows);
     this.uniforms.plain.value = Number(plain);
+    // Thickness is not seen in coarse pixels.
+    this.uniforms.thick.value = plain ? 0 : this.#half;
     this.uniforms.eye.value.copy(camera.lens.position);
     this.floor.visible = shadows && camera.towards().z > -0.05;
+    this.#geometry.setDrawRange(0, this.#index.length);
     if (shadows && !this.#shadowed) this.#castShadows(renderer, ball);
+    if (!plain) this.#geometry.setDrawRange(0, Infinity);
+    this.cloth.side = this.uniforms.thick.value ? FRONT : THREE.DoubleSide;
   }
 
   /**
@@ -190,7 +252,7 @@ export class Fabric {
   #castShadows(renderer, { center, radius }) {
     const span = 1.05 * radius, lamp = this.#lamp, scene = this.mesh.parent;
     Object.assign(lamp, { left: -span, right: span, top: span, bottom: -span, near: 0.5 * span, far: 4.5 * span });
-    lamp.position.copy(center).addScaledVector(KEY, 2 * span);
+    lamp.position.copy(center).addScaledVector(this.uniforms.key.value, 2 * span);
     lamp.up.set(0, 0, 1);
     lamp.lookAt(center);
     lamp.updateProjectionMatrix();
@@ -214,8 +276,8 @@ export class Fabric {
    * @param {THREE.Ray} ray
    */
   touch(ray) {
-    const { index, attributes } = this.#geometry;
-    const hit = index && nearestHit(ray, attributes.position.array, index.array);
+    const { attributes } = this.#geometry, index = this.#index;
+    const hit = index.length ? nearestHit(ray, attributes.position.array, index) : null;
     if (!hit) return null;
     const from = new THREE.Vector3();
     let crossing = -1, least = Infinity;
@@ -223,7 +285,7 @@ export class Fabric {
       const far = hit.point.distanceToSquared(from.fromArray(this.#crossings, k));
       if (far < least) [least, crossing] = [far, k / 3];
     }
-    const corner = index.array[3 * hit.triangle];
+    const corner = index[3 * hit.triangle];
     return { point: hit.point, piece: attributes.owner.array[corner], crossing, rung: corner >> 1 };
   }
 }

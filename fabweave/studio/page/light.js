@@ -1,14 +1,15 @@
 // Strands in the light of a studio: a key light that casts shadows, a bright sky, and what they mirror.
 
-import { PLAIN_LIGHT } from "../../show/scripts/strands.js";
+import { STRAND_LIGHT } from "../../show/scripts/strands.js";
 
-// Where a place of a strand is: let go as far as is shown, and apart from the one that it crosses.
+// Where a place of a strand is: let go as far as is shown, apart from the one that it crosses, and on
+// its face or its back.
 const PLACE = `
 attribute vec4 shade;
 attribute vec3 move;
-attribute float run;
-uniform float lift, form;
-vec3 placed() { return position + form * move + lift * shade.w * shade.xyz; }`;
+attribute float run, layer;
+uniform float lift, form, thick;
+vec3 placed() { return position + form * move + (lift * shade.w + thick * layer) * shade.xyz; }`;
 
 export const FABRIC_VERTEX = `${PLACE}
 attribute vec3 colour;
@@ -17,10 +18,10 @@ uniform float chosen;
 uniform mat4 toLight;
 varying vec3 vNormal, vColour, vPlace;
 varying vec4 vLight;
-varying float vDip, vChosen, vHeat, vSide, vRun;
+varying float vDip, vChosen, vHeat, vSide, vRun, vLayer;
 void main() {
   vec3 place = placed();
-  vNormal = shade.xyz; vColour = colour; vDip = shade.w; vPlace = place;
+  vNormal = shade.xyz; vColour = colour; vDip = shade.w; vPlace = place; vLayer = layer;
   vHeat = heat; vSide = side; vRun = run;
   vChosen = abs(owner - chosen) < 0.5 ? 1.0 : 0.0;
   vLight = toLight * vec4(place, 1.0);
@@ -44,11 +45,11 @@ float lit(float bias) {
 }`;
 
 // The face side has a sheen; the back is dull and paler, as most sheets are.
-export const FABRIC_FRAGMENT = `${UNPACK}${PLAIN_LIGHT}
+export const FABRIC_FRAGMENT = `${UNPACK}${STRAND_LIGHT}
 uniform vec3 eye, key;
 uniform float plain, heating, shown, grain;
 varying vec3 vNormal, vColour, vPlace;
-varying float vDip, vChosen, vHeat, vSide, vRun;
+varying float vDip, vChosen, vHeat, vSide, vRun, vLayer;
 // Calm where all is at ease, yellow where a rule is just kept, red where it is far from kept.
 vec3 heated() {
   vec3 calm = vec3(0.80, 0.81, 0.80), warm = vec3(0.97, 0.76, 0.16), hot = vec3(0.83, 0.10, 0.12);
@@ -75,30 +76,33 @@ vec3 room(vec3 way) {
 }
 void main() {
   if (vRun > shown) discard;
-  float side = gl_FrontFacing ? 1.0 : -1.0;
+  float side = gl_FrontFacing == vLayer > 0.0 ? 1.0 : -1.0;
   vec3 paint = heating > 0.5 ? heated() : vColour;
-  // The cut edge, of which one sees the thickness: dark, and beside it the light that it catches.
+  // A line along the rails, and beside it the light that they catch.
   float far = min(vSide, 1.0 - vSide), pixel = max(fwidth(vSide), 1e-4);
   float edge = 1.0 - smoothstep(0.6, 1.9, far / pixel), catching = smoothstep(0.05, 0.0, abs(far - 0.05));
   edge *= smoothstep(0.30, 0.12, pixel);
-  vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
   if (plain > 0.5) {
     // While things move and software draws.
-    vec3 quick = plainLight(paint, vNormal, key, side, vDip, 0.35) * (1.0 - 0.38 * edge);
+    vec3 quick = plainLight(paint, vNormal, vec3(0.0, 0.0, 1.0), key, side, vDip, 0.6) * (1.0 - 0.38 * edge);
     gl_FragColor = vec4(vChosen > 0.5 ? mix(quick, vec3(0.84, 0.37, 0.0), 0.62) : quick, 1.0);
     return;
   }
+  vec3 n = normalize(vNormal) * side, v = normalize(eye - vPlace);
   vec3 own = pow(paint, vec3(2.2));
   own *= 1.0 + 0.16 * (fibres(vPlace * vec3(grain, grain, 0.35 * grain)) - 0.5);
-  if (side < 0.0) own = mix(own, vec3(dot(own, vec3(0.3, 0.6, 0.1))), 0.45) * 0.82 + 0.03;
-  float direct = max(dot(n, key), 0.0);
+  if (abs(vLayer) < 0.995) {
+    // Where it is cut one sees its thickness, as dark as what a laser or a knife leaves.
+    n = normalize(cross(dFdx(vPlace), dFdy(vPlace)));
+    own *= 0.55;
+    side = 1.0; edge = catching = 0.0;
+  } else if (side < 0.0) own = behind(own);
+  float direct = max(dot(n, key), 0.0), open = contact(side * vDip, 0.6);
   float shadow = direct > 0.0 ? lit(0.0035 + 0.004 * (1.0 - direct)) : 1.0;
-  float deep = max(0.0, -side * vDip), open = 1.0 - 0.42 * deep * deep;
-  vec3 sky = mix(vec3(0.42, 0.40, 0.37), vec3(0.80, 0.84, 0.90), 0.5 + 0.5 * n.z);
-  vec3 light = sky * open * 0.72 + vec3(1.0, 0.97, 0.92) * 0.62 * direct * mix(0.25, 1.0, shadow);
+  vec3 light = skyLight(n.z) * open + KEY_LIGHT * direct * mix(0.1, 1.0, shadow) * mix(0.6, 1.0, open);
   float rim = pow(1.0 - max(dot(n, v), 0.0), 5.0);
   float gloss = (side > 0.0 ? 0.035 + 0.30 * rim : 0.01 + 0.08 * rim) * open;
-  vec3 seen = own * light + gloss * room(reflect(-v, n)) * mix(0.45, 1.0, shadow);
+  vec3 seen = own * light + gloss * room(reflect(-v, n)) * mix(0.3, 1.0, shadow);
   seen = pow(seen, vec3(1.0 / 2.2)) * (1.0 - 0.42 * edge) + 0.035 * catching * (1.0 - edge);
   if (vChosen > 0.5) seen = mix(seen, vec3(0.84, 0.37, 0.0), 0.62);
   gl_FragColor = vec4(seen, 1.0);
@@ -152,12 +156,23 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * vec4(vPlace, 1.0);
 }`;
 
-// The floor is the paper, darker where light does not reach; it fades to all sides.
+// The floor is the paper, darker where light does not reach, softly, as the light is a window; it fades
+// to all sides.
 export const FLOOR_FRAGMENT = `${UNPACK}
+#define TAPS 14
 uniform vec3 middle;
 uniform float reach;
 varying vec3 vPlace;
 void main() {
-  float fade = 1.0 - smoothstep(0.55, 1.0, distance(vPlace, middle) / reach);
-  gl_FragColor = vec4(0.0, 0.0, 0.0, 0.26 * fade * (1.0 - lit(0.002)));
+  vec3 at = vLight.xyz / vLight.w * 0.5 + 0.5;
+  float fade = 1.0 - smoothstep(0.55, 1.0, distance(vPlace, middle) / reach), sum = 0.0;
+  if (fade <= 0.0 || shadowing < 0.5 || at != clamp(at, 0.0, 1.0)) discard;
+  // Neighbours look at other places each, which together are a disc: a spiral by the golden angle.
+  float turn = 6.2832 * fract(52.98 * fract(dot(gl_FragCoord.xy, vec2(0.0671, 0.00584))));
+  vec2 aside = 0.011 * vec2(cos(turn), sin(turn));
+  for (int k = 0; k < TAPS; k++) {
+    sum += step(at.z - 0.002, far(at.xy + sqrt((float(k) + 0.5) / float(TAPS)) * aside));
+    aside *= mat2(-0.73737, 0.67549, -0.67549, -0.73737);
+  }
+  gl_FragColor = vec4(0.05, 0.04, 0.03, 0.34 * fade * (1.0 - sum / float(TAPS)));
 }`;

@@ -47,6 +47,8 @@ export class Scene {
   /** @type {[Record<string, any>, boolean] | null} */
   #now = null;
   #widthMm = 0;
+  /** How thick strips are. */
+  thickMm = 0;
   /** @type {Uint8Array | null} */
   #heat = null;
   /** What the dots and faces are, and the one that keys are at. */
@@ -73,6 +75,7 @@ export class Scene {
     this.stage = stage;
     this.company = company;
     this.fabric = new Fabric(stage.slow);
+    this.fabric.lightFor(VIEW_DEG);
     this.arrow = new Arrow();
     this.#scene.add(this.fabric.floor, this.fabric.mesh, this.#faces, this.#dots, this.arrow);
     this.camera = new Camera(stage.canvas, this.#ball, this.#outer, VIEW_DEG, {
@@ -129,7 +132,7 @@ export class Scene {
       new THREE.Vector3().fromArray(position, every * k));
     this.#now = [arrays, yarns];
     this.#widthMm = arrays.thread ? usualWidth(position) : 0.03 * ball.radius;
-    this.fabric.show(arrays, arrays.thread ? this.#widthMm : 0, ball, box.min.z);
+    this.fabric.show(arrays, arrays.thread ? this.#widthMm : 0, this.thickMm, ball, box.min.z);
     this.#makeRoom();
     if (before !== ball.radius) this.camera.refit();
     else this.#move();
@@ -146,6 +149,7 @@ export class Scene {
   /** See an object that opens from where its pictures show it. @param {number[]} viewDeg */
   seeFrom(viewDeg) {
     this.camera.firstDeg = viewDeg;
+    this.fabric.lightFor(viewDeg);
     this.camera.home();
   }
 

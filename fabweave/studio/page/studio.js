@@ -199,6 +199,7 @@ class Studio {
     if (!head.better) this.#why = "";
     this.#wait("");
     this.#forgetTrouble();
+    if (this.scene) this.scene.thickMm = this.#valueOf("thickness");
     this.scene?.show(found, this.yarns);
     if (opened) this.scene?.seeFrom(head.view);
     if (another && !head.raw && !this.yarns) this.scene?.runIn();
@@ -333,12 +334,17 @@ class Studio {
     this.scene?.letGo(0);
   }
 
+  /** What a control of lengths has; 0 without one. @param {string} option */
+  #valueOf(option) {
+    return Number(this.seen?.controls.find((/** @type {Values} */ one) => one.option === option)?.value ?? 0);
+  }
+
   /** The slider from what is cut to what it is when it is let go. */
   #showForm() {
     const moves = this.#arrays.moves ?? [], made = this.plan.drawn_mm != null;
     let most = 0;
     for (let k = 0; k < moves.length; k += 3) most = Math.max(most, Math.hypot(moves[k], moves[k + 1], moves[k + 2]));
-    const size = Math.max(...(this.seen?.controls ?? []).filter((one) => one.option === "size").map((one) => one.value), 1);
+    const size = Math.max(this.#valueOf("size"), 1);
     this.times = most ? Math.min(Math.max(Math.round((SEEN_MOVE * size) / most), 1), MOST_TIMES) : 1;
     by("form-row").hidden = !most;
     by("form-row").querySelector("span").textContent =

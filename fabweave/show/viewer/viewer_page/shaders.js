@@ -1,4 +1,4 @@
-import { PLAIN_LIGHT } from "../../scripts/strands.js";
+import { STRAND_LIGHT } from "../../scripts/strands.js";
 
 /** How a strip is shown: as a number from 0 to 5. */
 export const HIDDEN = 0;
@@ -40,7 +40,7 @@ void cutAway() {
 
 // Where a strip lies over another, a gap as pale as the paper runs along both of its rails, a share
 // of its half width. From behind it is the other way round.
-export const STRIP_FRAGMENT = `${CUT}${PLAIN_LIGHT}
+export const STRIP_FRAGMENT = `${CUT}${STRAND_LIGHT}
 #define HALO 0.12
 uniform vec3 paper;
 uniform float pitch, there, later;
@@ -58,7 +58,7 @@ void main() {
   if (code == 5.0 && sieve(gl_FragCoord.xy) >= later) discard;
   bool brought = code == 3.0 || code == 4.0;
   float side = gl_FrontFacing ? 1.0 : -1.0;
-  vec3 colour = plainLight(vTint, vNormal, normalize(vec3(-0.35, 0.5, 0.8)), side, vDip, brought ? 0.2 : 0.35);
+  vec3 colour = plainLight(vTint, vNormal, viewMatrix[2].xyz, normalize(vec3(-0.35, 0.5, 0.8)), side, vDip, brought ? 0.3 : 0.6);
   float middle = abs(vAcross - 0.5) * 2.0, edge = 1.0 - HALO * smoothstep(0.0, 0.8, side * vDip);
   // Towards a grey between the paper and the middle: a pale strip would be lost in the paper itself.
   if (code == 2.0) colour = mix(mix(paper, vec3(0.5), 0.3), colour, there);
