@@ -1015,7 +1015,7 @@ class Pieces(_Shown):
         >>> import fabweave as fw
         >>> pieces = fw.weave(fw.shape("octahedron", size="200mm")).ribbons().pieces()
         >>> pieces.nest(sheet="400x300mm", effort="quick")
-        Layout(Octahedron: 8 pieces on 1 sheet, 35 % used)
+        Layout(Octahedron: 8 pieces on 1 sheet, 36 % used)
         """
         stations = self.stations.also(options)
         _ = stations.buildable

@@ -13,7 +13,7 @@ const LIFT = 0.07;
 const THINNEST = 0.03, THICKEST = 0.13;
 /** The key light comes over the left shoulder of who sees the object first: so far aside and above, radians. */
 const ASIDE = 0.85, ABOVE = 0.85;
-/** three.js calls it FrontSide: what looks away is not drawn. @type {THREE.Side} */
+/** three.js calls it FrontSide: what looks away is not drawn. @type {0} */
 const FRONT = 0;
 /** How far the floor reaches, in radii of the object. */
 const FLOOR = 2.4;
