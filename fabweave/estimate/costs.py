@@ -204,8 +204,6 @@ _IN_ROWS: Span = (0.75, 0.97)
 _SHARED = 0.52
 #: Of more pieces, letters are laid on so many, and take the rest as long as those of like length.
 _LETTERED = 40
-#: Of so many pieces all letters are laid; of more so many, and the rest take as long by crossing.
-_LETTERED = 40
 #: Areas are told to so many digits.
 _DECIMALS = 6
 

@@ -35,12 +35,13 @@ from fabweave.weave.symmetry import nearest_symmetry
 from fabweave.weave.weave_mesh import WovenMesh
 
 #: So often it is let go, at most, and what that shows is used; so often vertices are moved then.
-#: A step that takes less than this share of what is left off is the last.
+#: A step that takes less than this share of what is left off is the last; and by as much may what
+#: is off at most grow from one time to the next.
 _ROUNDS, _STEPS, _LITTLE = 3, 2, 0.05
 #: What is off by no more than this share of the size in the mean is near enough.
 _NEAR = 0.0025
-#: What is left is to be less than this share of what there was in the mean, and no more at most;
-#: else nothing is moved.
+#: What is left is to be less than this share, in the mean, of what there was as it was drawn; and
+#: what takes less from one time to the next is the last.
 _WORTH = 0.8
 #: To know about where it rests, this is near enough.
 _ABOUT_REST = Closely(gain=1e-3, sag_gain=1e-6, steps=40)

@@ -116,7 +116,7 @@ class RuleKeeper:
     def _learn(self, mesh: PolyMesh, broken: Broken) -> None:
         """Try how margins change with vertices, where they are worse or about to be."""
         known = np.zeros(broken.margins.shape, dtype=np.bool_)
-        known[0] = True
+        known[_RULES.index("clearance")] = True
         known[tuple(self._places)] = True
         if not np.any(broken.worse_than(self._drawn) & ~known):
             return
