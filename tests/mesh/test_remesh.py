@@ -497,7 +497,10 @@ def test_remesher_keeps_the_surface_with_few_irregular_vertices(given, number, m
 @pytest.mark.slow
 @needs_quadriflow
 def test_same_seed_same_mesh_wherever_it_stands():
+    # Bent, as a ball has a mirror, and halves of it take ten times as long.
     ball = icosphere(2)
+    x, y, z = ball.vertices.T
+    ball = ball.with_vertices(np.stack([x + 0.006 * y * z, y + 0.004 * x**2, z], axis=1))
     one, two = remesh_quads(ball, 200, seed=3), remesh_quads(ball, 200, seed=3)
     assert np.array_equal(one.mesh.indices, two.mesh.indices)
     assert np.array_equal(one.mesh.vertices, two.mesh.vertices)

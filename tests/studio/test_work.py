@@ -219,7 +219,7 @@ def test_walks_on_a_found_model_end_in_what_job_toml_says(tmp_path):
 @pytest.mark.slow
 def test_a_model_is_shown_on_the_mesh_on_which_make_and_inspect_weave_it(tmp_path):
     mesh = parse_shape("shape:icosahedron")
-    for _ in range(4):
+    for _ in range(3):
         mesh = mid_edge(mesh)
     away = np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
     path = tmp_path / "ball.obj"
