@@ -34,14 +34,19 @@ from fabweave.plan.nest_pieces import check_layout
 from fabweave.stock.sheet_size import SheetSize
 
 HERE = Path(__file__)
-MESHES = HERE.resolve().parents[3] / "shared" / "meshes" / "quad"
+ROOT = HERE.resolve().parents[2]
+BOB = ROOT.parent / "shared" / "meshes" / "quad" / "bob_quad.obj"
 MARGIN = 10.0
 JOBS = {
     "torus 24x12": Settings.of("shape:torus?m=24&n=12", size_mm=400.0),
-    "cube, 3 steps": Settings.of("shape:cube", size_mm=300.0, refine="catmull-clark:3"),
+    "lampshade": Settings.of(
+        str(ROOT / "examples" / "lampshade.obj"), size_mm=300.0, pattern="twill"
+    ),
+    "koala": Settings.of(
+        str(ROOT / "examples" / "meshes" / "koala.obj"), size_mm=400.0, remesh="quads:350"
+    ),
     "slit genus 3": Settings.of("shape:slit?genus=3", size_mm=400.0),
-    "spot 400 mm": Settings.of(str(MESHES / "spot_quadrangulated.obj"), size_mm=400.0),
-    "bob 600 mm": Settings.of(str(MESHES / "bob_quad.obj"), size_mm=600.0),
+    "bob in veneer": Settings.of(str(BOB), size_mm=600.0, material="birch-veneer"),
 }
 #: Sheets that three hundred strips may take at each effort, and seconds at quick.
 WANTED, WANTED_SECONDS = {"quick": 16, "normal": 15, "best": 14}, 20.0
@@ -50,15 +55,18 @@ SHEETS = (SheetSize(600.0, 400.0), SheetSize(1000.0, 600.0))
 
 @dataclass(frozen=True)
 class Result:
-    """What one way came to: sheets as a fraction, and seconds of the processor."""
+    """What one way came to: sheets as a fraction, and seconds of the processor.
+
+    A way that has no place for a piece takes infinitely many.
+    """
 
     sheets: float
     seconds: float
 
     @property
-    def count(self) -> int:
+    def count(self) -> float:
         """Whole sheets."""
-        return math.ceil(round(self.sheets, 9))
+        return float(np.ceil(round(self.sheets, 9)))
 
 
 def seconds() -> float:
@@ -112,7 +120,7 @@ def compare(
 
     def row(way: str, result: Result) -> None:
         found[way] = result
-        whole, whole_used = f"{result.count:7}", area / (result.count * usable[0] * usable[1])
+        whole, whole_used = f"{result.count:7.0f}", area / (result.count * usable[0] * usable[1])
         used = area / (result.sheets * usable[0] * usable[1])
         print(f"{way:24}{whole}{whole_used:7.2f}{result.sheets:12.2f}{used:7.2f}"
               f"{result.seconds:9.1f}", flush=True)  # fmt: skip
