@@ -13,7 +13,6 @@ processor: other work does not count.
 
 import argparse
 import importlib.util
-import math
 import resource
 import runpy
 import time
