@@ -98,16 +98,41 @@ def nearest_triangles(
     >>> nearest_triangles(square, np.array([[0, 1, 2], [0, 2, 3]]), width=3, height=2)[0].tolist()
     [[0, 0, -1], [1, 0, -1]]
     """
+    triangle, pixel, nearness = nearest_places(points, triangles, width=width, height=height)
+    seen = np.full(width * height, -1, dtype=np.int64)
+    seen[pixel] = triangle
+    return seen.reshape(height, width), nearness.reshape(height, width)
+
+
+def nearest_places(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return what :func:`nearest_triangles` does, with triangles only where there are any.
+
+    Returns
+    -------
+    triangle, pixel : (N,) int arrays
+        Pixels that are covered, and what is seen there. Where triangles are equally near, a pixel
+        comes more than once: at last with the first of them.
+    nearness : (height * width,) float array
+        That of each pixel.
+    """
     nearness = np.full(width * height, -np.inf)
-    seen = np.full(width * height, -1, dtype=np.int32)
-    for batch, (triangle, pixel, near) in enumerate(_covered(points, triangles, width, height)):
-        # An earlier batch's triangle gives way only to a nearer one.
-        before = nearness[pixel] if batch else -np.inf
-        np.maximum.at(nearness, pixel, near)
-        wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
-        # The last write counts, so the first triangle of equals comes last.
-        seen[pixel[wins]] = triangle[wins]
-    return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+    parts = []
+    for triangle, pixel, near in _covered(points, triangles, width, height):
+        # The last write counts; what is nearer than that is written again, until nothing is.
+        place, level = pixel, near
+        above = np.flatnonzero(near > nearness[pixel]) if parts else slice(None)
+        while len(place := place[above]):
+            level = level[above]
+            nearness[place] = level
+            above = np.flatnonzero(level > nearness[place])
+        parts.append((triangle, pixel, near))
+    if not parts:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), nearness
+    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    wins = np.flatnonzero(near == nearness[pixel])[::-1]
+    return triangle[wins], pixel[wins], nearness
 
 
 def nearest_of_layers(
