@@ -1,15 +1,18 @@
 """Find which triangle each pixel shows: a z-buffer over arrays, without GPU or display."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 
 _Places: TypeAlias = npt.NDArray[np.floating[Any]]
+
+#: Triangles, the pixels that they cover, and how near they are there.
+_Covered: TypeAlias = tuple[IntArray, IntArray, FloatArray]
 
 #: Covered pixels are compared in batches of about this many, which bounds the memory.
 _BATCH = 1_000_000
@@ -117,22 +120,47 @@ def nearest_places(
     nearness : (height * width,) float array
         That of each pixel.
     """
-    nearness = np.full(width * height, -np.inf)
-    parts = []
-    for triangle, pixel, near in _covered(points, triangles, width, height):
-        # The last write counts; what is nearer than that is written again, until nothing is.
-        place, level = pixel, near
-        above = np.flatnonzero(near > nearness[pixel]) if parts else slice(None)
-        while len(place := place[above]):
-            level = level[above]
-            nearness[place] = level
-            above = np.flatnonzero(level > nearness[place])
-        parts.append((triangle, pixel, near))
+    parts = list(_covered(points, triangles, width, height))
+    nearness = _nearness(parts, width * height)
     if not parts:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), nearness
-    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    triangle, pixel, near = _joined(parts)
     wins = np.flatnonzero(near == nearness[pixel])[::-1]
     return triangle[wins], pixel[wins], nearness
+
+
+def nearness_map(points: FloatArray, triangles: IntArray, *, width: int, height: int) -> FloatArray:
+    """Return how near :func:`nearest_triangles` finds each pixel, (height * width,)."""
+    return _nearness(_covered(points, triangles, width, height), width * height)
+
+
+def _nearness(parts: Iterable[_Covered], size: int) -> FloatArray:
+    """Return how near what covers each pixel is."""
+    nearness = np.full(size, -np.inf)
+    for number, (_, pixel, near) in enumerate(parts):
+        # The last write counts; what is nearer than that is written again, until nothing is.
+        above = np.flatnonzero(near > nearness[pixel]) if number else np.arange(len(pixel))
+        while len(above):
+            nearness[pixel[above]] = near[above]
+            above = above[near[above] > nearness[pixel[above]]]
+    return nearness
+
+
+def covered_pixels(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> BoolArray:
+    """Return which pixels show any triangle, (height, width); as of :func:`nearest_triangles`.
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> covered_pixels(square, np.array([[0, 1, 2]]), width=3, height=2).tolist()
+    [[True, True, False], [False, True, False]]
+    """
+    _, row, start, end = _row_spans(points[triangles], width, height)
+    size = width * height + 1
+    begun, ended = (np.bincount(row * width + column, minlength=size) for column in (start, end))
+    return np.asarray(np.cumsum(begun - ended)[:-1] > 0).reshape(height, width)
 
 
 def nearest_of_layers(
@@ -165,7 +193,7 @@ def nearest_of_layers(
     if not parts:
         none = np.empty(0, dtype=np.int64)
         return none, none, np.empty(0)
-    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    triangle, pixel, near = _joined(parts)
     # By pixel and layer; in a layer the nearest is first, and of equally near ones the first.
     rank = np.unique(near, return_inverse=True)[1]
     order = np.lexsort((-rank, layer[triangle], pixel))
@@ -179,7 +207,7 @@ def nearest_of_layers(
 
 def _covered(
     points: FloatArray, triangles: IntArray, width: int, height: int
-) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+) -> Iterator[_Covered]:
     """Yield triangles, the pixels that they cover and how near they are there, in batches."""
     corners = points[triangles]
     depth = planes_through(corners, corners[:, :, 2])
@@ -197,6 +225,14 @@ def _covered(
         near = np.repeat(slope[spans], count) * pixel
         near += np.repeat(begin[spans], count)
         yield np.repeat(triangle[spans], count), pixel, near
+
+
+def _joined(parts: list[_Covered]) -> _Covered:
+    """Return batches of what is covered as one."""
+    if len(parts) == 1:
+        return parts[0]
+    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return triangle, pixel, near
 
 
 def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:

@@ -21,7 +21,12 @@ from fabweave.former.way_out import Leaving, leaving
 from fabweave.picture.camera import Frame, View, frame_object
 from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.zbuffer import nearest_places, nearest_triangles
+from fabweave.picture.zbuffer import (
+    covered_pixels,
+    nearest_places,
+    nearest_triangles,
+    nearness_map,
+)
 from fabweave.piece.development import PieceRungs, piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
@@ -355,6 +360,7 @@ class Stage:
         self._piece = np.append(scene.piece, -1).astype(np.int32)
         self._darkest = np.append(len(FIXED) + scene.palette.own[scene.piece] * _LEVELS, PAPER)
         self._tone = (self._darkest + np.append(_levels(scene, frame), 0)).astype(np.uint16)
+        self._size = {"width": frame.width_px, "height": frame.height_px}
         pixels = frame.height_px * frame.width_px
         self._seen, self._near = np.full(pixels, -1), np.full(pixels, -np.inf)
         self._done = 0
@@ -373,7 +379,11 @@ class Stage:
         covered, fresh, shown = self._add(first_new, step + 1)
         self._done = step + 1
         shape = self.frame.height_px, self.frame.width_px
-        seen, near, new = self._seen, self._near.copy(), np.unique(shown)
+        seen, near, new = (
+            self._seen,
+            self._near.copy(),
+            np.flatnonzero(flags(self._seen.size, shown)),
+        )
         code, ends = self._tone.take(seen), self._piece.take(seen)
         if coming or self._table:
             bare = seen < 0
@@ -409,24 +419,14 @@ class Stage:
         """
         begin, end = np.searchsorted(self._last, (1 - high, 1 - low))
         own = self._triangles[begin:end]
-        width, height = self.frame.width_px, self.frame.height_px
         triangle, covered, near = nearest_places(
-            self._points, self.scene.triangles[own], width=width, height=height
+            self._points, self.scene.triangles[own], **self._size
         )
         triangle, near = own[triangle], near[covered]
         wins = near >= self._near[covered]
         shown = covered[wins]
         self._near[shown], self._seen[shown] = near[wins], triangle[wins]
         return covered, triangle, shown
-
-    def _nearest(self, points: FloatArray, triangles: IntArray) -> tuple[IntArray, FloatArray]:
-        """Return which of some triangles each pixel shows, and how near it is."""
-        return nearest_triangles(
-            points,
-            self.scene.triangles[triangles],
-            width=self.frame.width_px,
-            height=self.frame.height_px,
-        )
 
     def _ground(self, step: int, first_new: int, *, coming: bool) -> Codes:
         """Return what is seen of the ground, and of what is to come."""
@@ -437,8 +437,7 @@ class Stage:
             code[outline] = GHOST
         if self._table:
             fresh = (self.scene.step >= first_new) & (self.scene.step <= step)
-            shadow, _ = self._nearest(self._fallen, np.flatnonzero(fresh))
-            code[shadow >= 0] = SHADOW
+            code[covered_pixels(self._fallen, self.scene.triangles[fresh], **self._size)] = SHADOW
         return code
 
     @cached_property
@@ -455,9 +454,8 @@ class Stage:
         points = self._points[self.scene.triangles[self._triangles]]
         points[..., 2] = self.scene.step[self._triangles, None]
         corners = np.arange(3 * len(points)).reshape(-1, 3)
-        _, last = nearest_triangles(
-            points.reshape(-1, 3), corners, width=self.frame.width_px, height=self.frame.height_px
-        )
+        last = nearness_map(points.reshape(-1, 3), corners, **self._size)
+        last = last.reshape(self._empty.shape)
         body = binary_fill_holes(last >= 0.0)
         return last, body & _grown(~body, body.shape[1]).reshape(body.shape)
 
