@@ -1,7 +1,7 @@
 """Write what is cut, and the plan of a job, into a folder: all that is proved afterwards."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,6 @@ from fabweave.job.map_builder import build_crossing_map
 from fabweave.job.ribbon_report import RibbonReport, ribbon_report
 from fabweave.mesh.io.text import obj_bytes
 from fabweave.options.settings import job_toml
-from fabweave.picture.model_files import woven_glb
 from fabweave.piece.split.length_curve import splitting_record
 from fabweave.plan.crossing_map import CrossingMap, CutRecord, LayerRecord
 from fabweave.plan.csv_tables import crossing_table, cut_list, station_table, stick_table
@@ -108,7 +107,7 @@ def write_plan(
         materials = [job.allotment.of_thread(piece.thread).material for piece in job.to_cut]
         write_service(directory / "service", job.to_cut, kinds, materials, machine)
     offcuts = offcut_records(job.offcuts, job.layout, job.allotment)
-    _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER)
+    written += _write_offcuts(job, offcuts, directory / OFFCUT_FOLDER, start)
     report = waste_report(
         job.to_cut,
         splitting_record(job.split_plan, job.piece_set.pieces, woven.labels),
@@ -132,8 +131,7 @@ def write_plan(
 
 def write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
     """Write one sheet as DXF and SVG."""
-    dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
-    (folder / f"{drawing.name}.dxf").write_bytes(dxf)
+    _write_dxf(folder, drawing, machine)
     svg = svg_text(
         drawing,
         colours=machine.preset,
@@ -141,6 +139,12 @@ def write_cuts(folder: Path, drawing: SheetDrawing, machine: MachineSettings) ->
         stroke_width_mm=machine.line_mm,
     )
     write_text(folder / f"{drawing.name}.svg", svg)
+
+
+def _write_dxf(folder: Path, drawing: SheetDrawing, machine: MachineSettings) -> None:
+    """Write one drawing as DXF."""
+    dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
+    (folder / f"{drawing.name}.dxf").write_bytes(dxf)
 
 
 def offcut_entries(job: Job) -> list[str]:
@@ -154,20 +158,22 @@ def offcut_entries(job: Job) -> list[str]:
     )
 
 
-def _write_offcuts(job: Job, records: Sequence[KeptOffcut], directory: Path) -> None:
-    """Draw what is worth keeping, if anything is, and list it as stock."""
-    if job.offcuts:
-        directory.mkdir()
-        for offcut in job.offcuts:
-            drawing = draw_offcut(offcut, job.layout.sheets[offcut.sheet])
-            machine = job.settings.machine
-            dxf = dxf_bytes(drawing, version=machine.dxf, colours=machine.preset)
-            (directory / f"{offcut.name}.dxf").write_bytes(dxf)
-        write_text(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
+def _write_offcuts(
+    job: Job, records: Sequence[KeptOffcut], directory: Path, start: Start
+) -> list[Callable[[], Any]]:
+    """Begin to draw what is worth keeping, if anything is, and list it as stock."""
+    if not job.offcuts:
+        return []
+    directory.mkdir()
+    write_text(directory / OFFCUT_STOCK, stock_text(records, offcut_entries(job)))
+    drawings = [draw_offcut(offcut, job.layout.sheets[offcut.sheet]) for offcut in job.offcuts]
+    return [start(_write_dxf, directory, drawing, job.settings.machine) for drawing in drawings]
 
 
 def _write_tables(job: Job, report: WasteReport, directory: Path) -> Preflight:
     """Write the model, the plan and its tables; see ``write_plan``."""
+    from fabweave.picture.model_files import woven_glb  # noqa: PLC0415 - it takes long to import
+
     woven = job.woven
     crossing_map = job_map(job)
     write_text(

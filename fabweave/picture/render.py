@@ -11,7 +11,13 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, 
 from fabweave.core.colour_space import Colours, bytes_of, light_of
 from fabweave.core.errors import InputError
 from fabweave.picture.camera import Frame, View, choose_view, frame_object
-from fabweave.picture.zbuffer import Planes, nearest_triangles, planes_through
+from fabweave.picture.zbuffer import (
+    Planes,
+    covered_pixels,
+    nearest_triangles,
+    nearness_map,
+    planes_through,
+)
 
 #: Where light comes from, as (right, up, towards the eye): over the left shoulder.
 _KEY = (-0.36, 0.74, 0.57)
@@ -33,6 +39,8 @@ _STEEPEST = 2.0
 _NARROWNESS = 1.5
 _DARKEST = 0.68
 _FAR_SHARE = 0.25
+#: So many rows of a picture are darkened at a time.
+_ROWS = 32
 #: Farther than anything in a picture, and small enough for single precision.
 _NOWHERE = 1e6
 
@@ -107,7 +115,7 @@ def key_shadow(
     scale = min(_SHADOW_PX, max(width, height)) / max(extent, 1e-9)
     shift = np.array([2.0, 2.0, 0.0]) - low * scale
     shape = (np.ceil(np.ptp(seen[:, :2], axis=0) * scale) + 5).astype(np.int64)
-    _, nearness = nearest_triangles(
+    nearness = nearness_map(
         seen * scale + shift, triangles, width=int(shape[0]), height=int(shape[1])
     )
     lit = places @ (axes.T * scale) + (shift - (0.5, 0.5, 0.0))
@@ -115,7 +123,7 @@ def key_shadow(
     corner = np.floor(lit[:, :2]).astype(np.int32)
     across, down = (lit[:, :2] - corner).T.astype(np.float32)
     pixel = corner[:, 1] * np.int32(shape[0]) + corner[:, 0]
-    flat = nearness.ravel().astype(np.float32)
+    flat = nearness.astype(np.float32)
     # A surface must not shade itself: it rises by its slope from one pixel of the map to the next.
     normal = facet_normals(seen, triangles)[:, 0]
     steep = np.linalg.norm(normal[:, :2], axis=1) / np.maximum(np.abs(normal[:, 2]), 0.01)
@@ -153,30 +161,32 @@ def narrow_places(nearness: FloatArray, reach_px: float) -> npt.NDArray[np.float
     # Nothing is as far as can be: it never darkens.
     shown = np.where(np.isfinite(nearness), nearness, -_NOWHERE).astype(np.float32)
     padded = np.pad(shown, edge, constant_values=-_NOWHERE)
+    aside = [
+        (round(share * reach_px * np.cos(turn)), round(share * reach_px * np.sin(turn)))
+        for ring, share in enumerate(_RADII)
+        for turn in np.pi * (np.arange(_DIRECTIONS) + ring / len(_RADII)) / _DIRECTIONS
+    ]
+    aside = [(x, y) for x, y in aside if x or y]
     dark = np.zeros((height, width), dtype=np.float32)
-    count = 0
-    for ring, share in enumerate(_RADII):
-        for step in range(_DIRECTIONS):
-            turn = np.pi * (step + ring / len(_RADII)) / _DIRECTIONS
-            x, y = round(share * reach_px * np.cos(turn)), round(share * reach_px * np.sin(turn))
-            if x == 0 and y == 0:
-                continue
+    # A few rows at a time stay in the processor's cache.
+    for top in range(0, height, _ROWS):
+        own, rows = shown[top : top + _ROWS], dark[top : top + _ROWS]
+        for x, y in aside:
             one, other = (
                 _rise(
                     padded[
-                        edge + sign * y : edge + sign * y + height,
+                        edge + top + sign * y : edge + top + sign * y + len(own),
                         edge + sign * x : edge + sign * x + width,
                     ]
-                    - shown,
+                    - own,
                     float(np.hypot(x, y)),
                     reach_px,
                 )
                 for sign in (1, -1)
             )
             one += other
-            dark += np.clip(one, 0.0, 1.0, out=one)
-            count += 1
-    dark *= _NARROWNESS / max(count, 1)
+            rows += np.clip(one, 0.0, 1.0, out=one)
+    dark *= _NARROWNESS / max(len(aside), 1)
     return np.asarray(1.0 - _DARKEST * np.minimum(dark, 1.0), dtype=np.float32)
 
 
@@ -185,7 +195,7 @@ def _rise(above: npt.NDArray[np.float32], away: float, reach_px: float) -> npt.N
     far = above > 4.0 * reach_px
     above *= np.float32(1.0 / away)
     np.clip(above, -_STEEPEST, _STEEPEST, out=above)
-    above[far] *= _FAR_SHARE
+    np.multiply(above, np.float32(_FAR_SHARE), out=above, where=far)
     return above
 
 
@@ -307,13 +317,12 @@ def _covered(
     pixels: FloatArray, triangles: IntArray, frame: Frame, coarser: int
 ) -> npt.NDArray[np.float32]:
     """Return 1 where a pixel of a coarser picture is covered, else 0."""
-    seen, _ = nearest_triangles(
+    return covered_pixels(
         pixels / coarser,
         triangles,
         width=-(-frame.width_px // coarser),
         height=-(-frame.height_px // coarser),
-    )
-    return (seen >= 0).astype(np.float32)
+    ).astype(np.float32)
 
 
 def _blurred(

@@ -1,15 +1,18 @@
 """Find which triangle each pixel shows: a z-buffer over arrays, without GPU or display."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value, offsets_of
+from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value, offsets_of
 
 _Places: TypeAlias = npt.NDArray[np.floating[Any]]
+
+#: Triangles, the pixels that they cover, and how near they are there.
+_Covered: TypeAlias = tuple[IntArray, IntArray, FloatArray]
 
 #: Covered pixels are compared in batches of about this many, which bounds the memory.
 _BATCH = 1_000_000
@@ -98,16 +101,66 @@ def nearest_triangles(
     >>> nearest_triangles(square, np.array([[0, 1, 2], [0, 2, 3]]), width=3, height=2)[0].tolist()
     [[0, 0, -1], [1, 0, -1]]
     """
-    nearness = np.full(width * height, -np.inf)
-    seen = np.full(width * height, -1, dtype=np.int32)
-    for batch, (triangle, pixel, near) in enumerate(_covered(points, triangles, width, height)):
-        # An earlier batch's triangle gives way only to a nearer one.
-        before = nearness[pixel] if batch else -np.inf
-        np.maximum.at(nearness, pixel, near)
-        wins = np.flatnonzero((near == nearness[pixel]) & (near > before))[::-1]
-        # The last write counts, so the first triangle of equals comes last.
-        seen[pixel[wins]] = triangle[wins]
-    return seen.reshape(height, width).astype(np.int64), nearness.reshape(height, width)
+    triangle, pixel, nearness = nearest_places(points, triangles, width=width, height=height)
+    seen = np.full(width * height, -1, dtype=np.int64)
+    seen[pixel] = triangle
+    return seen.reshape(height, width), nearness.reshape(height, width)
+
+
+def nearest_places(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return what :func:`nearest_triangles` does, with triangles only where there are any.
+
+    Returns
+    -------
+    triangle, pixel : (N,) int arrays
+        Pixels that are covered, and what is seen there. Where triangles are equally near, a pixel
+        comes more than once: at last with the first of them.
+    nearness : (height * width,) float array
+        That of each pixel.
+    """
+    parts = list(_covered(points, triangles, width, height))
+    nearness = _nearness(parts, width * height)
+    if not parts:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), nearness
+    triangle, pixel, near = _joined(parts)
+    wins = np.flatnonzero(near == nearness[pixel])[::-1]
+    return triangle[wins], pixel[wins], nearness
+
+
+def nearness_map(points: FloatArray, triangles: IntArray, *, width: int, height: int) -> FloatArray:
+    """Return how near :func:`nearest_triangles` finds each pixel, (height * width,)."""
+    return _nearness(_covered(points, triangles, width, height), width * height)
+
+
+def _nearness(parts: Iterable[_Covered], size: int) -> FloatArray:
+    """Return how near what covers each pixel is."""
+    nearness = np.full(size, -np.inf)
+    for number, (_, pixel, near) in enumerate(parts):
+        # The last write counts; what is nearer than that is written again, until nothing is.
+        above = np.flatnonzero(near > nearness[pixel]) if number else np.arange(len(pixel))
+        while len(above):
+            nearness[pixel[above]] = near[above]
+            above = above[near[above] > nearness[pixel[above]]]
+    return nearness
+
+
+def covered_pixels(
+    points: FloatArray, triangles: IntArray, *, width: int, height: int
+) -> BoolArray:
+    """Return which pixels show any triangle, (height, width); as of :func:`nearest_triangles`.
+
+    Examples
+    --------
+    >>> square = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0.0]])
+    >>> covered_pixels(square, np.array([[0, 1, 2]]), width=3, height=2).tolist()
+    [[True, True, False], [False, True, False]]
+    """
+    _, row, start, end = _row_spans(points[triangles], width, height)
+    size = width * height + 1
+    begun, ended = (np.bincount(row * width + column, minlength=size) for column in (start, end))
+    return np.asarray(np.cumsum(begun - ended)[:-1] > 0).reshape(height, width)
 
 
 def nearest_of_layers(
@@ -140,7 +193,7 @@ def nearest_of_layers(
     if not parts:
         none = np.empty(0, dtype=np.int64)
         return none, none, np.empty(0)
-    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    triangle, pixel, near = _joined(parts)
     # By pixel and layer; in a layer the nearest is first, and of equally near ones the first.
     rank = np.unique(near, return_inverse=True)[1]
     order = np.lexsort((-rank, layer[triangle], pixel))
@@ -154,7 +207,7 @@ def nearest_of_layers(
 
 def _covered(
     points: FloatArray, triangles: IntArray, width: int, height: int
-) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+) -> Iterator[_Covered]:
     """Yield triangles, the pixels that they cover and how near they are there, in batches."""
     corners = points[triangles]
     depth = planes_through(corners, corners[:, :, 2])
@@ -172,6 +225,14 @@ def _covered(
         near = np.repeat(slope[spans], count) * pixel
         near += np.repeat(begin[spans], count)
         yield np.repeat(triangle[spans], count), pixel, near
+
+
+def _joined(parts: list[_Covered]) -> _Covered:
+    """Return batches of what is covered as one."""
+    if len(parts) == 1:
+        return parts[0]
+    triangle, pixel, near = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return triangle, pixel, near
 
 
 def _batches(counts: IntArray) -> Iterator[tuple[int, int]]:

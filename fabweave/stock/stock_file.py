@@ -8,12 +8,10 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import shapely
-from ezdxf.document import Drawing
-from ezdxf.filemanagement import readfile
 
 from fabweave.core.arc_path import flattened
 from fabweave.core.arrays import FloatArray
@@ -30,6 +28,9 @@ from fabweave.stock.sheet_size import (
     parse_roll,
     parse_stock,
 )
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
 
 _CHORD_MM = 0.01  # how far chords may be from arcs
 _MOST_RINGS = 5_000
@@ -59,6 +60,8 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     InputError
         If it cannot be read, or draws none or more than one outline.
     """
+    from ezdxf.filemanagement import readfile  # noqa: PLC0415 - it takes long to import
+
     data = read_input(path, "the outline")
     if _END not in data[-_TAIL:]:
         raise InputError(
@@ -103,7 +106,7 @@ def read_outline(path: Path) -> tuple[FloatArray, list[FloatArray]]:
     return rings[order[0]], [rings[at] for at in order[1:] if polygons[at].area > 0.0]
 
 
-def _scale(document: Drawing, path: Path) -> float:
+def _scale(document: "Drawing", path: Path) -> float:
     """Return how many millimetres a unit of the drawing is long."""
     known = {0: 1.0, 1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0}
     unit = int(document.header.get("$INSUNITS", 0))

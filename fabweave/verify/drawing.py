@@ -167,16 +167,28 @@ class Shape:
         """How to name the shape in a finding."""
         return self.name if self.piece is None else f"{self.name} of piece {self.piece}"
 
-    @property
+    @cached_property
     def ring(self) -> Floats:
         """Its points and bulges, (N, 3)."""
         return np.column_stack([self.points, self.bulges])
 
-    @property
+    @cached_property
     def run(self) -> Floats:
         """Its points and bulges with its end: that of a closed one is its first point again."""
         ring = self.ring
         return np.concatenate([ring, ring[:1]]) if self.closed else ring
+
+    @cached_property
+    def traced(self) -> Floats:
+        """Points along it, the first repeated at the end of a closed one.
+
+        Circles and arcs become runs of short chords.
+        """
+        if self.radius is not None:
+            angles = np.linspace(0.0, 2.0 * np.pi, 73)
+            return self.points[0] + self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        run = self.run
+        return along(run[:, :2], run[:, 2])[0] if self.bulges.any() else run[:, :2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,15 +233,3 @@ class Drawing:
 def corners_apart(one: Floats, two: Floats) -> float:
     """Return the greatest distance of corresponding corners; infinite for unlike polygons."""
     return float(np.abs(one - two).max()) if one.shape == two.shape else np.inf
-
-
-def traced(shape: Shape) -> Floats:
-    """Return points along a shape, the first repeated at the end of a closed one.
-
-    Circles and arcs become runs of short chords.
-    """
-    if shape.radius is not None:
-        angles = np.linspace(0.0, 2.0 * np.pi, 73)
-        return shape.points[0] + shape.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    run = shape.run
-    return along(run[:, :2], run[:, 2])[0] if shape.bulges.any() else run[:, :2]

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from fabweave.verify.drawing import traced
-
 #: In parts of the height of a letter: the least gap between letters, and how alike they look.
 GAP, SAME = 0.21, 0.02
 #: How far strokes may be from the box that the map gives their label, millimetres.
@@ -12,7 +10,7 @@ SAME_MM = 0.02
 
 def letters_of(piece, labels, drawing):
     """Yield the text of each label, without spaces, and the strokes of its letters, one high."""
-    strokes = [traced(shape) for shape in drawing.of("ENGRAVE_LABEL", piece.id)]
+    strokes = [shape.traced for shape in drawing.of("ENGRAVE_LABEL", piece.id)]
     for label in labels:
         half = np.array(label["box_mm"]) / 2 + SAME_MM
         runs = [_in_box(piece, label, points) for points in strokes]

@@ -10,7 +10,7 @@ from sealing import told
 from spoiling import edit_json, put
 from verify_writers import dxf_text, svg_text, write_job, write_sheets
 
-from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area, traced
+from fabweave.verify.drawing import CHORDS_MM, ReadError, along, ring_area
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import path_runs, read_svg
 
@@ -184,6 +184,6 @@ def test_both_readers_read_one_arc(tmp_path):
     assert two.bulges.tolist() == pytest.approx(one.bulges.tolist(), abs=1e-6)
     assert two.points == pytest.approx(one.points)
     # To the right of the way up from (5, 1), and inside on the way back down from (1, 4).
-    dense = traced(one)
+    dense = one.traced
     assert dense[:, 0].max() == pytest.approx(5.0 + 0.3 * 1.5, abs=2 * CHORDS_MM)
     assert dense[:, 0].min() == 1.0

@@ -8,7 +8,7 @@ from slow import slow_but
 from spoiling import swap
 from verify_writers import dxf_text, sheet_shapes, svg_text
 
-from fabweave.verify.drawing import ReadError, traced
+from fabweave.verify.drawing import ReadError
 from fabweave.verify.read.dxf import read_dxf
 from fabweave.verify.read.svg import read_svg
 
@@ -329,8 +329,8 @@ def test_dxf_arcs_and_open_runs(tmp_path):
     drawing = read_dxf(path)
     (shape,) = drawing.shapes
     # A bulge of 1 is a half circle to the right of the chord, counter-clockwise.
-    assert traced(shape)[:, 1].min() == pytest.approx(-1.0)
-    assert traced(shape)[-1] == pytest.approx([2.0, 0.0])
+    assert shape.traced[:, 1].min() == pytest.approx(-1.0)
+    assert shape.traced[-1] == pytest.approx([2.0, 0.0])
 
 
 @pytest.mark.parametrize(

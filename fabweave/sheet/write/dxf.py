@@ -12,11 +12,9 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
-import ezdxf
 import numpy as np
-from ezdxf.document import Drawing
-from ezdxf.filemanagement import new
 
 from fabweave.core.arrays import FloatArray, offsets_of
 from fabweave.core.errors import InputError
@@ -30,6 +28,9 @@ from fabweave.sheet.drawing import (
     on_grid,
 )
 from fabweave.sheet.presets import Preset, preset_named
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
 
 #: The DXF versions that can be written, the default first.
 DXF_VERSIONS = ("R2010", "R2000", "R12")
@@ -74,6 +75,7 @@ def dxf_bytes(
 
     Examples
     --------
+    >>> import ezdxf
     >>> from fabweave.sheet.drawing import PieceDrawing
     >>> square = Polyline(Layer.CUT_OUTER, np.array([[0.0, 0], [9, 0], [9, 9], [0, 9]]), True)
     >>> sheet = SheetDrawing("sheet 1", 20.0, 10.0, (PieceDrawing("A1", (square,)),), ())
@@ -101,6 +103,8 @@ def dxf_bytes(
 @contextmanager
 def _fixed_metadata() -> Iterator[None]:
     """Keep dates and random ids out of the file, and ezdxf's remarks out of the log."""
+    import ezdxf  # noqa: PLC0415 - it takes long to import
+
     options = ezdxf.options  # type: ignore[attr-defined]  # documented, but not declared as public
     logger = logging.getLogger("ezdxf")
     before, level = options.write_fixed_meta_data_for_testing, logger.level
@@ -113,8 +117,10 @@ def _fixed_metadata() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _skeleton(drawing: SheetDrawing, version: str, preset: Preset | None) -> Drawing:
+def _skeleton(drawing: SheetDrawing, version: str, preset: Preset | None) -> "Drawing":
     """Return a document with header and layers, but without entities; None for layer 0 alone."""
+    from ezdxf.filemanagement import new  # noqa: PLC0415 - it takes long to import
+
     document = new(version, setup=False, units=_MILLIMETRES)
     document.header["$MEASUREMENT"] = 1
     if version != "R12":
@@ -200,7 +206,7 @@ def _bent(bulge: float) -> str:
 class _Writer:
     """Write entities as R2000 and later want them; ``mark`` is extended data to append."""
 
-    def __init__(self, document: Drawing, names: Mapping[Layer, str]) -> None:
+    def __init__(self, document: "Drawing", names: Mapping[Layer, str]) -> None:
         self.next_handle = document.entitydb.next_handle
         self._names = names
         self._owner = document.block_records.get("*Model_Space").dxf.handle

@@ -80,7 +80,9 @@ def former_pages(laid: Laid, scene: Scene, texts: Sequence[str]) -> FormerPages:
     frame = object_frame(points, triangles, view, _PX)
     plate, _ = scene.former_seen(frame, -1)
     ids = [one.id for one in laid.former.plates]
-    marks = [seen_mark(text, plate == number, frame) for number, text in enumerate(ids)]
+    marks = [
+        seen_mark(text, np.flatnonzero(plate == number), frame) for number, text in enumerate(ids)
+    ]
     return FormerPages(tuple(texts), tuple(pictures), tuple(filter(None, marks)), scene.leaving)
 
 

@@ -21,7 +21,12 @@ from fabweave.former.way_out import Leaving, leaving
 from fabweave.picture.camera import Frame, View, frame_object
 from fabweave.picture.render import facet_normals
 from fabweave.picture.surfaces import ribbon_triangles
-from fabweave.picture.zbuffer import nearest_triangles
+from fabweave.picture.zbuffer import (
+    covered_pixels,
+    nearest_places,
+    nearest_triangles,
+    nearness_map,
+)
 from fabweave.piece.development import PieceRungs, piece_stretches
 from fabweave.piece.piece import Piece
 from fabweave.plan.crossing_map import CrossingMap
@@ -266,21 +271,26 @@ class Painted:
 
 @frozen_value
 class Shown:
-    """What a picture shows, pixel by pixel.
+    """What a picture shows.
 
     Parameters
     ----------
     near : (height, width) float array
         How near it is, in pixels; minus infinity where there is nothing.
-    piece : (height, width) int array
-        What piece it is; -1 where there is none.
-    inner : (height, width) bool array
+    pixel, piece : (N,) int arrays
+        The pixels that show new pieces, row after row, and which.
+    inner : (N,) bool array
         Whether the inner face of that is seen.
     """
 
     near: FloatArray
+    pixel: IntArray
     piece: Numbers
     inner: BoolArray
+
+    def of(self, piece: int) -> IntArray:
+        """Return which pixels show a new piece."""
+        return self.pixel[self.piece == piece]
 
 
 def packed(pixels: Colours) -> Painted:
@@ -343,14 +353,16 @@ class Stage:
         self._points = frame.pixels(scene.points)
         inside = np.flatnonzero(_in_frame(self._points, scene.triangles, frame))
         # Where two pieces lap, they lie in one place: the new one is seen, so it is the first.
-        self._triangles = inside[np.argsort(-scene.step[inside], kind="stable")]
+        last = -scene.step[inside]
+        order = np.argsort(last, kind="stable")
+        self._triangles, self._last = inside[order], last[order]
         # The last of each is of pixels that show nothing.
         self._piece = np.append(scene.piece, -1).astype(np.int32)
-        self._inner = np.append(scene.normals @ frame.axes[2] < 0.0, False)
-        self._darkest = np.append(len(FIXED) + scene.palette.own[scene.piece] * _LEVELS, 0)
+        self._darkest = np.append(len(FIXED) + scene.palette.own[scene.piece] * _LEVELS, PAPER)
         self._tone = (self._darkest + np.append(_levels(scene, frame), 0)).astype(np.uint16)
-        shape = frame.height_px, frame.width_px
-        self._seen, self._near = np.full(shape, -1, dtype=np.int32), np.full(shape, -np.inf)
+        self._size = {"width": frame.width_px, "height": frame.height_px}
+        pixels = frame.height_px * frame.width_px
+        self._seen, self._near = np.full(pixels, -1), np.full(pixels, -np.inf)
         self._done = 0
 
     def paint(self, step: int, first_new: int, *, coming: bool) -> tuple[Painted, Shown]:
@@ -366,24 +378,34 @@ class Stage:
         self._add(self._done, first_new)
         covered, fresh, shown = self._add(first_new, step + 1)
         self._done = step + 1
-        seen, near = self._seen, self._near.copy()
-        new = flags(seen.size, shown).reshape(seen.shape)
-        ends = piece = self._piece[seen]
-        inner = self._inner[seen]
-        code = np.where(seen < 0, self._ground(step, first_new, coming=coming), self._tone[seen])
+        shape = self.frame.height_px, self.frame.width_px
+        seen, near, new = (
+            self._seen,
+            self._near.copy(),
+            np.flatnonzero(flags(self._seen.size, shown)),
+        )
+        code, ends = self._tone.take(seen), self._piece.take(seen)
+        if coming or self._table:
+            bare = seen < 0
+            code[bare] = self._ground(step, first_new, coming=coming).ravel()[bare]
         code[new] += len(THERE)
         if step + 1 < self.scene.leaving.until:
-            plate, board = self._former
+            plate, board = (each.ravel() for each in self._former)
             shut = board > near
-            code[shut], new[shut], inner[shut] = BOARD, False, False
-            ends = np.where(shut, len(self.scene.step_of_piece) + plate, piece)
-            piece, near = np.where(shut, -1, piece), np.maximum(near, board)
-        _draw_ends(code, ends, near, new)
+            code[shut], new = BOARD, new[~shut[new]]
+            ends[shut] = len(self.scene.step_of_piece) + plate[shut]
+            near = np.maximum(near, board)
+        _draw_ends(code, ends, near, new, self.frame.width_px)
         # A strip winds around the object: hatching shows where it goes on behind what is in front.
-        down, across = np.divmod(covered, seen.shape[1])
-        hatched = ~new.ravel()[covered] & ((down + across) % _HATCH_PX < _HATCH_LINE_PX)
-        code.ravel()[covered[hatched]] = self._darkest[fresh[hatched]] + len(THERE)
-        return packed_by_number(code, self.scene.palette.all), Shown(near, piece, inner)
+        down, across = np.divmod(covered, self.frame.width_px)
+        hatched = (down + across) % _HATCH_PX < _HATCH_LINE_PX
+        hatched &= ~flags(len(code), new)[covered]
+        code[covered[hatched]] = self._darkest[fresh[hatched]] + len(THERE)
+        triangle = seen[new]
+        inner = self.scene.normals[triangle] @ self.frame.axes[2] < 0.0
+        return packed_by_number(code.reshape(shape), self.scene.palette.all), Shown(
+            near.reshape(shape), new, self._piece[triangle], inner
+        )
 
     def _add(self, low: int, high: int) -> tuple[IntArray, IntArray, IntArray]:
         """Put what comes from one step on and before another in place.
@@ -395,25 +417,16 @@ class Stage:
         shown : (M,) int array
             Pixels that show it.
         """
-        begin, end = np.searchsorted(-self.scene.step[self._triangles], (1 - high, 1 - low))
+        begin, end = np.searchsorted(self._last, (1 - high, 1 - low))
         own = self._triangles[begin:end]
-        seen, near = (each.ravel() for each in self._nearest(self._points, own))
-        covered = np.flatnonzero(seen >= 0)
-        triangle, near = own[seen[covered]], near[covered]
-        all_seen, all_near = self._seen.ravel(), self._near.ravel()
-        wins = near >= all_near[covered]
-        shown = covered[wins]
-        all_near[shown], all_seen[shown] = near[wins], triangle[wins]
-        return covered, triangle, shown
-
-    def _nearest(self, points: FloatArray, triangles: IntArray) -> tuple[IntArray, FloatArray]:
-        """Return which of some triangles each pixel shows, and how near it is."""
-        return nearest_triangles(
-            points,
-            self.scene.triangles[triangles],
-            width=self.frame.width_px,
-            height=self.frame.height_px,
+        triangle, covered, near = nearest_places(
+            self._points, self.scene.triangles[own], **self._size
         )
+        triangle, near = own[triangle], near[covered]
+        wins = near >= self._near[covered]
+        shown = covered[wins]
+        self._near[shown], self._seen[shown] = near[wins], triangle[wins]
+        return covered, triangle, shown
 
     def _ground(self, step: int, first_new: int, *, coming: bool) -> Codes:
         """Return what is seen of the ground, and of what is to come."""
@@ -424,14 +437,13 @@ class Stage:
             code[outline] = GHOST
         if self._table:
             fresh = (self.scene.step >= first_new) & (self.scene.step <= step)
-            shadow, _ = self._nearest(self._fallen, np.flatnonzero(fresh))
-            code[shadow >= 0] = SHADOW
+            code[covered_pixels(self._fallen, self.scene.triangles[fresh], **self._size)] = SHADOW
         return code
 
     @cached_property
     def _empty(self) -> Codes:
         """The ground alone."""
-        code = np.full(self._seen.shape, PAPER, dtype=np.uint16)
+        code = np.full((self.frame.height_px, self.frame.width_px), PAPER, dtype=np.uint16)
         if self._table:
             code[table_lines(self.scene, self.frame)] = TABLE
         return code
@@ -442,11 +454,10 @@ class Stage:
         points = self._points[self.scene.triangles[self._triangles]]
         points[..., 2] = self.scene.step[self._triangles, None]
         corners = np.arange(3 * len(points)).reshape(-1, 3)
-        _, last = nearest_triangles(
-            points.reshape(-1, 3), corners, width=self.frame.width_px, height=self.frame.height_px
-        )
+        last = nearness_map(points.reshape(-1, 3), corners, **self._size)
+        last = last.reshape(self._empty.shape)
         body = binary_fill_holes(last >= 0.0)
-        return last, body & _grown(~body)
+        return last, body & _grown(~body, body.shape[1]).reshape(body.shape)
 
     @cached_property
     def _fallen(self) -> FloatArray:
@@ -499,37 +510,34 @@ def _levels(scene: Scene, frame: Frame) -> IntArray:
     return np.asarray(np.where(back, 0, 1 + steps))
 
 
-def _draw_ends(code: Codes, piece: Numbers, near: FloatArray, new: BoolArray) -> None:
+def _draw_ends(code: Codes, piece: Numbers, near: FloatArray, new: IntArray, width: int) -> None:
     """Draw lines along the ends of pieces and plates, and a white gap beside on what is beneath.
 
     So at each crossing the rails of the upper strand go through, and the lower one's are broken.
+    Pixels stand row after row, ``width`` to each.
     """
-    upper = np.zeros(piece.shape, dtype=bool)
-    lower = np.zeros(piece.shape, dtype=bool)
-    for axis in (0, 1):
-        one = tuple(slice(None, -1) if at == axis else slice(None) for at in (0, 1))
-        two = tuple(slice(1, None) if at == axis else slice(None) for at in (0, 1))
-        differ = piece[one] != piece[two]
-        first = differ & (near[one] >= near[two])
-        second = differ & ~first
-        upper[one] |= first
-        upper[two] |= second
-        lower[two] |= first
-        lower[one] |= second
-    upper &= piece >= 0
-    gap = _grown(lower) & ~upper & (piece >= 0)
-    code[gap] = PAPER
+    across = np.flatnonzero(piece[1:] != piece[:-1])
+    across = across[(across + 1) % width > 0]
+    down = np.flatnonzero(piece[width:] != piece[:-width])
+    one, two = np.append(across, down), np.append(across + 1, down + width)
+    first = near[one] >= near[two]
+    upper, lower = np.where(first, one, two), np.where(first, two, one)
+    upper = upper[piece[upper] >= 0]
+    gap = _grown(flags(len(piece), lower), width) & (piece >= 0)
+    gap[upper] = False
+    code[np.flatnonzero(gap)] = PAPER
     code[upper] = np.where(code[upper] == BOARD, GHOST, OUTLINE)
-    ends = upper & new
-    heavy = _grown(_grown(ends)) & new & ~gap
-    code[heavy] = BLACK
+    fresh = flags(len(piece), new)
+    ends = flags(len(piece), upper[fresh[upper]])
+    code[np.flatnonzero(_grown(_grown(ends, width), width) & fresh & ~gap)] = BLACK
 
 
-def _grown(mask: BoolArray) -> BoolArray:
-    """Return a mask with the pixels beside it, above and below."""
-    grown = mask.copy()
-    grown[1:] |= mask[:-1]
-    grown[:-1] |= mask[1:]
-    grown[:, 1:] |= mask[:, :-1]
-    grown[:, :-1] |= mask[:, 1:]
-    return grown
+def _grown(mask: BoolArray, width: int) -> BoolArray:
+    """Return a mask of rows of pixels with those beside it, above and below."""
+    rows = mask.reshape(-1, width)
+    grown = rows.copy()
+    grown[1:] |= rows[:-1]
+    grown[:-1] |= rows[1:]
+    grown[:, 1:] |= rows[:, :-1]
+    grown[:, :-1] |= rows[:, 1:]
+    return grown.ravel()

@@ -12,7 +12,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray, frozen_value
 from fabweave.picture.camera import Frame, View
 from fabweave.picture.zbuffer import nearest_of_layers
 from fabweave.plan.crossing_map import CrossingMap
-from fabweave.show.manual.painting import POINTS_PX, PX_MM, Numbers, Painted, Scene, Stage
+from fabweave.show.manual.painting import POINTS_PX, PX_MM, Painted, Scene, Shown, Stage
 
 #: Where a picture would have more names, what a piece meets is numbered in it.
 MOST_TAGS = 8
@@ -121,22 +121,22 @@ def on_page(pixels: FloatArray, frame: Frame) -> FloatArray:
     return np.asarray((flat * (1.0, -1.0) + (0.0, frame.height_px)) * POINTS_PX)
 
 
-def seen_mark(text: str, seen: BoolArray, frame: Frame) -> PictureLabel | None:
-    """Return the name of something near the middle of where it is seen, if it is seen."""
-    down, across = np.nonzero(seen)
-    if not len(down):
+def seen_mark(text: str, pixel: IntArray, frame: Frame) -> PictureLabel | None:
+    """Return the name of something near the middle of the pixels that show it, if any do."""
+    if not len(pixel):
         return None
+    down, across = np.divmod(pixel, frame.width_px)
     best = int(np.argmin((across - across.mean()) ** 2 + (down - down.mean()) ** 2))
     at = on_page(np.array([across[best] + 0.5, down[best] + 0.5]), frame)
     return PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=False)
 
 
-def new_mark(drawn: Drawn, frame: Frame, piece: Numbers, number: int) -> PictureLabel:
+def new_mark(drawn: Drawn, frame: Frame, shown: Shown, number: int) -> PictureLabel:
     """Return the name of a new piece, near the middle of what is seen of it."""
     text, line = drawn.pieces[number].id, drawn.scene.middle_line(number)
     at = on_page(frame.pixels(line)[len(line) // 2], frame)
     unseen = PictureLabel(text, "new", at, np.array([0.0, 1.0]), 0.0, hidden=True)
-    return seen_mark(text, piece == number, frame) or unseen
+    return seen_mark(text, shown.of(number), frame) or unseen
 
 
 def stations_of_half(count: int, half: int | None) -> range:
@@ -645,7 +645,7 @@ def _overview(
     painted, shown = stage.paint(steps[-1], steps[0], coming=early)
     new = [number for step in steps for number in drawn.new(step)]
     lines = np.concatenate([drawn.scene.middle_line(number) for number in new])
-    marks = tuple(new_mark(drawn, frame, shown.piece, number) for number in new)
+    marks = tuple(new_mark(drawn, frame, shown, number) for number in new)
     return Overview(painted, view, marks, on_page(frame.pixels(lines), frame))
 
 
@@ -705,7 +705,7 @@ def _close_up(
     painted, shown = stage.paint(at, at, coming=False)
     places = Places(drawn, frame, shown.near, at, half)
     marks = [
-        *(new_mark(drawn, frame, shown.piece, number) for number in drawn.new(at)),
+        *(new_mark(drawn, frame, shown, number) for number in drawn.new(at)),
         *places.neighbours(),
         *places.joints(),
         *places.starts(),
@@ -722,7 +722,7 @@ def _close_up(
         tuple(
             drawn.pieces[number].id
             for number in drawn.new(at)
-            if (shown.piece[shown.inner] == number).sum() > (shown.piece == number).sum() / 2.0
+            if 2 * shown.inner[own := shown.piece == number].sum() > own.sum()
         ),
         ratio,
         tuple(marks),

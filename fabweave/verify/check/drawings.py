@@ -18,8 +18,6 @@ from fabweave.verify.drawing import (
     Floats,
     Ints,
     Shape,
-    chords_of,
-    traced,
 )
 from fabweave.verify.measure.geometry import distances
 from fabweave.verify.read.job_files import READY, Job, required, sheet_drawings
@@ -93,7 +91,7 @@ def _check_clearance(piece: str, drawing: Drawing, place: Place) -> None:
     if not len(letters) or not outlines:
         return
     outline, *holes = (
-        shapely.Polygon(traced(shape)) if shape.radius or len(shape.points) > 2 else None
+        shapely.Polygon(shape.traced) if shape.radius or len(shape.points) > 2 else None
         for shape in (outlines[0], *drawing.of(HOLES, piece))
     )
     text = shapely.multilinestrings(letters[shapely.is_geometry(letters)])
@@ -296,9 +294,15 @@ def _side_distance(ring: Floats, wanted: Floats) -> float:
     """Return the largest distance of corresponding vertices, and of the tops of arcs over them."""
     if len(ring) != len(wanted):
         return float("inf")
+    after = np.roll(np.arange(len(ring)), -1)
+    return float(np.max(_offs(ring, wanted, after), initial=0.0))
+
+
+def _offs(ring: Floats, wanted: Floats, after: Ints) -> Floats:
+    """Return how far vertices, and the tops of arcs over them, are off; ``after`` is the next."""
     vertices = np.hypot(*(ring - wanted)[:, :2].T)
-    chords = np.hypot(*chords_of(wanted[:, :2]).T)
-    return float(np.max(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0, initial=0.0))
+    chords = np.hypot(*(wanted[after] - wanted)[:, :2].T)
+    return np.asarray(vertices + np.abs(ring[:, 2] - wanted[:, 2]) * chords / 2.0)
 
 
 def _check_holes(piece: Piece, shapes: Sequence[Shape], place: Place) -> None:
@@ -337,16 +341,24 @@ def compare_formats(drawing: Drawing, other: Drawing, place: Place) -> None:
 
 def shapes_apart(mine: Sequence[Shape], theirs: Sequence[Shape]) -> float:
     """Return the largest distance of shapes side by side; infinite for unlike ones."""
-    if len(mine) != len(theirs):
+    if [_kind_of(one) for one in mine] != [_kind_of(one) for one in theirs]:
         return float("inf")
-    return max((_apart(*pair) for pair in zip(mine, theirs, strict=True)), default=0.0)
+    if not mine:
+        return 0.0
+    ring, wanted = (np.concatenate([one.ring for one in shapes]) for shapes in (mine, theirs))
+    counts = [len(one.points) for one in mine]
+    wider = [
+        abs((one.radius or 0.0) - (two.radius or 0.0))
+        for one, two in zip(mine, theirs, strict=True)
+    ]
+    after = np.arange(1, len(ring) + 1)
+    after[np.cumsum(counts) - 1] -= counts
+    return float(np.max(_offs(ring, wanted, after) + np.repeat(wider, counts), initial=0.0))
 
 
-def _apart(one: Shape, two: Shape) -> float:
-    """Return the distance of two shapes from the first point on; infinite for unlike ones."""
-    if one.closed != two.closed or (one.radius is None) != (two.radius is None):
-        return float("inf")
-    return _side_distance(one.ring, two.ring) + abs((one.radius or 0.0) - (two.radius or 0.0))
+def _kind_of(shape: Shape) -> tuple[bool, bool, int]:
+    """Return what is the same of shapes that can be compared."""
+    return shape.closed, shape.radius is None, len(shape.points)
 
 
 _RANK = {"ENGRAVE_LABEL": 0, "ENGRAVE_MARK": 0, HOLES: 1, OUTLINES: 2}
@@ -409,31 +421,40 @@ def _check_inside(drawing: Drawing, place: Place) -> None:
     for (layer, name), shapes in drawing.groups.items():
         if layer != OUTLINES or len(shapes[0].points) < 3:
             continue
-        outline = shapely.make_valid(shapely.Polygon(traced(shapes[0])))
+        outline = shapely.make_valid(shapely.Polygon(shapes[0].traced))
         holes = drawing.of(HOLES, name)
         engraved = [one for each in ENGRAVE_LAYERS for one in drawing.of(each, name)]
         # Edge ticks may begin on the outline, whose points are rounded; a point is no line.
         wide = shapely.buffer(outline, SAME_MM)
         shapely.prepare(wide)
-        inside = [_holds(outline, hole) for hole in holes]
-        inside += shapely.covers(wide, lines_of(engraved)).tolist()
+        inside = [*_holds(outline, holes), *shapely.covers(wide, lines_of(engraved)).tolist()]
         place.count(len(inside))
         for shape, held in zip([*holes, *engraved], inside, strict=True):
             if not held:
                 place.fail(f"{shape.where} on {shape.layer} leaves the outline")
 
 
-def _holds(outline: shapely.Geometry, hole: Shape) -> bool:
-    """Return whether a hole or slot lies strictly inside an outline."""
-    whole = hole.radius is not None
-    cutout = shapely.Point(hole.points[0]) if whole else shapely.Polygon(traced(hole))
+def _holds(outline: shapely.Geometry, holes: Sequence[Shape]) -> list[bool]:
+    """Return which holes or slots lie strictly inside an outline."""
+    cutouts = np.array([
+        shapely.Polygon(hole.traced) if hole.radius is None else shapely.Point(hole.points[0])
+        for hole in holes
+    ], dtype=object)  # fmt: skip
+    edge = shapely.boundary(outline)
+    shapely.prepare([edge, outline])
     # Written so that NaN objects; a slot that crosses the border is not clear of it.
-    clear = shapely.distance(shapely.boundary(outline), cutout) > (hole.radius or 0.0)
-    return bool(clear and shapely.contains(outline, cutout))
+    clear = shapely.distance(edge, cutouts) > np.array([hole.radius or 0.0 for hole in holes])
+    return (clear & shapely.contains(outline, cutouts)).tolist()
 
 
 def lines_of(shapes: Sequence[Shape]) -> npt.NDArray[np.object_]:
     """Return shapes as lines; None for what is a point."""
-    runs = [traced(shape) for shape in shapes]
-    lines = [shapely.LineString(run) if len(run) > 1 else None for run in runs]
-    return np.array(lines, dtype=object)
+    runs = [shape.traced for shape in shapes]
+    counts = np.array([len(run) for run in runs], dtype=np.int64)
+    lines, long = np.full(len(runs), None), np.flatnonzero(counts > 1)
+    if len(long):
+        points = np.concatenate([runs[at] for at in long.tolist()])
+        lines[long] = shapely.linestrings(
+            points, indices=np.repeat(np.arange(len(long)), counts[long])
+        )
+    return lines

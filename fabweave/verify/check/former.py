@@ -21,7 +21,7 @@ import shapely
 
 from fabweave.verify.check.rim import check_side_sheet
 from fabweave.verify.crossing_map import FormerRecord, PlateRecord, WayRecord
-from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.drawing import ENGRAVE_LAYERS, HOLES, OUTLINES, Drawing, Floats
 from fabweave.verify.measure.nearness import facets
 from fabweave.verify.measure.walks import groups_of
 from fabweave.verify.read.job_files import FORMER, FORMER_RECORD, Job, required
@@ -115,10 +115,12 @@ def _read(record: PlateRecord, drawing: Drawing | None, place: Place) -> _Plate 
     place.expect(
         np.abs(axes @ axes.T - np.eye(2)).max() < 1e-9, "its axes are not of length 1, and square"
     )
-    area = shapely.Polygon(traced(lines[0]), [*map(traced, drawing.of(HOLES, record["id"]))])
+    area = shapely.Polygon(
+        lines[0].traced, [hole.traced for hole in drawing.of(HOLES, record["id"])]
+    )
     if not place.expect(area.is_valid, "its lines run through one another"):
         return None
-    ticks = [traced(one) for one in drawing.of(_TICKS, record["id"])]
+    ticks = [one.traced for one in drawing.of(_TICKS, record["id"])]
     frame = np.vstack((axes, np.cross(*axes)))
     return _Plate(record, area, ticks, np.array(record["origin"]), frame)
 

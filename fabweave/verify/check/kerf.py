@@ -13,7 +13,6 @@ from fabweave.verify.drawing import (
     Floats,
     Shape,
     ring_points,
-    traced,
 )
 from fabweave.verify.read.job_files import READY, Job, Ready, required
 from fabweave.verify.report import Place, Tally
@@ -148,7 +147,7 @@ def _check_runs(runs: list[Shape], ready: Ready, place: Place) -> bool:
 
 def _joined(runs: list[Shape]) -> Floats:
     """Return points along runs, one after another; what is between them is straight."""
-    return np.concatenate([traced(run) for run in runs])
+    return np.concatenate([run.traced for run in runs])
 
 
 def _check_offset(drawn: Floats, ring: Floats, outward_mm: float, place: Place) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from fabweave.verify.check.drawings import lines_of
-from fabweave.verify.drawing import NOTES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.drawing import NOTES, OUTLINES, Drawing, Floats
 from fabweave.verify.read.job_files import Job, sheet_drawings
 from fabweave.verify.report import Place, Tally
 
@@ -44,7 +44,7 @@ def _check_sheet(drawing: Drawing, outline: Floats, place: Place) -> None:
             place.fail(f"{shape.where} on {NOTES} is not within the sheet")
     strokes = lines[np.array([not shape.closed for shape in notes], dtype=bool)]
     pieces = np.array(
-        [shapely.make_valid(shapely.Polygon(traced(shape))) for shape in drawing.shapes
+        [shapely.make_valid(shapely.Polygon(shape.traced)) for shape in drawing.shapes
          if shape.layer == OUTLINES], dtype=object,
     )  # fmt: skip
     which, of = shapely.STRtree(pieces).query(strokes, predicate="intersects")

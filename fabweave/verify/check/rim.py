@@ -10,7 +10,7 @@ import shapely
 from fabweave.verify.check.drawings import compare_formats
 from fabweave.verify.check.sheets import check_gaps, check_room
 from fabweave.verify.crossing_map import CrossingMap
-from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats, traced
+from fabweave.verify.drawing import HOLES, OUTLINES, Drawing, Floats
 from fabweave.verify.read.job_files import RIM, RIM_RECORD, Job, required
 from fabweave.verify.read.mesh import LoadedMesh
 from fabweave.verify.report import Place, Tally
@@ -272,7 +272,7 @@ def _check_piece(job: Job, ring: dict[str, Any], piece: dict[str, Any], place: P
     place.expect(matched, "the drawing has other holes than the record")
     lines = drawing.of(OUTLINES, str(piece["id"]))
     if place.expect(len(lines) == 1 and lines[0].closed, "it has not one closed outline"):
-        _check_outline(ring, traced(lines[0]), flat_rim, holes, place)
+        _check_outline(ring, lines[0].traced, flat_rim, holes, place)
 
 
 def _check_outline(
@@ -341,7 +341,7 @@ def check_side_sheet(
     for problem in drawing.problems:
         place.fail(problem)
     shapes = [one for one in drawing.shapes if one.layer == OUTLINES]
-    polygons = np.array([shapely.Polygon(traced(one)) for one in shapes])
+    polygons = np.array([shapely.Polygon(one.traced) for one in shapes])
     names = [str(one.piece) for one in shapes]
     outline = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * size
     margin_mm, gap_mm = spacing

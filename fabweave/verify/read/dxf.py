@@ -70,10 +70,10 @@ def read_dxf(path: Path, layers: tuple[str, ...] = LAYERS) -> Drawing:
     for number, (kind, groups) in enumerate(_joined(_entities(sections["ENTITIES"])), start=1):
         first = dict(reversed(groups))
         name = f"{kind} {first.get(5) or number}"
-        for code, value in groups:
-            if code not in _GROUPS:
-                strange_groups.add(f"a group {code}, which may change how it is drawn")
-            elif code in _HELD and _number(value, name) not in _HELD[code][1]:
+        for code in {code for code, _ in groups} - _GROUPS:
+            strange_groups.add(f"a group {code}, which may change how it is drawn")
+        for code, value in {group for group in groups if group[0] in _HELD}:
+            if _number(value, name) not in _HELD[code][1]:
                 strange_groups.add(_HELD[code][0])
         if kind not in DRAWN:
             problems.append(f"{name} may not be in a cutting file")
@@ -104,21 +104,22 @@ def _shape(kind: str, name: str, groups: _Groups) -> Shape:
     # A POLYLINE's own point is none of its corners, which come after it.
     own = [at for at, (code, _) in enumerate(groups) if code == 0][:1] or [len(groups)]
     corners = groups[own[0] :] if kind == "POLYLINE" else groups
-    points: list[tuple[float, float]] = []
+    places: list[str] = []
     bulges: list[float] = []
     for (code, value), (after, other) in pairwise([*corners, (0, "")]):
         if code in (10, 11) and after == code + 10:
-            points.append((_number(value, name), _number(other, name)))
+            places += value, other
             bulges.append(0.0)
-        elif code == 42 and points:
+        elif code == 42 and bulges:
             bulges[-1] = _number(value, name)
         elif code in (10, 11, 42):
             raise ReadError(f"{name}: coordinates do not come in pairs, or a bulge before them")
-    if sum(code in (20, 21) for code, _ in corners) != len(points):
+    codes = [code for code, _ in corners]
+    if codes.count(20) + codes.count(21) != len(bulges):
         raise ReadError(f"{name}: coordinates do not come in pairs of x and y")
     radii = [_number(value, name) for code, value in groups if code == 40]
     least = 1 if kind == "CIRCLE" else 2
-    if len(points) < least or bool(radii) != (least == 1):
+    if len(bulges) < least or bool(radii) != (least == 1):
         raise ReadError(f"{name} has not the coordinates, or the radius, that it needs")
     # In our extended data.
     pieces = [two[1] for one, two in pairwise(groups) if one == (1001, APPID) and two[0] == 1000]
@@ -127,7 +128,7 @@ def _shape(kind: str, name: str, groups: _Groups) -> Shape:
         layer=first.get(8, ""),
         piece=pieces[0] if pieces else None,
         name=name,
-        points=np.array(points),
+        points=np.array([_number(place, name) for place in places]).reshape(-1, 2),
         bulges=np.array(bulges),
         closed=first.get(70) == "1",
         radius=radii[-1] if radii else None,
