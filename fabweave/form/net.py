@@ -187,14 +187,15 @@ class Local:
         And how that changes.
     levels : list of tuple of float arrays
         How inner frames follow the frames beside them: of each pair of pieces that were joined,
-        the inverse, the coupling, and the force of the frame between them.
+        the inverse, the coupling to the frame before and to the one after, and the force of the
+        frame between them.
     ends : (2, S, 6, 7) float array
         How an end moves with its body and its angle.
     """
 
     force: FloatArray
     matrix: FloatArray
-    levels: list[tuple[FloatArray, FloatArray, FloatArray]]
+    levels: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]
     ends: FloatArray
 
 
@@ -217,46 +218,47 @@ def local_system(
     piece turns.
     """
     spans, pieces = net.rest.shape[:2]
-    twist, own = strains(net, state)
+    twist, at = strains(net, state)
     stress = net.stiffness * (twist - net.rest)
-    change = np.concatenate(back_from(twist.reshape(-1, 6)), axis=2).reshape(spans, pieces, 6, 12)
-    force = np.einsum("smij,smi->smj", change, stress)
-    firm = net.stiffness[..., None] * change
-    matrix = np.einsum("smki,smkj->smij", firm, change, optimize=True)
+    begin, end = (one.reshape(spans, pieces, 6, 6) for one in back_from(twist.reshape(-1, 6)))
+    pull, push = _pulled(begin, stress), _pulled(end, stress)
+    # How a piece resists its start, its end, and each by the other.
+    firm = net.stiffness[..., None] * end
+    own, other = _turned_back(begin) @ (net.stiffness[..., None] * begin), _turned_back(end) @ firm
+    cross = _turned_back(begin) @ firm
     if stressed:
         # The second order of log(exp(-a) exp(twist) exp(b)), by Baker, Campbell and Hausdorff.
         bracket = _bracket(stress)
         more = bracket @ brackets(twist.reshape(-1, 6)).reshape(*twist.shape, 6)
-        more = more + np.swapaxes(more, 2, 3)
-        cross = -bracket / 2 - more / 6
-        matrix[..., :6, 6:] += cross
-        matrix[..., 6:, :6] += np.swapaxes(cross, 2, 3)
-        matrix[..., :6, :6] -= more / 12
-        matrix[..., 6:, 6:] -= more / 12
+        more = (more + _turned_back(more)) / 12
+        cross -= bracket / 2 + 2 * more
+        own -= more
+        other -= more
 
-    levels: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    levels: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     diagonal = np.diag(damping)
-    while matrix.shape[1] > 1:
-        one, two = matrix[:, ::2], matrix[:, 1::2]
-        middle = np.asarray(np.linalg.inv(one[..., 6:, 6:] + two[..., :6, :6] + diagonal))
-        beside = np.concatenate([one[..., 6:, :6], two[..., :6, 6:]], axis=-1)
-        pull = force[:, ::2, 6:] + force[:, 1::2, :6]
-        levels.append((middle, beside, pull))
-        joined = np.zeros_like(one)
-        joined[..., :6, :6], joined[..., 6:, 6:] = one[..., :6, :6], two[..., 6:, 6:]
-        follow = middle @ beside
-        matrix = joined - np.swapaxes(beside, 2, 3) @ follow
-        force = np.concatenate([force[:, ::2, :6], force[:, 1::2, 6:]], axis=-1)
-        force = force - np.einsum("smij,smi->smj", follow, pull)
-    matrix, force = matrix[:, 0], force[:, 0]
+    while own.shape[1] > 1:
+        middle = np.asarray(np.linalg.inv(other[:, ::2] + own[:, 1::2] + diagonal))
+        before, after = _turned_back(cross[:, ::2]), cross[:, 1::2]
+        between = push[:, ::2] + pull[:, 1::2]
+        levels.append((middle, before, after, between))
+        follow, lead = middle @ before, middle @ after
+        own = own[:, ::2] - cross[:, ::2] @ follow
+        other = other[:, 1::2] - _turned_back(after) @ lead
+        cross = -(cross[:, ::2] @ lead)
+        pull, push = pull[:, ::2] - _pulled(follow, between), push[:, 1::2] - _pulled(lead, between)
 
     ends = np.zeros((2, spans, 6, 7))
     unit = Frames(np.zeros((2 * spans, 3)), np.broadcast_to(np.eye(3), (2 * spans, 3, 3)))
-    ends[..., :6] = adjoint(unit.seen_from(own)).reshape(2, spans, 6, 6)
+    ends[..., :6] = adjoint(unit.seen_from(at)).reshape(2, spans, 6, 6)
     ends[..., 5, 6] = (net.turns >= 0).T
-    whole = np.zeros((spans, 12, 14))
-    whole[:, :6, :7], whole[:, 6:, 7:] = ends
-    result = np.einsum("ski,skl,slj->sij", whole, matrix, whole, optimize=True)
+    start, last = ends
+    result = np.empty((spans, 14, 14))
+    result[:, :7, :7] = _turned_back(start) @ own[:, 0] @ start
+    result[:, 7:, 7:] = _turned_back(last) @ other[:, 0] @ last
+    result[:, :7, 7:] = _turned_back(start) @ cross[:, 0] @ last
+    result[:, 7:, :7] = _turned_back(result[:, :7, 7:])
+    force = np.concatenate([pull[:, 0], push[:, 0]], axis=1)
     # A turn after a motion is not the motion after the turn.
     for side in (0, 1) if stressed else ():
         swing = 0.5 * _bracket(force[:, 6 * side : 6 * side + 6])[..., 5]
@@ -264,7 +266,23 @@ def local_system(
         begin = 7 * side
         result[:, begin : begin + 6, begin + 6] += cross
         result[:, begin + 6, begin : begin + 6] += cross
-    return Local(np.einsum("ski,sk->si", whole, force), result, levels, ends)
+    felt = [_pulled(ends[side], force[:, 6 * side : 6 * side + 6]) for side in (0, 1)]
+    return Local(np.concatenate(felt, axis=1), result, levels, ends)
+
+
+def _turned_back(matrices: FloatArray) -> FloatArray:
+    """Return transposed matrices, (..., N, M)."""
+    return np.swapaxes(matrices, -1, -2)
+
+
+def _pulled(change: FloatArray, force: FloatArray) -> FloatArray:
+    """Return forces, (..., M), as what changes them feels them."""
+    return np.asarray(np.einsum("...i,...ij->...j", force, change))
+
+
+def _moved(change: FloatArray, step: FloatArray) -> FloatArray:
+    """Return how steps, (..., N), move what goes with them."""
+    return np.asarray(np.einsum("...ij,...j->...i", change, step))
 
 
 def inner_steps(local: Local, step: FloatArray) -> FloatArray:
@@ -272,14 +290,12 @@ def inner_steps(local: Local, step: FloatArray) -> FloatArray:
 
     ``step`` is (S, 14), as forces are.
     """
-    first = np.einsum("sij,sj->si", local.ends[0], step[:, :7])
-    last = np.einsum("sij,sj->si", local.ends[1], step[:, 7:])
-    nodes = np.stack([first, last], axis=1)
-    for middle, beside, pull in reversed(local.levels):
-        both = np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2)
-        wanted = pull + np.einsum("smij,smj->smi", beside, both)
-        between = -np.einsum("smij,smj->smi", middle, wanted)
+    nodes = np.stack(
+        [_moved(local.ends[0], step[:, :7]), _moved(local.ends[1], step[:, 7:])], axis=1
+    )
+    for middle, before, after, between in reversed(local.levels):
+        wanted = between + _moved(before, nodes[:, :-1]) + _moved(after, nodes[:, 1:])
         grown = np.empty((len(nodes), 2 * nodes.shape[1] - 1, 6))
-        grown[:, ::2], grown[:, 1::2] = nodes, between
+        grown[:, ::2], grown[:, 1::2] = nodes, -_moved(middle, wanted)
         nodes = grown
     return nodes[:, 1:-1].reshape(-1, 6)
