@@ -137,7 +137,7 @@ _LIMIT = 4.0
 _MET = math.log(1.25)
 #: So many hours are an evening's work, at worst; a point goes for twice as many, and for such a
 #: share of the faces that are left open.
-EVENING_H, _OPENED = 6.0, 0.02
+EVENING_H, _OPENED = 6.0, 0.04
 #: The rank of what cannot be built.
 UNBUILT = (8, math.inf)
 #: A design of this grade or more is good: of those, one is taken where no wish can be met.

@@ -26,8 +26,9 @@ EASY_MM, _NARROW_SHARE = 6.0, 0.1
 #: From crossing to crossing, the turn of a strip may change by so many degrees: an arc is as good
 #: as a straight line. A point goes for so many more, and a place with so many is named.
 _SMOOTH_DEG, _KINK_DEG, _KINKED_DEG = 5.0, 5.0, 30.0
-#: The woven mesh may be such a share of the size off its model; a point goes for as much again.
-_NEAR = 0.004
+#: The woven mesh may be such a share of the size off its model; a point goes for so much more: at a
+#: hundredth it is hardly the model.
+_NEAR, _OFF = 0.004, 0.002
 #: Under its own weight and load it may sag by such a share of its size; a point goes for as much
 #: again: by the same share, what settles keeps its form. To the eye, a hundredth is a dent.
 _SAGS = BOUND
@@ -208,7 +209,7 @@ def _lost(
     )
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
-        yield lose("likeness", like.loss / _NEAR - 1, text, _SPOILS)
+        yield lose("likeness", (like.loss - _NEAR) / _OFF, text, _SPOILS)
         limbs = sum(min((share - SHORT) / _LOST, 1.0) for share in like.short.values())
         text = agree(len(like.short), "{n} [limb is|limbs are] lost or cut short")
         yield lose("limbs", limbs, text, _SPOILS)
