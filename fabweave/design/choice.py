@@ -282,12 +282,11 @@ def _other_densities(
         # No more than a finer and a quicker one are wanted beside it.
         yield [mesh(kind, finer), mesh(kind, coarser)]
     else:
-        # Where limbs are cut short, what is coarser cuts more of them.
-        short = best is not None and best.short
         ways = [] if _is_good(search, _GOOD) else _likely(search, able)
         others = [mesh(way, coarser if best is None else between) for way in ways]
-        other = mesh(kind, float(np.sqrt(first * between)) if short else coarser)
-        yield [mesh(kind, between), *others, mesh(kind, finer), other]
+        # Where limbs are cut short, what is coarser cuts more of them.
+        quicker = [] if best is not None and best.short else [mesh(kind, coarser)]
+        yield [mesh(kind, between), *others, mesh(kind, finer), *quicker]
     if _is_good(search, _GOOD):
         return
     best, likely = next(iter(search.ranked), None), _likely(search, able)
