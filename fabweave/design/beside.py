@@ -82,7 +82,7 @@ def beside(asked: Settings, tried: Sequence[Tried], wishes: Wishes) -> list[Sett
         mended = [list(_mended(asked, one)) for one in missed[:_NEAREST]]
         found = [
             *_wrapped(asked, tried),
-            *(one for good in built for one in _denser(asked, good.design, _BESIDE)),
+            *(one for good in built for one in denser(asked, good.design, _BESIDE)),
             *(one for good in built for one in _narrower(asked, good.design)),
             # The first remedy of each, then the second of each.
             *filter(None, chain.from_iterable(zip_longest(*mended))),
@@ -112,7 +112,7 @@ def density(design: Settings) -> tuple[str, int]:
     return wanted.kind, wanted.count or 0
 
 
-def _denser(asked: Settings, design: Settings, factors: Sequence[float]) -> Iterator[Settings]:
+def denser(asked: Settings, design: Settings, factors: Sequence[float]) -> Iterator[Settings]:
     """Yield a design on meshes with so many times the faces, if their number is left open."""
     kind, count = density(design)
     if asked.mesh.remesh is None and asked.mesh.refine is None and count:
@@ -134,7 +134,7 @@ def _rounder(asked: Settings, design: Settings) -> Iterator[Settings]:
         yield design.but(fair=STEPS)
     kind, count = density(design)
     if kind == "quads" and design.mesh.refine is None and count >= _FOLD * _LEAST_FACES:
-        for coarse in _denser(asked, design, [1.0 / _FOLD]):
+        for coarse in denser(asked, design, [1.0 / _FOLD]):
             yield coarse.but(refine=_SCHEME)
 
 
@@ -146,11 +146,11 @@ def _mended(asked: Settings, tried: Tried) -> Iterator[Settings]:
     if rules & _UNEVEN:
         yield from _rounder(asked, design)
     if rules - {"twist"}:
-        yield from _denser(asked, design, [_COARSER])
+        yield from denser(asked, design, [_COARSER])
     if density(design)[0] != "triangles" and asked.weave.pattern == design.weave.pattern == "plain":
         yield design.but(pattern="twill")
     if "width" not in rules:
-        yield from _denser(asked, design, [_FINER])
+        yield from denser(asked, design, [_FINER])
 
 
 def _wrapped(asked: Settings, tried: Sequence[Tried]) -> Iterator[Settings]:
@@ -192,7 +192,7 @@ def _nearer(
             for name in off
             if name in _POWER
         ]
-        yield from _denser(asked, best, factors)
+        yield from denser(asked, best, factors)
     if asked.pieces.max_length_mm is None:
         yield from _split(asked, best, figures, off, values)
     if off or near.verdict.reasons:

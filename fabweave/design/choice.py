@@ -1,6 +1,6 @@
 """Choose the mesh on which a job is woven: the model's own, or a coarser one of its surface."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 from types import MappingProxyType
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 
 from fabweave.core.errors import CannotMakeError, TooFineError
 from fabweave.core.messages import agree
-from fabweave.design.beside import density, near_rounds, why_few
+from fabweave.design.beside import denser, density, near_rounds, why_few
 from fabweave.design.search import Search
 from fabweave.design.tried import MOST_CROSSINGS, Tried
 from fabweave.design.variety import (
@@ -22,6 +22,7 @@ from fabweave.design.variety import (
     variety,
 )
 from fabweave.design.wishes import score
+from fabweave.job.cures import stands_as_made
 from fabweave.job.stations import Stations
 from fabweave.mesh.check import check_mesh, faces_text
 from fabweave.mesh.leave_out import parse_leave_out
@@ -49,8 +50,9 @@ _TRIANGLES = 0.6
 #: be woven, or of another, but for a finer and a quicker one beside it; in the first rounds; and in
 #: those after them.
 _OWN, _FINE, _GOOD = 7.0, 8.0, 5.0
-#: What is sure to be so many points behind the best is no choice.
-_BEHIND = 1.0
+#: What is sure to be so many points behind the best is no choice. A kind of mesh of which none
+#: comes nearer is tried no more; of the best kind, meshes of so many times its faces are.
+_BEHIND, _HOPELESS, _BESIDE = 1.0, 3.0, (1.25, 0.8)
 #: So many of the meshes are planned closely, the best first, until one can be built.
 _CLOSELY = 4
 #: Of what cannot be built, so many designs are tried at first, and so many that can are told.
@@ -117,15 +119,26 @@ def choose_mesh(
     search.run(mesh_rounds(search, job.loaded, own=not unfit), behind=_BEHIND)
     # Nothing that breaks conditions takes the place of an exact twill.
     ranked = sorted(search.ranked, key=lambda one: not _is_exact(one))
+    fallen: list[Choice] = []
     for one in islice(ranked, _CLOSELY):
+        if one.soft and fallen:
+            break
         own = one.design == job.asked
         taken = job if own else job.instead(one.design).know(loaded=one.loaded)
         try:
             _ = taken.buildable
         except (NotMakeableError, TooFineError):
             continue
-        why = "" if own else told(job.loaded, one, unfit or _fares(search))
-        return Choice(taken, why, beside_it(search, one))
+        # What is foretold of what goes far is near the truth at best.
+        falls = one.unsure and not stands_as_made(taken)
+        found = one.fallen if falls else one
+        why = "" if own else told(job.loaded, found, unfit or _fares(search))
+        choice = Choice(taken, why, beside_it(search, one))
+        if not falls:
+            return choice
+        fallen.append(choice)
+    if fallen:
+        return fallen[0]
     if unfit:
         ways = f". {why_few(search)}" if advise else ""
         raise CannotMakeError(f"{_own(job.loaded)} {unfit}, and no other can be built{ways}")
@@ -243,28 +256,51 @@ def mesh_rounds(
         yield [mesh(way, first) for way in ways]
         if _is_good(search, _FINE):
             return
-    coarser, between = first / _COARSER, float(np.sqrt(first * finer))
     best = next(iter(search.ranked), None)
     if best is not None:
         bodies = best.design.mesh.bodies
     able = [way for way in ways if _made(search, way)]
     # What has no grid at all has no finer one either; another remesher may do.
     able = able or [way for way in ways if way != "grid"] or ways
-    kind = (density(best.design)[0] if best is not None else "") or able[0]
-    others = [way for way in able if way != kind and best is None]
-    # Beside what is fine already, no more than a finer and a quicker one are wanted.
-    numbers = (finer, coarser) if _is_good(search, _OWN) else (between, finer, coarser)
-    yield [*(mesh(kind, number) for number in numbers), *(mesh(way, coarser) for way in others)]
-    if _is_good(search, _GOOD):
-        return
     # Limbs and horns are lost where strips are as wide as they are.
     finest = float(np.sqrt(finer * min(slender, _MOST)))
+    yield from _other_densities(search, mesh, able, (first, finer, finest))
+
+
+def _other_densities(
+    search: Search,
+    mesh: Callable[[str, float], Settings],
+    able: list[str],
+    numbers: tuple[float, float, float],
+) -> Iterator[list[Settings]]:
+    """Yield finer and coarser meshes than the first: of the better kind, then of others, too."""
+    first, finer, finest = numbers
+    coarser, between = first / _COARSER, float(np.sqrt(first * finer))
+    best = next(iter(search.ranked), None)
+    kind = (density(best.design)[0] if best is not None else "") or able[0]
+    if _is_good(search, _OWN):
+        # No more than a finer and a quicker one are wanted beside it.
+        yield [mesh(kind, finer), mesh(kind, coarser)]
+    else:
+        ways = [] if _is_good(search, _GOOD) else _likely(search, able)
+        others = [mesh(way, coarser if best is None else between) for way in ways]
+        # Where limbs are cut short, what is coarser cuts more of them.
+        quicker = [] if best is not None and best.short else [mesh(kind, coarser)]
+        yield [mesh(kind, between), *others, mesh(kind, finer), *quicker]
+    if _is_good(search, _GOOD):
+        return
+    best, likely = next(iter(search.ranked), None), _likely(search, able)
+    if best is None:
+        near = [mesh("triangles", coarser), mesh(kind, coarser / _COARSER)]
+    else:
+        # By a little luck, another mesh of about as many faces is a better one.
+        whole = best.design.but(leave_out=search.asked.mesh.leave_out)
+        near = list(denser(search.asked, whole, _BESIDE))
     yield [
-        *(mesh(way, between) for way in able if way != kind),
-        *(mesh(way, number) for way in able if way == "quads" for number in (finer, finest)),
+        *near,
+        *(mesh(way, number) for way in likely for number in (between, finer)),
+        *(mesh(way, finest) for way in likely if way == "quads"),
         mesh("triangles", first),
-        mesh("triangles", coarser),
-        mesh(kind, coarser / _COARSER),
     ]
 
 
@@ -289,7 +325,8 @@ def _is_open(model: LoadedMesh) -> bool:
 def _is_good(search: Search, least: float) -> bool:
     """Tell whether the best that was tried is good enough."""
     best = next(iter(search.ranked), None)
-    return best is not None and best.like and not best.daunting and score(best) >= least
+    fit = best is not None and best.like and not best.daunting and not best.soft
+    return best is not None and fit and score(best) >= least
 
 
 def _is_exact(one: Tried) -> bool:
@@ -298,19 +335,33 @@ def _is_exact(one: Tried) -> bool:
     return twill and one.loaded is not None and ring_rows(one.loaded.halfedges) is not None
 
 
+def _likely(search: Search, ways: Sequence[str]) -> list[str]:
+    """Return the kinds of meshes of which the best is not far behind the best of all."""
+    found = dict.fromkeys(ways, -np.inf)
+    for one in search.ranked:
+        way = density(one.design)[0]
+        if way in found:
+            found[way] = max(found[way], score(one))
+    least = max(found.values(), default=0.0) - _HOPELESS
+    return [way for way in ways if found[way] >= least]
+
+
 def _made(search: Search, way: str) -> bool:
     """Tell whether a way made any mesh."""
     return any(one.loaded is not None for one in search.tried if density(one.design)[0] == way)
 
 
 def beside_it(search: Search, chosen: Tried) -> Mapping[str, Tried]:
-    """Return the next best that were tried: one that is finer, and one that is quicker."""
+    """Return the next best that were tried: one that is finer, and one that is quicker.
+
+    Where limbs are cut short, even one that daunts is told: it may keep them.
+    """
     mine, found = chosen.figures, dict[str, Tried]()
     if mine is None:
         return found
     for one in search.ranked:
         other = one.figures
-        if other is None or not one.like or one.daunting:
+        if other is None or not one.like or one.soft or (one.daunting and not chosen.short):
             continue
         if other.crossings > _MORE * mine.crossings:
             found.setdefault("finer", one)

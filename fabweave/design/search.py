@@ -11,22 +11,12 @@ from fabweave.core.parallel.executors import Executors, finished, here
 from fabweave.design.tried import Tried, try_design
 from fabweave.design.variety import is_free, name_of
 from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank, score
-from fabweave.job.stations import Stations, given_by
+from fabweave.job.stations import Stations, given_by, remeshed_by
 from fabweave.mesh.given import GivenMesh
 from fabweave.mesh.load import LoadedMesh
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.settings import MeshSettings
 from fabweave.options.settings import Settings
-from fabweave.options.table import option_of_field
-
-#: What a search changes that comes after the remeshing, each as it is by default.
-_LATER: dict[str, Any] = {
-    name: option_of_field(name).default_value
-    for name in (
-        "refine", "fair", "pattern", "material", "thickness_mm", "gap_mm", "width",
-        "max_length_mm", "prefer",
-    )
-}  # fmt: skip
 
 #: Told of each design.
 Told: TypeAlias = Callable[[Tried], None]
@@ -120,7 +110,8 @@ class Search:
         """
         for some in rounds:
             best = next(iter(self.ranked), None)
-            least = -math.inf if best is None or not best.like else score(best) - behind
+            sure = best is not None and best.like and not best.soft
+            least = score(best) - behind if best is not None and sure else -math.inf
             self.add(some, least=least)
             if self.stopped:
                 break
@@ -190,19 +181,15 @@ class Search:
     ) -> dict[str, tuple[Settings, Any]]:
         """Return the designs whose mesh is known, with it, or that are the first of theirs."""
         known = {
-            self._mesh_of(one.design): one.loaded.remeshed
+            remeshed_by(one.design): one.loaded.remeshed
             for one in (*self._known.values(), *found.values())
             if one.loaded is not None
         }
         now: dict[str, tuple[Settings, Any]] = {}
-        begun: set[str] = set()
+        begun: set[Any] = set()
         for name, one in left.items():
-            mesh = self._mesh_of(one)
+            mesh = remeshed_by(one)
             if one.mesh.remesh is None or mesh in known or mesh not in begun:
                 now[name] = one, known.get(mesh)
                 begun.add(mesh)
         return now
-
-    def _mesh_of(self, design: Settings) -> str:
-        """Return what a design remeshes its model to: only later steps may differ."""
-        return name_of(design.but(**_LATER, leave_out=self.asked.mesh.leave_out), self.asked)

@@ -44,6 +44,8 @@ _OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 #: What is farther off in the mean, as a share of its size, is hardly the model, however well it is
 #: built.
 _POOR = 0.01
+#: What is foretold to go farther than this share of what collapses is let go, to be sure.
+_UNSURE = 0.4
 #: Strips narrower than that, and more crossings, are not taken unasked: nobody begins with that.
 _LEAST_MM, MOST_CROSSINGS = 5.0, 1000
 
@@ -104,12 +106,32 @@ class Tried:
         return like is None or like.loss <= _POOR
 
     @property
+    def short(self) -> bool:
+        """Whether limbs of the model are cut short."""
+        like = self.loaded.likeness if self.loaded is not None else None
+        return like is not None and bool(like.short)
+
+    @property
     def daunting(self) -> bool:
         """Whether its strips are too narrow, or its crossings too many, to be taken unasked."""
         figures = self.figures
         return figures is not None and (
             figures.median_mm < _LEAST_MM or figures.crossings > MOST_CROSSINGS
         )
+
+    @property
+    def unsure(self) -> bool:
+        """Whether it is foretold to go so far that it may collapse, and to stand."""
+        figures = self.figures
+        if figures is None or figures.form_mm is None or self.loaded is None or self.soft:
+            return False
+        size_mm = float(np.ptp(self.loaded.mesh.vertices, axis=0).max())
+        return not self.daunting and figures.form_mm > _UNSURE * STANDS * size_mm
+
+    @property
+    def fallen(self) -> "Tried":
+        """The same, once it is known to collapse when it is let go."""
+        return replace(self, verdict=_fallen(self.verdict))
 
     @property
     def opened(self) -> float:

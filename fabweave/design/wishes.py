@@ -137,11 +137,9 @@ _LIMIT = 4.0
 _MET = math.log(1.25)
 #: So many hours are an evening's work, at worst; a point goes for twice as many, and for such a
 #: share of the faces that are left open.
-EVENING_H, _OPENED = 6.0, 0.02
-#: So many points go for what does not stand by itself: it needs a former that stays.
-_SOFT = 2.0
+EVENING_H, _OPENED = 6.0, 0.04
 #: The rank of what cannot be built.
-UNBUILT = (4, math.inf)
+UNBUILT = (8, math.inf)
 #: A design of this grade or more is good: of those, one is taken where no wish can be met.
 GOOD = 5.0
 
@@ -196,10 +194,11 @@ def rank(tried: Tried, wishes: Wishes) -> tuple[int, float]:
 
     First come those that meet all wishes, good ones before others. Where a wish cannot be met, what
     is nearest is often what is worst: then all that are good come before those that are not. Where
-    nothing is wished for, those that are like the model and do not daunt go first, by their score.
+    nothing is wished for, those that are like the model and do not daunt go first, and of these
+    those that stand by themselves; then the score counts.
     """
     if not wishes and (tried.makeable or tried.soft):
-        return 2 * tried.daunting + (not tried.like), -score(tried)
+        return 4 * tried.daunting + 2 * (not tried.like) + tried.soft, -score(tried)
     away = distance(tried, wishes)
     if tried.figures is None or math.isinf(away):
         return UNBUILT
@@ -214,16 +213,15 @@ def rank(tried: Tried, wishes: Wishes) -> tuple[int, float]:
 def score(tried: Tried) -> float:
     """Return how good a design is that can be built, beside others of its model.
 
-    It is the grade that the maker reads; faces that are left open, more than an evening's work, and
-    that it does not stand by itself, take points from it.
+    It is the grade that the maker reads; faces that are left open, and more than an evening's work,
+    take points from it.
     """
     figures = tried.figures
     if figures is None or figures.points_lost is None:
         return 0.0
     hours = max(figures.hours or (0.0,))
     late = math.log2(max(hours / EVENING_H, 1.0))
-    soft = _SOFT if tried.soft else 0.0
-    return BEST - figures.points_lost - tried.opened / _OPENED - late - soft
+    return BEST - figures.points_lost - tried.opened / _OPENED - late
 
 
 def values_text(figures: Figures, wishes: Wishes) -> str:

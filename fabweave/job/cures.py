@@ -71,11 +71,11 @@ def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None)
     for some in (here, iter(_on_other_meshes(planned, asked))):
         for changes in islice(some, _MOST_PLANNED):
             roughly = begun.instead(tried.but(**changes))
-            if not _stands_as_made(roughly, _ABOUT):
+            if not stands_as_made(roughly):
                 continue
             # As it would be made: strips that are moved settle otherwise, and rest comes late.
             made = Stations(asked.but(**changes), given, remeshed=roughly.loaded.remeshed)
-            if _stands_as_made(made, Closely()):
+            if stands_as_made(made, Closely()):
                 return f"{changed_options(asked.but(**changes), asked)} makes it stand, as tried"
     former = {"former": "auto"}
     if not few:
@@ -164,8 +164,8 @@ def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
     return [denser, kagome, {**denser, "fasten": "glue"}]
 
 
-def _stands_as_made(job: Stations, how: Closely) -> bool:
-    """Return whether a job can be built, and its object stands."""
+def stands_as_made(job: Stations, how: Closely = _ABOUT) -> bool:
+    """Return whether a job can be built, and its object stands when it is let go."""
     try:
         few = job.n_crossings <= _MOST_TRIED
         return few and _stands(body_of(job.buildable.woven, job.brief), job.piece_set, how)

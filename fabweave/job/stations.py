@@ -69,6 +69,11 @@ def given_by(settings: Settings) -> MeshSettings:
     return replace(settings.mesh, **_MADE)
 
 
+def remeshed_by(settings: Settings) -> tuple[MeshSettings, int]:
+    """Return what a remeshed mesh depends on: the given one, to what it is remeshed, and a seed."""
+    return replace(given_by(settings), remesh=settings.mesh.remesh), settings.search.seed
+
+
 def views(settings: Settings) -> list[tuple[tuple[Any, ...], tuple[str, ...]]]:
     """Return what stations depend on beside what those before them do, and which these are."""
     mesh, weave, stock, search = settings.mesh, settings.weave, settings.stock, settings.search
@@ -161,9 +166,7 @@ class Stations:
 
     def _remeshed_as(self, asked: Settings) -> Remeshed | None:
         """Return what the model is remeshed to, if that is known, and other settings leave it."""
-        was, now = self.asked.mesh, asked.mesh
-        same = given_by(self.asked) == given_by(asked) and was.remesh == now.remesh
-        if not (same and self.asked.search.seed == asked.search.seed):
+        if remeshed_by(self.asked) != remeshed_by(asked):
             return None
         return vars(self)["loaded"].remeshed if "loaded" in vars(self) else self._remeshed
 

@@ -16,6 +16,8 @@ SAMPLES = 20_000
 #: What is lost by more than this share of the size, and by more than this share of the greatest
 #: loss, belongs to a lost feature; so many are named.
 _LOST, _OF_GREATEST, _MOST_NAMED = 0.01, 0.35, 5
+#: A feature that loses more than this share is a limb cut short: an ear, a tail or a toe.
+SHORT = 0.03
 #: Places of loss nearer than this share of the size are one feature.
 _APART = 0.025
 #: A place is called left, top and so on beyond this share of the way from the middle to the side.
@@ -89,6 +91,12 @@ class Likeness:
     def loss(self) -> float:
         """How far it is from the model in the mean, lost or added, as a share of the size."""
         return max(self.in_mean_mm, self.out_mean_mm) / self.size_mm
+
+    @property
+    def short(self) -> dict[str, float]:
+        """Limbs that are cut short, in words, and by what share of the size."""
+        shares = {one.text: one.lost_mm / self.size_mm for one in self.lost}
+        return {text: share for text, share in shares.items() if share > SHORT}
 
     def percent(self, length_mm: float) -> float:
         """Return a length in per cent of the model's greatest extent."""

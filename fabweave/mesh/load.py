@@ -5,6 +5,7 @@ import numpy as np
 from fabweave.core.arrays import FloatArray, Progress, frozen, frozen_value, no_progress
 from fabweave.core.errors import InputError
 from fabweave.core.finding import Note
+from fabweave.core.messages import agree
 from fabweave.mesh.check import faces_text, mesh_counts
 from fabweave.mesh.fair.energy import Wish
 from fabweave.mesh.fair.fairing import RING_STEPS, STEPS, fair_mesh
@@ -237,9 +238,17 @@ def _changed(
         progress("likeness", 0, 1)
         original = Original(model, given.worn, growth, mesh)
         like = original.likeness(mesh)
-        notes.append(Note("likeness", like.note))
+        notes += [Note("likeness", like.note), *_limb_notes(like, wanted)]
     mesh = _prepared(mesh, done, notes, detail=wanted.kind != NONE)
     return mesh, remeshed, original, like, turn_deg
+
+
+def _limb_notes(like: Likeness, wanted: Remesh) -> list[Note]:
+    """Say what keeps limbs that are cut short, where a count of faces was asked for."""
+    if not like.short or wanted.count is None or wanted.kind == "coarse":
+        return []
+    text = agree(len(like.short), "{n} [limb is|limbs are] cut short; finer strips keep more")
+    return [Note("limbs", f"{text}: --remesh {wanted.kind}:{2 * wanted.count}, or a larger --size")]
 
 
 def _remeshed(mesh: PolyMesh, wanted: Remesh, progress: Progress, *, seed: int) -> Remeshed:

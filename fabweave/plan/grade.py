@@ -9,9 +9,9 @@ from fabweave.core.arrays import FloatArray
 from fabweave.core.messages import agree
 from fabweave.core.records import record, to_json
 from fabweave.form.settle import BOUND, Form, length_text
-from fabweave.mesh.likeness import Likeness
+from fabweave.mesh.likeness import SHORT, Likeness
 from fabweave.piece.piece import Piece
-from fabweave.plan.verdict import Verdict
+from fabweave.plan.verdict import NARROW_MM, Verdict
 
 #: The schema of ``verdict.json``.
 VERDICT = "fabweave.verdict/1"
@@ -20,21 +20,23 @@ VERDICT = "fabweave.verdict/1"
 BEST, _MOST_LOST, _SPOILS = 10.0, 2.0, 4.0
 #: The widest place of a strip may be so many times the narrowest; a point goes for so much more.
 _EVEN, _UNEVEN = 1.15, 0.25
-#: Strips of so many millimetres are handled with ease; a point goes for such a share that is not.
+#: Strips of so many millimetres are handled with ease; a point goes for such a share that asks for
+#: tweezers, and half of one for what is half-way there.
 EASY_MM, _NARROW_SHARE = 6.0, 0.1
 #: From crossing to crossing, the turn of a strip may change by so many degrees: an arc is as good
 #: as a straight line. A point goes for so many more, and a place with so many is named.
 _SMOOTH_DEG, _KINK_DEG, _KINKED_DEG = 5.0, 5.0, 30.0
-#: The woven mesh may be such a share of the size off its model; a point goes for as much again.
-_NEAR = 0.004
+#: The woven mesh may be such a share of the size off its model; a point goes for so much more: at a
+#: hundredth it is hardly the model.
+_NEAR, _OFF = 0.004, 0.002
 #: Under its own weight and load it may sag by such a share of its size; a point goes for as much
 #: again: by the same share, what settles keeps its form. To the eye, a hundredth is a dent.
 _SAGS = BOUND
 #: Such a share of the vertices may be irregular beyond what its surface needs; a point goes for so
 #: much more. To the eye, a hundredth is masterly, a tenth is patched, and a half is no weave.
 _REGULAR, _IRREGULAR = 0.04, 0.05
-#: A feature that is lost by more than this share of the size is a limb, and takes a point.
-_LIMB = 0.05
+#: A limb that is cut short, and by such a share of the size more, is lost, and takes a point.
+_LOST = 0.02
 #: So many places are named.
 _PLACES = 5
 
@@ -180,7 +182,8 @@ def _lost(
 
     if widths:
         ratio = float(np.median([each.max() / each.min() for each in widths]))
-        narrow = float(np.mean(np.concatenate(widths) < EASY_MM))
+        every = np.concatenate(widths)
+        narrow, hard = float(np.mean(every < EASY_MM)), (EASY_MM - every) / (EASY_MM - NARROW_MM)
         kink = float(np.nanmean(np.concatenate([np.zeros(1), *kinks])))
         yield lose(
             "even",
@@ -189,7 +192,7 @@ def _lost(
         )
         yield lose(
             "narrow",
-            narrow / _NARROW_SHARE,
+            float(np.clip(hard, 0.0, 1.0).mean()) / _NARROW_SHARE,
             f"{narrow:.0%} of the crossings are of strips narrower than {EASY_MM:g} mm",
             _SPOILS,
         )
@@ -206,17 +209,18 @@ def _lost(
     )
     if like is not None:
         text = f"it is {like.loss:.2%} of its size off the model"
-        yield lose("likeness", like.loss / _NEAR - 1, text, _SPOILS)
-        limbs = sum(one.lost_mm > _LIMB * like.size_mm for one in like.lost)
-        yield lose("limbs", limbs, agree(limbs, "{n} [limb is|limbs are] lost"), _SPOILS)
+        yield lose("likeness", (like.loss - _NEAR) / _OFF, text, _SPOILS)
+        limbs = sum(min((share - SHORT) / _LOST, 1.0) for share in like.short.values())
+        text = agree(len(like.short), "{n} [limb is|limbs are] lost or cut short")
+        yield lose("limbs", limbs, text, _SPOILS)
     if form is not None and form.collapse:
         yield lose("sag", _MOST_LOST, form.collapse)
     elif form is not None or foretold is not None:
         gives, sinks = foretold or (0.0, 0.0) if form is None else (form.gives, form.sinks)
         far = "far" if form is None else f"by up to {length_text(form.goes_mm)}"
-        yield lose("form", gives - 1, f"it moves {far} when you let go")
+        yield lose("form", gives - 1, f"it moves {far} when you let go", _SPOILS)
         text = f"it sags by {sinks:.1%} of its size under what weighs on it"
-        yield lose("sag", sinks / _SAGS - 1, text)
+        yield lose("sag", sinks / _SAGS - 1, text, _SPOILS)
     care = len(verdict.reasons)
     yield lose("care", care, agree(care, "{n} [reason asks|reasons ask] for care"))
 

@@ -16,10 +16,10 @@ from fabweave.design.choice import mesh_rounds, what_can_be_built
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Search
 from fabweave.design.tried import try_design
-from fabweave.design.variety import is_free
+from fabweave.design.variety import is_free, two_digits
 from fabweave.design.wishes import NO_WISHES, UNBUILT, Wishes, rank
 from fabweave.job.run import run_job
-from fabweave.job.stations import Stations
+from fabweave.job.stations import Stations, remeshed_by
 from fabweave.mesh.leave_out import parse_leave_out
 from fabweave.mesh.likeness import likeness
 from fabweave.mesh.polymesh import PolyMesh
@@ -147,14 +147,24 @@ FALLS = Verdict(
 )
 
 
-def test_what_does_not_stand_by_itself_goes_two_points_behind_what_does():
-    order = [outcome(grade=6.1), outcome("soft", FALLS, grade=8.0), outcome(grade=5.9)]
+def test_what_does_not_stand_by_itself_goes_behind_what_does():
+    soft = outcome("soft", FALLS, grade=8.0)
+    order = [outcome(grade=6.1), outcome(grade=1.0), soft, outcome(grade=9.0, median_mm=4.9)]
     ranks = [rank(one, NO_WISHES) for one in order]
     assert ranks == sorted(set(ranks))
     # Who wishes for something gets what stands, and what else stops a design is never passed over.
-    assert rank(order[1], Wishes(pieces=10)) == UNBUILT
+    assert rank(soft, Wishes(pieces=10)) == UNBUILT
     worse = Verdict(level="not makeable", reasons=(*FALLS.reasons, *BAD.reasons))
     assert rank(outcome("worse", worse, grade=8.0), NO_WISHES) == UNBUILT
+
+
+@pytest.mark.parametrize(("form_mm", "unsure"), [(2.0, False), (9.0, True), (None, False)])
+def test_what_is_foretold_to_go_far_is_let_go_before_it_is_chosen(form_mm, unsure):
+    """A ball of 200 mm collapses where it goes 20 mm: a foretelling is rough."""
+    loaded = Stations(Settings.of("shape:sphere?n=4", size_mm=200.0)).loaded
+    found = replace(outcome(form_mm=form_mm), loaded=loaded)
+    assert (found.unsure, found.makeable, found.soft) == (unsure, True, False)
+    assert (found.fallen.unsure, found.fallen.makeable, found.fallen.soft) == (False, False, True)
 
 
 def standing_in(tries, loaded, verdicts=()):
@@ -315,6 +325,37 @@ def test_ctrl_c_keeps_what_can_be_built(fine, monkeypatch, built, most):
         found.run(mesh_rounds(found, loaded))
         assert [one.design for one in found.tried] == tries
         assert len(tries) == most
+
+
+def test_a_kind_far_behind_is_tried_no_more_and_neighbours_of_the_best_are(fine, monkeypatch):
+    loaded, tries = Stations(fine).loaded, []
+
+    def trying(design, name, *_, **__):
+        tries.append(design.mesh.remesh)
+        grade = 4.0 if design.mesh.remesh.startswith("rings") else 0.5
+        return replace(outcome(name, design=design, grade=grade), loaded=loaded)
+
+    monkeypatch.setattr(search, "try_design", trying)
+    found = Search(fine)
+    found.run(mesh_rounds(found, loaded))
+    kinds = [one.partition(":")[0] for one in tries]
+    assert kinds.count("quads") == kinds.count("tubes") == 1
+    best = int(found.ranked[0].design.mesh.remesh.partition(":")[2])
+    counts = [int(one.partition(":")[2]) for one in tries if one.startswith("rings")]
+    assert {two_digits(share * best) for share in (0.8, 1.25)} <= set(counts)
+
+
+def test_designs_share_a_mesh_where_only_later_steps_differ():
+    one = Settings.of("a.obj", size_mm=90.0, remesh="quads:90")
+    same = [one.but(pattern="twill"), one.but(leave_out="3"), one.but(thickness_mm=1.0, fair=0)]
+    assert {remeshed_by(other) for other in same} == {remeshed_by(one)}
+    others = [
+        one.but(size_mm=91.0),
+        one.but(remesh="quads:91"),
+        one.but(bodies="wrap"),
+        one.but(seed=1),
+    ]
+    assert len({remeshed_by(other) for other in (one, *others)}) == 5
 
 
 def test_a_way_that_made_no_mesh_is_tried_no_more(fine, monkeypatch):

@@ -8,7 +8,11 @@ from fabweave.form import woven_net
 from fabweave.form.body import RIVETED, body_of
 from fabweave.form.hold import pins_of
 from fabweave.job import cures
+from fabweave.job.cures import stands_as_made
 from fabweave.job.letting_go import let_job_go
+from fabweave.job.stations import Stations
+from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.weld import weld_mesh
 from fabweave.options.settings import Settings, settings_from_options
 from fabweave.ribbon.rules.remedy import Depth
 
@@ -51,7 +55,7 @@ def test_what_is_added_to_the_command_makes_it_stand(heavy):
 
 
 def test_no_cure_is_named_that_does_not_stand_as_it_is_made(heavy, monkeypatch):
-    monkeypatch.setattr(cures, "_stands_as_made", lambda *_: False)
+    monkeypatch.setattr(cures, "stands_as_made", lambda *_: False)
     monkeypatch.setattr(cures, "_on_other_meshes", lambda *_: [])
     assert "makes it stand" not in let_job_go(heavy, ASKED).cure
 
@@ -75,7 +79,7 @@ def test_large_objects_are_tried_on_coarser_meshes_alone(heavy, monkeypatch):
     monkeypatch.setattr(cures, "_MOST_TRIED", heavy.weave.threads.n_crossings - 1)
     tried = []
     monkeypatch.setattr(
-        cures, "_stands_as_made", lambda job, _: tried.append(job.asked.mesh.remesh)
+        cures, "stands_as_made", lambda job, *_: tried.append(job.asked.mesh.remesh)
     )
     assert "coarser" in let_job_go(heavy, ASKED).cure
     assert {str(one).partition(":")[0] for one in tried} == {"quads", "triangles"}
@@ -104,3 +108,15 @@ def test_glue_keeps_all_crossings_from_turning_and_takes_a_dab_each():
     more = job.costs.assembly.practised_h - bare.costs.assembly.practised_h
     assert job.costs.assembly.often("dab") >= count
     assert more == pytest.approx(12.0 / 3600.0 * job.costs.assembly.often("dab"), abs=2e-4)
+
+
+@pytest.mark.parametrize(("turn_deg", "stands"), [(180.0, False), (360.0, True)])
+def test_an_arch_opens_when_it_is_let_go_and_a_tube_does_not(turn_deg, stands):
+    turn = np.radians(np.linspace(0.0, turn_deg, 13))
+    rows, columns = np.meshgrid(np.linspace(0.0, 120.0, 5), turn, indexing="ij")
+    points = np.stack([100.0 * np.cos(columns), rows, 100.0 * np.sin(columns)], axis=-1)
+    at = np.arange(rows.size).reshape(rows.shape)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], axis=-1)
+    mesh = weld_mesh(PolyMesh.from_faces(points.reshape(-1, 3), quads.reshape(-1, 4)))[0]
+    asked = Settings.of("arch.obj", size_mm=200.0, effort="quick", remesh="none")
+    assert stands_as_made(Stations(asked, mesh)) == stands

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from fabweave.job.stations import Stations
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.halfedge import build_halfedges
 from fabweave.mesh.intersections import self_intersections
@@ -13,8 +14,10 @@ from fabweave.mesh.one_rings import find_irregular
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.fit import fit, model_of
 from fabweave.mesh.remesh.limbs import pillowed, stretch, with_limbs
-from fabweave.mesh.remesh.remeshed import check_remeshed
+from fabweave.mesh.remesh.remeshed import Remeshed, check_remeshed
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.mesh.shapes.grids import sphere, torus
+from fabweave.options.settings import Settings
 
 #: Quads of a ball, as a remesher makes them that leaves limbs out.
 BALL = sphere(8, 50.0)
@@ -95,3 +98,17 @@ def test_a_ring_around_a_limb_adds_no_irregular_vertex():
         & ~beyond[build_halfedges(tube).face[build_halfedges(tube).twin]]
     )
     assert check_mesh(ringed).euler == 2
+
+
+@pytest.mark.parametrize(("height", "told"), [(4.0, False), (30.0, True)])
+def test_a_limb_that_is_cut_short_is_told_with_what_keeps_it(height, told):
+    """A ball with a spike, remeshed to a ball: three per cent of its size are an ear."""
+    ball = parse_shape("shape:sphere?n=16&radius=100")
+    spiked = ball.vertices.copy()
+    spiked[np.argmax(spiked[:, 2])] *= 1.0 + height / 100.0
+    asked = Settings.of("ball.obj", remesh="quads:150", fair=0)
+    plain = Remeshed(ball, "quadriflow", (), find_irregular(ball))
+    loaded = Stations(asked, ball.with_vertices(spiked), remeshed=plain).loaded
+    notes = [note for note in loaded.notes if note.rule == "limbs"]
+    assert len(notes) == told
+    assert all("--remesh quads:300" in note.text for note in notes)

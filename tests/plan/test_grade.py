@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from fabweave.core.arc_path import straight_path
 from fabweave.core.finding import Finding
 from fabweave.form.settle import Form
+from fabweave.mesh.likeness import likeness
+from fabweave.mesh.shapes.catalogue import parse_shape
 from fabweave.piece.piece import Piece
 from fabweave.plan.grade import BEST, grade, station_turns, station_widths
 from fabweave.plan.verdict import Verdict
@@ -79,6 +81,24 @@ def test_each_rule_takes_points_and_names_the_place():
     assert grade([piece()], Verdict(level="with care", reasons=(care,))).score == BEST - 1
     stop = replace(care, level="not makeable")
     assert grade([piece()], Verdict(level="not makeable", reasons=(stop,))).score == 0.0
+
+
+@given(st.floats(0.0, 12.0))
+def test_a_narrow_strip_loses_by_how_far_it_is_from_tweezers(width):
+    """Nothing at six millimetres, all at four, and half of that between."""
+    lost = sum(one.points for one in grade([piece(widths=(width + 1e-9,) * 7)] * 9, GOOD).lost)
+    assert lost == pytest.approx(min(max((6.0 - width) / 2.0, 0.0) * 10.0, 4.0), abs=0.06)
+
+
+@pytest.mark.parametrize(("height", "points"), [(1.0, 0.0), (3.0, 0.0), (8.0, 0.5), (20.0, 1.0)])
+def test_a_limb_that_is_cut_short_takes_up_to_a_point(height, points):
+    """A ball of 200 mm with a spike lacks it where it is woven as a ball."""
+    ball = parse_shape("shape:sphere?n=16&radius=100")
+    spiked = ball.vertices.copy()
+    spiked[np.argmax(spiked[:, 2])] *= 1.0 + height / 100.0
+    like = likeness(ball.with_vertices(spiked), ball)
+    found = {one.rule: one.points for one in grade([piece()], GOOD, like).lost}
+    assert found.get("limbs", 0.0) == pytest.approx(points, abs=0.12)
 
 
 @given(st.lists(st.floats(0.0, 30.0), min_size=2, max_size=6))
