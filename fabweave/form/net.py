@@ -263,9 +263,9 @@ def local_system(
     for side in (0, 1) if stressed else ():
         swing = 0.5 * _bracket(force[:, 6 * side : 6 * side + 6])[..., 5]
         cross = np.einsum("ski,sk->si", ends[side][..., :6], swing) * ends[side][:, 5, 6:]
-        begin = 7 * side
-        result[:, begin : begin + 6, begin + 6] += cross
-        result[:, begin + 6, begin : begin + 6] += cross
+        offset = 7 * side
+        result[:, offset : offset + 6, offset + 6] += cross
+        result[:, offset + 6, offset : offset + 6] += cross
     felt = [_pulled(ends[side], force[:, 6 * side : 6 * side + 6]) for side in (0, 1)]
     return Local(np.concatenate(felt, axis=1), result, levels, ends)
 
