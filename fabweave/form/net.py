@@ -238,7 +238,7 @@ def local_system(
     levels: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     diagonal = np.diag(damping)
     while own.shape[1] > 1:
-        middle = np.asarray(np.linalg.inv(other[:, ::2] + own[:, 1::2] + diagonal))
+        middle = _inverse(other[:, ::2] + own[:, 1::2] + diagonal)
         before, after = _turned_back(cross[:, ::2]), cross[:, 1::2]
         between = push[:, ::2] + pull[:, 1::2]
         levels.append((middle, before, after, between))
@@ -263,11 +263,27 @@ def local_system(
     for side in (0, 1) if stressed else ():
         swing = 0.5 * _bracket(force[:, 6 * side : 6 * side + 6])[..., 5]
         cross = np.einsum("ski,sk->si", ends[side][..., :6], swing) * ends[side][:, 5, 6:]
-        offset = 7 * side
-        result[:, offset : offset + 6, offset + 6] += cross
-        result[:, offset + 6, offset : offset + 6] += cross
+        own_rows, turn = slice(7 * side, 7 * side + 6), 7 * side + 6
+        result[:, own_rows, turn] += cross
+        result[:, turn, own_rows] += cross
     felt = [_pulled(ends[side], force[:, 6 * side : 6 * side + 6]) for side in (0, 1)]
     return Local(np.concatenate(felt, axis=1), result, levels, ends)
+
+
+def _inverse(matrices: FloatArray) -> FloatArray:
+    """Return the inverses of small matrices, (..., N, N), whose pivots are on their diagonals.
+
+    By sweeps over all of them at once: LAPACK is called for each by itself.
+    """
+    size = matrices.shape[-1]
+    swept = np.ascontiguousarray(np.moveaxis(matrices.reshape(-1, size, size), 0, 2))
+    for at in range(size):
+        pivot = 1.0 / swept[at, at]
+        row, column = swept[at] * pivot, swept[:, at].copy()
+        row[at], column[at], swept[:, at], swept[at] = pivot, 0.0, 0.0, 0.0
+        swept -= column[:, None] * row
+        swept[at] = row
+    return np.ascontiguousarray(np.moveaxis(swept, 2, 0)).reshape(matrices.shape)
 
 
 def _turned_back(matrices: FloatArray) -> FloatArray:
