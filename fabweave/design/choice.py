@@ -278,9 +278,11 @@ def _other_densities(
     coarser, between = first / _COARSER, float(np.sqrt(first * finer))
     best = next(iter(search.ranked), None)
     kind = (density(best.design)[0] if best is not None else "") or able[0]
-    if _is_good(search, _OWN):
-        # No more than a finer and a quicker one are wanted beside it.
-        yield [mesh(kind, finer), mesh(kind, coarser)]
+    if best is not None and _is_good(search, _OWN):
+        # No more than a finer and a quicker one are wanted beside it, if they are not there.
+        there = beside_it(search, best)
+        wanted = {"finer": finer, "quicker": coarser}
+        yield [mesh(kind, number) for name, number in wanted.items() if name not in there]
     else:
         ways = [] if _is_good(search, _GOOD) else _likely(search, able)
         others = [mesh(way, coarser if best is None else between) for way in ways]
