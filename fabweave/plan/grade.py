@@ -235,13 +235,20 @@ def _worst(
         bad = [(EASY_MM / width[thin], thin, f"is {width[thin]:.1f} mm wide")]
         if np.isfinite(kink).any():
             turn, bent = station_turns(piece), int(np.nanargmax(kink))
-            before, after = np.abs(turn[bent : bent + 2])
-            text = f"turns by {before:.0f}° up to there, and then by {after:.0f}°"
-            if turn[bent] * turn[bent + 1] < 0.0:
-                text += " the other way"
+            text = _turning(*turn[bent : bent + 2].tolist())
             bad.append((kink[bent] / _KINKED_DEG, bent + 1, text))
         share, at, text = max(bad)
         if share > 1:
             place = Place(piece=piece.id, crossing=int(piece.crossings[at]), text=text)
             found.append((-float(share), piece.id, place))
     return tuple(place for *_, place in sorted(found, key=lambda one: one[:2])[:_PLACES])
+
+
+def _turning(before: float, after: float) -> str:
+    """Say how a strip turns up to a crossing, and after it, degrees."""
+    if abs(before) < _SMOOTH_DEG:
+        return f"is straight up to there, and then turns by {abs(after):.0f}°"
+    if abs(after) < _SMOOTH_DEG:
+        return f"turns by {abs(before):.0f}° up to there, and then is straight"
+    other = " the other way" if before * after < 0.0 else ""
+    return f"turns by {abs(before):.0f}° up to there, and then by {abs(after):.0f}°{other}"
