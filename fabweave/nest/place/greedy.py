@@ -139,8 +139,9 @@ def _sheet_name(job: NestingJob, number: int) -> str:
 #: How much a seed may change the length by which pieces are ordered, as a share.
 _JITTER = 0.05
 #: A last sheet that is filled to less than this share may be saved, by a closer look at so many
-#: sheets before it, with pixels of this size: what more of them would gain takes long.
-_LITTLE, _AGAIN, _CLOSER_MM = 0.05, 4, 1.25
+#: sheets before it, with pixels of this size: what more of them would gain takes long. So many
+#: pieces are tried at all angles; with more, that takes ten times as long as all else.
+_LITTLE, _AGAIN, _CLOSER_MM, _ALL_ANGLES = 0.05, 4, 1.25, 60
 
 
 def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) -> Plan:
@@ -159,19 +160,26 @@ def greedy_plan(job: NestingJob, seed: int, progress: Progress = no_progress) ->
     -------
     Plan
         Without a placement for the pieces that the stock has no sheet left for. Where the last
-        sheet holds so little that a closer look may save it, all angles are tried, too, for what
-        lies on the last sheets.
+        sheet holds so little that a closer look may save it, what lies on the last sheets is placed
+        again: few pieces in other orders, too, and at all angles.
     """
     plan = _filled(job, seed, Plan((), {}), progress)
     if len(plan.sheets) < 2 or not job.effort.orders:
         return plan
     if plan.areas_mm2(job)[-1] >= _LITTLE * job.stock[plan.sheets[-1]].area_mm2:
         return plan
-    pixel_mm = min(_CLOSER_MM, job.effort.pixel_mm)
-    closer = replace(job, effort=replace(job.effort, likely=job.effort.angles, pixel_mm=pixel_mm))
     kept = max(len(plan.sheets) - 1 - _AGAIN, 0)
     first = {piece: place for piece, place in plan.placements.items() if place.sheet < kept}
-    for turn in range(job.effort.orders):
+    few = len(job.poses) - len(first) <= _ALL_ANGLES
+    effort = replace(
+        job.effort,
+        likely=job.effort.angles if few else job.effort.likely,
+        pixel_mm=min(_CLOSER_MM, job.effort.pixel_mm),
+    )
+    if effort == job.effort:  # there is no closer look; sheets are emptied after this
+        return plan
+    closer = replace(job, effort=effort)
+    for turn in range(job.effort.orders if few else 1):
         again = _filled(closer, seed + turn, Plan(plan.sheets[:kept], first), progress)
         if (-len(again.placements), len(again.sheets)) < (-len(plan.placements), len(plan.sheets)):
             return again
