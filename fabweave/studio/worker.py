@@ -181,9 +181,12 @@ def _serve(link: Connection) -> None:
             where = f" {error.filename}" if error.filename else ""
             told = {"error": f"Cannot read or write{where}: {error.strerror or error}"}, {}
         except Exception:
-            traceback.print_exc()
-            told = {"error": "This failed by a defect of fabweave. Please report it with what the "
-                    "terminal says."}, {}  # fmt: skip
+            if stop.busy:
+                traceback.print_exc()
+                told = {"error": "This failed by a defect of fabweave. Please report it with what "
+                        "the terminal says."}, {}  # fmt: skip
+            else:  # It was to stop: what runs in C may raise an error of its own in place of that.
+                told = {"stopped": True}, {}
         stop.busy = False
         if told is not None:
             link.send(told)

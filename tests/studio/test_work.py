@@ -1,7 +1,9 @@
 """What the studio tells of a wish is what the rooms make of the same options."""
 
+import asyncio
 import math
 import random
+import time
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from fabweave.studio.controls import controls
 from fabweave.studio.fixes import fixes
 from fabweave.studio.state import State, state_of_job
 from fabweave.studio.work import look, make, plan
-from fabweave.studio.worker import framed
+from fabweave.studio.worker import Worker, framed
 
 pytestmark = pytest.mark.usefixtures("quick_jobs")
 
@@ -321,3 +323,33 @@ def test_yarns_are_as_thick_as_is_asked():
         return np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).mean()
 
     assert girth(0.25) == pytest.approx(girth(0.5) / 2.0, rel=0.05)
+
+
+def stubborn(_kept, _wish, tell):
+    """Raise an error of its own where it is interrupted, as comparing named columns in C may."""
+    tell(({"began": True}, {}))
+    try:
+        time.sleep(30)
+    except KeyboardInterrupt:
+        raise TypeError from None
+
+
+def broken(_kept, _wish, _tell):
+    """Fail."""
+    raise TypeError
+
+
+def test_what_was_to_stop_is_stopped_whatever_it_raises(capfd):
+    async def all_told(work):
+        worker, found = Worker(), []
+        async for values, _ in worker.do(work, {}):
+            found.append(next(iter(values)))
+            if values == {"began": True}:
+                worker.interrupt()
+        worker.close()
+        return found
+
+    assert asyncio.run(all_told(stubborn)) == ["began", "stopped"]
+    assert not capfd.readouterr().err
+    assert asyncio.run(all_told(broken)) == ["error"]
+    assert "TypeError" in capfd.readouterr().err
