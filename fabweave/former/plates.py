@@ -216,7 +216,7 @@ class _Inside:
         """Return the polygons of a plane where a plate has room; ``closely`` minds every strip."""
         flat = plane.flat(self.points)
         flat[np.abs(flat[:, 2]) < _BESIDE_MM, 2] = _BESIDE_MM
-        area = shapely.build_area(_trace(flat, self.triangles)).buffer(-self.depth)
+        area = level_area(flat, self.triangles).buffer(-self.depth)
         if closely:
             area = area.difference(self._taken(plane))
         if np.isfinite(plane.least):
@@ -277,8 +277,8 @@ def closed_triangles(mesh: PolyMesh, halfedges: Halfedges) -> tuple[FloatArray, 
     return np.concatenate(points), np.concatenate(triangles)
 
 
-def _trace(flat: FloatArray, triangles: IntArray) -> shapely.MultiLineString:
-    """Return where triangles meet the plane at height 0, no vertex of which is in it."""
+def level_area(flat: FloatArray, triangles: IntArray) -> shapely.Geometry:
+    """Return what closed bodies of triangles enclose at height 0, where no vertex may be."""
     above = flat[triangles, 2] > 0.0
     triangles = triangles[above.any(axis=1) & ~above.all(axis=1)]
     sides = np.stack((triangles, np.roll(triangles, -1, axis=1)), axis=2).reshape(-1, 2)
@@ -286,7 +286,9 @@ def _trace(flat: FloatArray, triangles: IntArray) -> shapely.MultiLineString:
     sides = np.sort(sides[np.prod(np.sign(flat[sides, 2]), axis=1) < 0.0], axis=1)
     below, rise = flat[sides[:, 0]], flat[sides[:, 1]] - flat[sides[:, 0]]
     points = below - rise * (below[:, 2] / rise[:, 2])[:, None]
-    return shapely.multilinestrings(shapely.linestrings(points[:, :2].reshape(-1, 2, 2)))
+    lines = shapely.multilinestrings(shapely.linestrings(points[:, :2].reshape(-1, 2, 2)))
+    # Bodies may stand in one another: their outlines cross.
+    return shapely.build_area(shapely.node(lines))
 
 
 @frozen_value

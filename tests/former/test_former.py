@@ -18,6 +18,7 @@ from fabweave.former.plates import (
     WayOut,
     build_former,
     closed_triangles,
+    level_area,
     rim_loops,
     snapped,
 )
@@ -163,6 +164,23 @@ def test_openings_are_closed_and_the_volume_is_that_of_the_half_ball():
     assert len(np.unique(sides, axis=0)) == len(sides)
     there = {(start, end) for start, end in sides.tolist()}
     assert there == {(end, start) for start, end in there}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_bodies_that_stand_in_one_another_enclose_is_what_any_of_them_does(seed):
+    rng, count, bodies = np.random.default_rng(seed), 40, 4
+    turn = 2.0 * np.pi * np.arange(count) / count
+    rims, points, triangles = [], [], []
+    for number in range(bodies):
+        away = 50.0 + rng.normal(0.0, 6.0, count)
+        rim = np.column_stack((np.cos(turn), np.sin(turn))) * away[:, None] + rng.normal(0, 4, 2)
+        rims.append(shapely.Polygon(rim))
+        points += [np.insert(rim, 2, height, axis=1) for height in (-1.0, 1.0)]
+        below = 2 * count * number + np.arange(count)
+        onward = np.roll(below, -1)
+        triangles += [(below, onward, below + count), (onward, onward + count, below + count)]
+    area = level_area(np.concatenate(points), np.concatenate(triangles, axis=1).T)
+    assert area.symmetric_difference(shapely.union_all(rims)).area < 1e-6
 
 
 @given(
