@@ -52,7 +52,7 @@ def record(cls: type[_Record]) -> type[_Record]:
 def to_json(value: Any) -> dict[str, Any]:
     """Return the document of a record: dicts, lists, numbers, texts, flags and None."""
     document: dict[str, Any] = {}
-    for name, how in _keys(type(value)):
+    for name, how in _keys(value.__class__):
         item = getattr(value, name)
         if "inline" in how:
             document |= to_json(item)
