@@ -7,8 +7,9 @@ checks all of it (msgspec does), so whoever has a record need not look again.
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, dataclass_transform
 
@@ -51,19 +52,29 @@ def record(cls: type[_Record]) -> type[_Record]:
 def to_json(value: Any) -> dict[str, Any]:
     """Return the document of a record: dicts, lists, numbers, texts, flags and None."""
     document: dict[str, Any] = {}
-    for each in fields(value):
-        item, how = getattr(value, each.name), each.metadata
+    for name, how in _keys(value.__class__):
+        item = getattr(value, name)
         if "inline" in how:
             document |= to_json(item)
         elif item is not None or "optional" not in how:
-            document[each.name] = _plain(item)
+            document[name] = _plain(item)
     return document
+
+
+@cache
+def _keys(cls: type) -> list[tuple[str, Mapping[str, Any]]]:
+    """Return the names of a record's fields, and how each is written."""
+    return [(each.name, each.metadata) for each in fields(cls)]
+
+
+#: What stands in a document as it is: nearly all of a large one.
+_LEAVES = frozenset({float, int, str, bool})
 
 
 def _plain(value: Any) -> Any:
     """Return a value of a record as JSON has it."""
     if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
+        return [item if type(item) in _LEAVES else _plain(item) for item in value]
     return to_json(value) if is_dataclass(value) else value
 
 

@@ -4,7 +4,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, lru_cache
 from itertools import groupby
 from unicodedata import normalize
 
@@ -152,7 +152,8 @@ class Book:
                 self._canvas._code.append(f"BT 1 0 0 1 {x:.3f} {y:.3f} Tm ({text}) Tj T* ET")
             else:
                 self._canvas.drawString(x, y, run)
-            x += stringWidth(run, font, size)
+            if at + 1 < len(runs):
+                x += stringWidth(run, font, size)
 
     def block(
         self, x: float, y: float, text: str, width: float, *, size: float = TEXT, bold: bool = False
@@ -340,6 +341,7 @@ def _runs(text: str, *, bold: bool) -> list[tuple[str, str]]:
     return [(usual if font == _PLAIN else font, "".join(signs)) for font, signs in runs]
 
 
+@lru_cache(100_000)
 def text_width(text: str, size: float, *, bold: bool = False) -> float:
     """Return the width of a text in points."""
     return float(sum(stringWidth(run, font, size) for font, run in _runs(text, bold=bold)))
