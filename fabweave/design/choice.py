@@ -60,6 +60,8 @@ _MESHES, _TOLD = 4, 3
 #: Strips of a mesh are about such a share of the root of the area of each crossing; its own is not
 #: tried where that is less than so many millimetres.
 _WIDE, _LEAST_MM = 0.54, 4.0
+#: A mesh is another than one of its kind that has so many times as many faces, or more.
+_APART = 1.15
 #: Rims longer than this share of the size are rims; shorter ones are cracks, which a wrap closes.
 _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
@@ -198,12 +200,12 @@ def mesh_rounds(
 ) -> Iterator[list[Settings]]:
     """Yield meshes for a model, round after round, until one is good.
 
-    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads,
-    tubes and rings whose strips are some 12 mm wide; then finer and coarser ones of the better
-    kind; at last triangles. A closed model of which none could be made at all, or whose bodies run
-    through one another, or that has many handles, is wrapped. What is open is not, as it would
-    become a bag; unless such bodies close one another, as those of a teapot do: then both are
-    tried, and the grade tells.
+    Its own comes first; for a twill, rings, and no more if these can be made; then a grid, quads
+    and rings, and tubes if these are not good, whose strips are some 12 mm wide; then finer and
+    coarser ones of the better kind; at last triangles. A closed model of which none could be made
+    at all, or whose bodies run through one another, or that has many handles, is wrapped. What is
+    open is not, as it would become a bag; unless such bodies close one another, as those of a
+    teapot do: then both are tried, and the grade tells.
 
     Parameters
     ----------
@@ -245,15 +247,19 @@ def mesh_rounds(
         bodies = "wrap"
         yield [mesh(way, first) for way in ways]
         bodies = "all"
-    # What a grid fits well is no better in quads, which take longer to look for.
-    for some in filter(None, ([way for way in ways if way == "grid"], ways)):
-        yield [mesh(way, first) for way in some]
+    # What a grid fits well is no better in quads, which take longer to look for; what is good in
+    # quads or rings is no better in tubes.
+    late = {"grid": 0, "tubes": 2}
+    for turn in range(3):
+        some = [way for way in ways if late.get(way, 1) == turn]
+        if turn < 2 or not _is_good(search, _GOOD):
+            yield [mesh(way, first) for way in some]
         if _is_good(search, _FINE):
             return
     if closed and not many and (model.clashes or not any(_made(search, way) for way in ways)):
         # A wrap closes cracks and cavities, which is no small change: only where it helps.
         bodies = "wrap"
-        yield [mesh(way, first) for way in ways]
+        yield [mesh(way, first) for way in _likely(search, ways)]
         if _is_good(search, _FINE):
             return
     best = next(iter(search.ranked), None)
@@ -281,14 +287,18 @@ def _other_densities(
     if best is not None and _is_good(search, _OWN):
         # No more than a finer and a quicker one are wanted beside it, if they are not there.
         there = beside_it(search, best)
-        wanted = {"finer": finer, "quicker": coarser}
-        yield [mesh(kind, number) for name, number in wanted.items() if name not in there]
+        wanted = {"finer": [finer] * _grows(search, kind, finer), "quicker": [coarser]}
+        yield [mesh(kind, n) for name, some in wanted.items() if name not in there for n in some]
     else:
         ways = [] if _is_good(search, _GOOD) else _likely(search, able)
         others = [mesh(way, coarser if best is None else between) for way in ways]
         # Where limbs are cut short, what is coarser cuts more of them.
         quicker = [] if best is not None and best.short else [mesh(kind, coarser)]
-        yield [mesh(kind, between), *others, mesh(kind, finer), *quicker]
+        yield [mesh(kind, between), *others, *quicker]
+        best = next(iter(search.ranked), None)
+        kind = (density(best.design)[0] if best is not None else "") or kind
+        if _grows(search, kind, finer):
+            yield [mesh(kind, finer)]
     if _is_good(search, _GOOD):
         return
     best, likely = next(iter(search.ranked), None), _likely(search, able)
@@ -297,11 +307,12 @@ def _other_densities(
     else:
         # By a little luck, another mesh of about as many faces is a better one.
         whole = best.design.but(leave_out=search.asked.mesh.leave_out)
-        near = list(denser(search.asked, whole, _BESIDE))
+        near = [one for one in denser(search.asked, whole, _BESIDE) if _is_new(search, one)]
     yield [
         *near,
-        *(mesh(way, number) for way in likely for number in (between, finer)),
-        *(mesh(way, finest) for way in likely if way == "quads"),
+        *(mesh(way, between) for way in likely),
+        *(mesh(way, finer) for way in likely if _grows(search, way, finer)),
+        *(mesh(way, finest) for way in likely if way == "quads" and _grows(search, way, finest)),
         mesh("triangles", first),
     ]
 
@@ -346,6 +357,29 @@ def _likely(search: Search, ways: Sequence[str]) -> list[str]:
             found[way] = max(found[way], score(one))
     least = max(found.values(), default=0.0) - _HOPELESS
     return [way for way in ways if found[way] >= least]
+
+
+def _grows(search: Search, way: str, number: float) -> bool:
+    """Tell whether a finer mesh of a kind may be better than those that were tried.
+
+    It is not where the finest of these is not their best, nor where it would daunt; but it may keep
+    limbs that are cut short.
+    """
+    made = [one for one in search.ranked if density(one.design)[0] == way and one.figures]
+    if not made or made[0].short:
+        return True
+    best, counts = made[0], [density(one.design)[1] for one in made]
+    crossings = 0 if best.figures is None else best.figures.crossings
+    return counts[0] == max(counts) and crossings * number <= MOST_CROSSINGS * counts[0]
+
+
+def _is_new(search: Search, design: Settings) -> bool:
+    """Tell whether no mesh of the same kind was tried that has nearly as many faces."""
+    way, number = density(design)
+    others = [density(one.design) for one in search.tried]
+    return not any(
+        kind == way and max(count / number, number / count) < _APART for kind, count in others
+    )
 
 
 def _made(search: Search, way: str) -> bool:

@@ -380,6 +380,7 @@ def best_run(
     wanted: int,
     *,
     seed: int = 0,
+    most: int | None = None,
     progress: Progress = no_progress,
 ) -> tuple[Candidate | None, list[str]]:
     """Run a remesher a few times and take the result that keeps the shape best.
@@ -406,6 +407,8 @@ def best_run(
         About how many quads.
     seed : int
         The first seed; following runs take the following ones.
+    most : int, optional
+        No more runs than these; by default as many as are worth their time.
     progress : callable
         Told about each run.
 
@@ -427,7 +430,7 @@ def best_run(
     simpler: list[Candidate] = []
     for rim in (False,) if report.closed else (True, False):
         good: list[Candidate] = []
-        runs = runs_of(engine, wanted, seed, rim=rim, large=large)
+        runs = runs_of(engine, wanted, seed, rim=rim, large=large)[:most]
         tasks = [Task(engine, surface, run) for run in runs]
         judge = partial(_fitted, model, source, wanted)
         with closing(results_of(tasks, judge, progress)) as found:

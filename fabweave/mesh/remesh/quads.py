@@ -56,8 +56,9 @@ from fabweave.mesh.topology import keep_faces
 #: of irregular vertices, which come in pairs.
 _WORSE = 1.5
 #: Halves are remeshed so many times as often as wholes: they are quick, and of some models most do
-#: not join to a surface (an edge across a half ends on the mirror twice).
-_TIMES = 2
+#: not join to a surface (an edge across a half ends on the mirror twice). So many that do are
+#: fitted, those with the fewest irregular vertices.
+_TIMES, _MOST_FITTED = 2, 4
 #: Boundary vertices of half an open surface nearer to the mirror than this share of the size belong
 #: on it; of a closed one, all do.
 _REACH = 0.01
@@ -111,29 +112,27 @@ def symmetric_quads(
     size = float(np.ptp(surface.vertices, axis=0).max())
     reach = np.inf if check_mesh(source).closed else _REACH * size
     model = model_of(source, wanted)
-    good: list[Candidate] = []
     why: list[str] = []
     large = half.n_faces > LARGE
     runs = runs_of(engine, wanted // 2, seed, rim=True, large=large, times=_TIMES)
-    known: dict[bytes, tuple[PolyMesh, tuple[str, ...]]] = {}  # seeds often give the same
-
-    def joined(found: PolyMesh) -> tuple[PolyMesh, tuple[str, ...]]:
-        key = found.vertices.tobytes() + found.indices.tobytes()
-        if key not in known:
-            result, faults = _joined(found, half, mirror, reach)
-            if not faults:
-                result = _fitted(model, mirror, result, _TURNS)
-                refit = partial(_fitted, model, mirror, turns=1)
-                result, faults = with_limbs(source, result, refit, wanted)
-                faults = (*faults, *check_remeshed(source, result))
-            known[key] = result, faults
-        return known[key]
-
-    for task, result in results_of([Task(engine, half, run) for run in runs], joined, progress):
+    tasks, join = [Task(engine, half, run) for run in runs], partial(_joined, half, mirror, reach)
+    found: dict[bytes, tuple[int, PolyMesh, Run]] = {}  # seeds often give the same
+    for task, result in results_of(tasks, join, progress):
         if isinstance(result, AttemptFailedError):
             why.append(str(result))
             continue
-        good.append(candidate_of(engine, source, result, task.run))
+        key = result.vertices.tobytes() + result.indices.tobytes()
+        found.setdefault(key, (len(find_irregular(result)), result, task.run))
+    good: list[Candidate] = []
+    refit = partial(_fitted, model, mirror, turns=1)
+    for _, result, run in sorted(found.values(), key=lambda one: one[0]):
+        fitted, faults = with_limbs(source, _fitted(model, mirror, result, _TURNS), refit, wanted)
+        if faults := (*faults, *check_remeshed(source, fitted)):
+            why.append("; ".join(faults))
+            continue
+        good.append(candidate_of(engine, source, fitted, run))
+        if len(good) == _MOST_FITTED:
+            break
     if not good:
         return None, min(why, key=len)
     return best_of(good, wanted).mesh, ""
@@ -172,7 +171,7 @@ def made_symmetric(source: PolyMesh, made: PolyMesh, model: Model) -> PolyMesh |
     good: list[tuple[int, float, PolyMesh]] = []
     for part in (side, ~side):
         half = without_loose(PolyMesh.from_faces(made.vertices, made.indices.reshape(-1, 4)[part]))
-        result, faults = _joined(half, half, mirror, np.inf)
+        result, faults = _joined(half, mirror, np.inf, half)
         if faults or surface_faults(source, result):
             continue
         result = _fitted(model, mirror, result, _TURNS)
@@ -183,7 +182,7 @@ def made_symmetric(source: PolyMesh, made: PolyMesh, model: Model) -> PolyMesh |
 
 
 def _joined(
-    found: PolyMesh, half: PolyMesh, mirror: Mirror, reach: float
+    half: PolyMesh, mirror: Mirror, reach: float, found: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
     """Join half a result to its image; say what is wrong with it."""
     faults = () if found is half else surface_faults(half, found)
@@ -318,7 +317,8 @@ def remesh_quads(
        far more triangles than quads are wanted is decimated for them first.
     5. Where the model is mirror-symmetric, the same is done to one half, whose seam is a line of
        edges, and which is joined to its image; or half of the quads is joined to its image. That is
-       taken if it is sound and not worse (see `not_worse`); else the notes say why not.
+       taken if it is sound and not worse (see `not_worse`) than the first whole; else the notes say
+       why not.
     6. Where no result passes, triangles that pair up completely are taken even if they do not
        look like split quads.
 
@@ -384,11 +384,18 @@ def remesh_quads(
         if engine.lack:
             failures.append(f"{engine.title}: {engine.lack} on this platform")
             continue
-        best, failed = best_run(engine, source, surface, wanted, seed=seed, progress=progress)
+        halves, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
+        run = partial(best_run, engine, source, surface, wanted, seed=seed, progress=progress)
+        # Beside halves that are as good as the first whole, no other is looked for.
+        best, failed = run(most=None if halves is None else 1)
+        if halves is not None and (best is None or not not_worse(source, halves, best.mesh)):
+            halves, why = None, "they would keep its shape worse, or be less regular"
+            if best is None or best.irregular:
+                best, failed = run()
         failures += failed
         if best is not None:
             notes += _other_attempts(failures)
-            chosen, told = _mirrored(engine, source, surface, wanted, best, seed, progress)
+            chosen, told = _mirrored(engine, source, wanted, best, halves, why)
             return finished_quads(without_tabs(chosen), engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
@@ -428,23 +435,24 @@ def _unfit(kept: Remeshed) -> str:
 
 
 def _mirrored(
-    engine: Engine, source: PolyMesh, surface: PolyMesh, wanted: int, best: Candidate, seed: int,
-    progress: Progress,
-) -> tuple[PolyMesh, list[str]]:  # fmt: skip
+    engine: Engine,
+    source: PolyMesh,
+    wanted: int,
+    best: Candidate,
+    halves: PolyMesh | None,
+    why: str,
+) -> tuple[PolyMesh, list[Note]]:
     """Return a mirror-symmetric result in place of another where it is as good; and notes."""
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
-    symmetric, why = symmetric_quads(engine, source, surface, wanted, seed=seed, progress=progress)
-    if symmetric is not None and not not_worse(source, symmetric, best.mesh):
-        symmetric, why = None, "they would keep its shape worse, or be less regular"
     if why:
-        symmetric = made_symmetric(source, best.mesh, model_of(source, wanted))
-    if symmetric is not None:
+        halves = made_symmetric(source, best.mesh, model_of(source, wanted))
+    if halves is not None:
         told = (
-            f"{engine.title} made {symmetric.n_faces} quads ({wanted} were wanted); the model is "
+            f"{engine.title} made {halves.n_faces} quads ({wanted} were wanted); the model is "
             "mirror-symmetric, and so are they: half was remeshed"
         )
-        return symmetric, [Note("quads", told, detail=True)]
+        return halves, [Note("quads", told, detail=True)]
     told = "the model is mirror-symmetric, and the quads are not"
     return best.mesh, [*([Note("quads", told, f"For {why}")] if why else []), best.note]
 

@@ -5,6 +5,7 @@ Such a mesh has an exact 2/2 twill.
 
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from scipy import optimize, sparse
@@ -125,8 +126,9 @@ class Tube:
     low: float
     high: float
 
+    @cached_property
     def lengths(self) -> FloatArray:
-        """Return how long rings are at some levels, evenly from end to end."""
+        """How long rings are at some levels, evenly from end to end."""
         u = (np.arange(_LEVELS) + 0.5) / _LEVELS
         places = self.chart.places(u, np.linspace(0.0, 1.0, _AROUND, endpoint=False))
         return np.linalg.norm(np.roll(places, -1, axis=1) - places, axis=2).sum(axis=1)
@@ -471,7 +473,7 @@ def _strands(tubes: list[Tube], saddles: list[int], field: Field, flux: IntArray
 
 def _density(tube: Tube, strands: int, side: float) -> FloatArray:
     """Return how many rows there are up to some levels of a tube, (L + 1,)."""
-    width = tube.lengths() / strands / side
+    width = tube.lengths / strands / side
     step = (tube.high - tube.low) / _LEVELS * width**_ALIKE
     return np.concatenate([[0.0], np.cumsum(step)])
 

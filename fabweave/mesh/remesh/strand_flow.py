@@ -244,6 +244,11 @@ class Field:
     area: float
 
     @cached_property
+    def _flat(self) -> FloatArray:
+        """The slopes of each pole in a row, (P, 3 K)."""
+        return self.slopes.reshape(len(self.slopes), -1)
+
+    @cached_property
     def blunt(self) -> FloatArray:
         """How blunt the surface is at each pole, (P,): from 0 at a needle to 1 on a plain."""
         share = np.mean(self.away < _AROUND_TIP, axis=1) * self.area / (np.pi * _AROUND_TIP**2)
@@ -255,7 +260,7 @@ class Field:
 
     def cost(self, flux: FloatArray) -> float:
         """Return how uneven quads would be, all over, and what poles cost, in quads."""
-        speed = np.linalg.norm(np.einsum("p,pkd->kd", flux, self.slopes), axis=1)
+        speed = np.linalg.norm((flux @ self._flat).reshape(-1, 3), axis=1)
         off = np.minimum(np.log(np.maximum(speed, 1e-12)) ** 2, _MOST_OFF**2)
         ends = np.where(flux > 0, FAN, MOUTH) * np.abs(flux)
         ends = np.where(flux != 0, np.maximum(ends, NEAREST), 0.0)
@@ -295,17 +300,16 @@ class Field:
             return flux
         many = LEAST * max(len(up), len(down), 2)
         flux[up], flux[down] = many / max(len(up), 1), -many / max(len(down), 1)
-        slopes = self.slopes[on]
         inside = np.any(self.away[on] < 1.5, axis=0)
-        matrix = np.einsum("pkd,k,qkd->pq", slopes, (~inside).astype(float), slopes)
+        slopes = self._flat[on] * np.repeat(~inside, 3)
+        matrix = slopes @ slopes.T
         ones = ends[on][:, None]
         system = np.block([[matrix, ones], [ones.T, np.zeros((1, 1))]])
         inverse = np.linalg.pinv(system)
         for _ in range(_ROUNDS):
-            way = np.einsum("p,pkd->kd", flux[on], slopes)
+            way = (flux[on] @ slopes).reshape(-1, 3)
             way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
-            way[inside] = 0.0
-            right = np.append(np.einsum("pkd,kd->p", slopes, way), 0.0)
+            right = np.append(slopes @ way.reshape(-1), 0.0)
             flux[on] = (inverse @ right)[:-1]
             flux = self.alike(flux)
             flux = np.where(signs != 0, signs * np.maximum(signs * flux, LEAST), 0.0)
