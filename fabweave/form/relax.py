@@ -27,9 +27,6 @@ _GAIN, _ROUGH = 1e-14, 1e3
 #: So many steps are looked at together; one of Newton's, which leaves far less than it gains, is to
 #: gain no more than this share of what is asked for.
 _LOOK, _NEWTON = 6, 0.1
-#: After a step with stress that would raise the energy, so many are taken without it: stress does
-#: not help there for a while.
-_WITHOUT = 2
 #: What is as good as fixed, N/mm.
 _FIXED = 1e12
 
@@ -213,7 +210,7 @@ def relax(
     """
     solver = Solver(net)
     enough = _REST * float(solver.scale[0])
-    damping, steps, without, history = _DAMPING, 0, 0, [energy(net, state)]
+    damping, steps, history = _DAMPING, 0, [energy(net, state)]
     stressed = rough = False
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
@@ -241,11 +238,10 @@ def relax(
             if stressed and share == 1.0:
                 expected = -0.5 * float(force @ step)
                 rough |= max(gained, expected) <= _NEWTON * gain * there
-            calm = share == 1.0 and damping <= _CALM and gained <= _SLOW * abs(there)
-            stressed, without = calm and without <= 0, without - 1
+            stressed = share == 1.0 and damping <= _CALM and gained <= _SLOW * abs(there)
             damping = max(damping * _EASE, _LEAST) if share == whole else damping
         elif stressed:
-            stressed, without = False, _WITHOUT
+            stressed = False
         else:
             damping *= _STIFFEN
     settled = rough or residual <= _ROUGH * enough
