@@ -60,8 +60,6 @@ _MESHES, _TOLD = 4, 3
 #: Strips of a mesh are about such a share of the root of the area of each crossing; its own is not
 #: tried where that is less than so many millimetres.
 _WIDE, _LEAST_MM = 0.54, 4.0
-#: A mesh is another than one of its kind that has so many times as many faces, or more.
-_APART = 1.15
 #: Rims longer than this share of the size are rims; shorter ones are cracks, which a wrap closes.
 _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
@@ -307,7 +305,7 @@ def _other_densities(
     else:
         # By a little luck, another mesh of about as many faces is a better one.
         whole = best.design.but(leave_out=search.asked.mesh.leave_out)
-        near = [one for one in denser(search.asked, whole, _BESIDE) if _is_new(search, one)]
+        near = list(denser(search.asked, whole, _BESIDE))
     yield [
         *near,
         *(mesh(way, between) for way in likely),
@@ -371,15 +369,6 @@ def _grows(search: Search, way: str, number: float) -> bool:
     best, counts = made[0], [density(one.design)[1] for one in made]
     crossings = 0 if best.figures is None else best.figures.crossings
     return counts[0] == max(counts) and crossings * number <= MOST_CROSSINGS * counts[0]
-
-
-def _is_new(search: Search, design: Settings) -> bool:
-    """Tell whether no mesh of the same kind was tried that has nearly as many faces."""
-    way, number = density(design)
-    others = [density(one.design) for one in search.tried]
-    return not any(
-        kind == way and max(count / number, number / count) < _APART for kind, count in others
-    )
 
 
 def _made(search: Search, way: str) -> bool:

@@ -76,6 +76,7 @@ def symmetric_quads(
     *,
     seed: int = 0,
     progress: Progress = no_progress,
+    mirror: Mirror | None = None,
 ) -> tuple[PolyMesh | None, str]:
     """Remesh half of a surface so that its boundary is on the mirror, and join it to its image.
 
@@ -94,6 +95,8 @@ def symmetric_quads(
         The first seed.
     progress : callable
         Told about each run.
+    mirror : Mirror, optional
+        That of the surface, if it is known.
 
     Returns
     -------
@@ -103,7 +106,7 @@ def symmetric_quads(
     why : str
         Why nothing did; empty where there is a result, or no symmetry.
     """
-    mirror = find_mirror(surface)
+    mirror = mirror or find_mirror(surface)
     if not mirror.symmetric:
         return None, ""
     half = sound_half(surface, mirror)
@@ -138,7 +141,9 @@ def symmetric_quads(
     return best_of(good, wanted).mesh, ""
 
 
-def made_symmetric(source: PolyMesh, made: PolyMesh, model: Model) -> PolyMesh | None:
+def made_symmetric(
+    source: PolyMesh, made: PolyMesh, model: Model, mirror: Mirror | None = None
+) -> PolyMesh | None:
     """Join the better half of a mesh of quads of a closed symmetric surface to its image.
 
     The faces on one side of the mirror are taken, and their boundary is put on it; where it had
@@ -152,13 +157,15 @@ def made_symmetric(source: PolyMesh, made: PolyMesh, model: Model) -> PolyMesh |
         Quads like it.
     model : Model
         The surface, for fitting.
+    mirror : Mirror, optional
+        That of the surface, if it is known.
 
     Returns
     -------
     PolyMesh or None
         Exactly symmetric, and not worse (see `not_worse`); None where there is no such.
     """
-    mirror = find_mirror(source)
+    mirror = mirror or find_mirror(source)
     if not mirror.symmetric or not check_mesh(source).closed:
         return None
     side = (face_centres(made) - mirror.point) @ mirror.normal > 0
@@ -380,6 +387,7 @@ def remesh_quads(
         notes.append(Note("quads", text, detail=True))
     failures: list[str] = []
     surface = _reduced(surface, wanted)
+    mirror = find_mirror(surface)
     for engine in engines:
         if engine.lack:
             failures.append(f"{engine.title}: {engine.lack} on this platform")
@@ -395,7 +403,7 @@ def remesh_quads(
         failures += failed
         if best is not None:
             notes += _other_attempts(failures)
-            chosen, told = _mirrored(engine, source, wanted, best, halves, why)
+            chosen, told = _mirrored(engine, source, wanted, best, halves, why, mirror)
             return finished_quads(without_tabs(chosen), engine.name, [*notes, *told])
     return kept or _last_resort(source, n_quads, notes, failures)
 
@@ -435,18 +443,14 @@ def _unfit(kept: Remeshed) -> str:
 
 
 def _mirrored(
-    engine: Engine,
-    source: PolyMesh,
-    wanted: int,
-    best: Candidate,
-    halves: PolyMesh | None,
-    why: str,
-) -> tuple[PolyMesh, list[Note]]:
+    engine: Engine, source: PolyMesh, wanted: int, best: Candidate, halves: PolyMesh | None,
+    why: str, mirror: Mirror,
+) -> tuple[PolyMesh, list[Note]]:  # fmt: skip
     """Return a mirror-symmetric result in place of another where it is as good; and notes."""
     if not best.irregular:  # nothing is better than a regular mesh
         return best.mesh, [best.note]
     if why:
-        halves = made_symmetric(source, best.mesh, model_of(source, wanted))
+        halves = made_symmetric(source, best.mesh, model_of(source, wanted), mirror)
     if halves is not None:
         told = (
             f"{engine.title} made {halves.n_faces} quads ({wanted} were wanted); the model is "
