@@ -146,7 +146,8 @@ class Tried:
         if figures is None:
             return f"{self.name}: {self.verdict.headline}"
         hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
-        base = " on a base" if self.design.pieces.base == "on" else ""
+        tied = self.design.pieces.base == "on" and "--base" not in self.name
+        base = " on a base" if tied else ""
         return (
             f"{self.name}{base}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
             f"{hours}, grade about {figures.grade or 0.0:.1f}; "
