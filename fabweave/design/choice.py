@@ -1,6 +1,7 @@
 """Choose the mesh on which a job is woven: the model's own, or a coarser one of its surface."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from types import MappingProxyType
 from typing import NamedTuple
@@ -65,6 +66,8 @@ _RIM = 0.3
 #: Another design is finer if it has so many times the crossings, and quicker in such a share of
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
+#: Said of what is on a base.
+_BASED = ". It falls by itself: its feet are tied to a board, base.dxf; --base off leaves it out"
 
 
 class Choice(NamedTuple):
@@ -132,7 +135,16 @@ def choose_mesh(
         # What is foretold of what goes far is near the truth at best.
         falls = one.unsure and not stands_as_made(taken)
         found = one.fallen if falls else one
-        why = "" if own else told(job.loaded, found, unfit or _fares(search))
+        if falls and (held := _on_base(taken)) is not None:
+            taken, falls, found = held, False, replace(one, design=held.asked)
+        why = ""
+        if found.design != job.asked:
+            on_own = _unbased(found.design, job.asked) == job.asked
+            why = (
+                f"chosen: {found.brief}{_BASED}"
+                if on_own
+                else told(job.loaded, found, unfit or _fares(search))
+            )
         choice = Choice(taken, why, beside_it(search, one))
         if not falls:
             return choice
@@ -143,6 +155,19 @@ def choose_mesh(
         ways = f". {why_few(search)}" if advise else ""
         raise CannotMakeError(f"{_own(job.loaded)} {unfit}, and no other can be built{ways}")
     return _as_asked(job, search, advise=advise)
+
+
+def _unbased(design: Settings, asked: Settings) -> Settings:
+    """Return a design without a base that was not asked for."""
+    return design.but(base=asked.pieces.base)
+
+
+def _on_base(job: Stations) -> Stations | None:
+    """Return a job of an open object that falls on a base, if it stands there."""
+    if job.asked.pieces.base is not None or job.asked.pieces.hang is not None:
+        return None
+    held = job.instead(job.asked.but(base="on"))
+    return held if stands_as_made(held) else None
 
 
 def _as_asked(
@@ -187,7 +212,7 @@ def _unfit(job: Stations) -> str:
 
 def _fares(search: Search) -> str:
     """Say what the model's own mesh came to."""
-    own = next(one for one in search.tried if one.design == search.asked)
+    own = next(one for one in search.tried if _unbased(one.design, search.asked) == search.asked)
     if own.figures is None or not own.makeable:
         return f"cannot be built ({own.verdict.reasons[0].text})"
     return f"would come to {own.figures.pieces} pieces of grade {own.figures.grade or 0.0:.1f}"
@@ -455,10 +480,13 @@ def told(model: LoadedMesh, chosen: Tried, why: str) -> str:
     gone = len(parse_leave_out(chosen.design.mesh.leave_out).faces)
     left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
     alone = ". It does not stand by itself: leave it on a former (--former auto)"
+    alone = alone if chosen.soft else ""
+    if chosen.design.pieces.base == "on" and not chosen.soft:
+        alone = _BASED
     lacks = [f"; {lack}" for lack in map(lacking, ("quads", "tubes")) if lack]
     return (
         f"chosen: {chosen.brief}. {_own(model)} {why}; --remesh none keeps the mesh"
-        f"{alone if chosen.soft else ''}{left if gone else ''}{''.join(lacks)}"
+        f"{alone}{left if gone else ''}{''.join(lacks)}"
     )
 
 

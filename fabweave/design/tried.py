@@ -146,8 +146,10 @@ class Tried:
         if figures is None:
             return f"{self.name}: {self.verdict.headline}"
         hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
+        tied = self.design.pieces.base == "on" and "--base" not in self.name
+        base = " on a base" if tied else ""
         return (
-            f"{self.name}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
+            f"{self.name}{base}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
             f"{hours}, grade about {figures.grade or 0.0:.1f}; "
             f"{'does not stand by itself' if self.soft else self.verdict.level}"
         )
@@ -229,7 +231,29 @@ def try_design(
             # It cannot be opened there, or a limb would fall off.
             break
         found = further
-    return found.tried
+    return _based(found, name, given, given_mesh, looks=looks) if opens else found.tried
+
+
+def _based(
+    found: "_Once",
+    name: str,
+    given: PolyMesh | None,
+    given_mesh: GivenMesh | None,
+    *,
+    looks: bool,
+) -> Tried:
+    """Return a design on a base, where it falls without and stands with it; else as it is."""
+    tried = found.tried
+    loaded, asked = tried.loaded, tried.design.pieces
+    if loaded is None or not tried.soft or asked.base is not None or asked.hang is not None:
+        return tried
+    if not (loaded.halfedges.twin < 0).any():
+        return tried
+    on_base = tried.design.but(base="on")
+    held = _try_once(
+        on_base, name, given, loaded.remeshed, given_mesh, looks=looks, least=-np.inf
+    ).tried
+    return held if held.makeable else tried
 
 
 class _Once(NamedTuple):

@@ -88,6 +88,7 @@ def planned_hands(
     bill: BillOfMaterials,
     *,
     rolls: bool = False,
+    ties: int = 0,
 ) -> AssemblyTime:
     """Predict how long hands take, before the order of pieces is known.
 
@@ -98,8 +99,9 @@ def planned_hands(
     under = round(_UNDER * placed)
     clips, marks = round(_CLIPS * pieces), 2 * crossings + len(joints)
     return assembly_time(
-        pieces, placed - under, under, joints, bill, clips=clips, marks=marks if rolls else None
-    )
+        pieces, placed - under, under, joints, bill,
+        clips=clips, marks=marks if rolls else None, ties=ties,
+    )  # fmt: skip
 
 
 def assembly_time(
@@ -111,6 +113,7 @@ def assembly_time(
     *,
     clips: int = 0,
     marks: int | None = None,
+    ties: int = 0,
 ) -> AssemblyTime:
     """Return what actions take together.
 
@@ -126,6 +129,8 @@ def assembly_time(
         How many are put on, and taken off again.
     marks : int, optional
         How many are copied to strips that are cut from rolls by hand, and not taken out of sheets.
+    ties : int
+        How many feet are tied to a base.
     """
     held = [kind for kind in joints if not KINDS[kind].most_fasteners]
     set_: dict[float, int] = defaultdict(int)
@@ -134,6 +139,7 @@ def assembly_time(
         set_[row.diameter_mm] += row.needed
         setting_s[row.diameter_mm] += _setting_s(row, bill)
     often = _often(pieces, over, under, sum(set_.values()) + len(held), clips, marks)
+    often["tie"] = ties
     actions = [
         Action(action=name, count=often[name], each_s=seconds, words=words)
         for name, (seconds, words) in PRACTISED.items()
@@ -222,6 +228,7 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
     kind = {joint.id: joint.kind for joint in crossing_map.joints}
     each_s = {action.action: action.each_s for action in hands.actions}
     stations = {piece.id: len(piece.stations) for piece in crossing_map.pieces}
+    feet = {crossing.id for crossing in crossing_map.crossings if crossing.hang}
     seconds = []
     for step in crossing_map.steps:
         made = [name for key in step.fasten for name in holes.get(key, ())]
@@ -230,6 +237,7 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
         marks = sum(stations[key] for key in step.pieces) if "cut" in each_s else None
         often = _often(step.handled, over, under, len(made), len(step.clips or ()), marks)
         often |= {"dab": over + under} if "dab" in each_s else {}
+        often |= {"tie": len(feet & set(step.fasten))} if "tie" in each_s else {}
         total = sum(count * each_s[name] for name, count in often.items() if count)
         seconds.append(MIDDLE_PACE * (total + sum(each_s[name] for name in made)))
     return seconds

@@ -379,6 +379,7 @@ def job_costs(
             bill,
             clips=sum(len(step.clips or ()) for step in steps),
             marks=sum(len(piece.crossings) for piece in piece_set.pieces) if rolls else None,
+            ties=piece_set.tied,
         ),
         bill,
         sheets=tuple(each),
@@ -439,7 +440,9 @@ def pieces_costs(
         times,
         list(of_material),
         sum_prices(prices),
-        planned_hands(len(pieces), crossings, joints, bill, rolls=supplies.rolls),
+        planned_hands(
+            len(pieces), crossings, joints, bill, rolls=supplies.rolls, ties=piece_set.tied
+        ),
         bill,
         planned=True,
         without=tuple(without) or None,

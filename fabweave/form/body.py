@@ -14,7 +14,12 @@ from fabweave.mesh.automorphisms import best_motions
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.topology import label_links
 from fabweave.piece.brief import Brief
-from fabweave.piece.joint.fastening import hanging_crossings, parse_hanging, parse_load
+from fabweave.piece.joint.fastening import (
+    foot_crossings,
+    hanging_crossings,
+    parse_hanging,
+    parse_load,
+)
 from fabweave.ribbon.aim import Aim
 from fabweave.ribbon.lay import WovenObject
 from fabweave.ribbon.project import following_rung
@@ -66,6 +71,9 @@ class ElasticBody:
         stands on nothing.
     aim : Aim or None
         What it is to settle onto, where that is not what is woven.
+    based : bool
+        Whether it is fastened to a base at the crossings that it stands on: these stay where they
+        are wished.
     """
 
     mesh: PolyMesh
@@ -81,6 +89,7 @@ class ElasticBody:
     straight: bool = False
     air_mm: float | None = None
     aim: Aim | None = None
+    based: bool = False
 
     @property
     def size_mm(self) -> float:
@@ -128,6 +137,11 @@ class ElasticBody:
             return (np.arange(count),)
         return tuple(np.flatnonzero(label == number) for number in numbers)
 
+    @property
+    def loose(self) -> tuple[IntArray, ...]:
+        """The crossings of each body that is not fastened to a base."""
+        return tuple(own for own in self.bodies if not (self.based and self.hung[own].any()))
+
     def _own_mesh(self, own: IntArray) -> PolyMesh:
         """Return the part of the mesh beside the crossings of a body."""
         mesh = self.mesh
@@ -172,6 +186,7 @@ class ElasticBody:
             strain=self.strain[spans],
             load=self.load[own],
             hung=self.hung[own],
+            based=self.based and bool(self.hung[own].any()),
             faces=np.zeros((len(own), 2), dtype=np.int64),
             air_mm=None if hangs else air_mm,
             aim=None if aim is None else aim.part(own, mesh),
@@ -217,13 +232,16 @@ def body_of(woven: WovenObject, brief: Brief) -> ElasticBody | None:
     hung, load = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
     if asked.hang is not None:
         hung = hanging_crossings(parse_hanging(asked.hang), wished.bodies.origin)
+    based = asked.base == "on"
+    if based:
+        hung = foot_crossings(threads, woven.halfedges, woven.wished)
     if asked.load is not None:
         mass_kg, where = parse_load(asked.load)
         at = hanging_crossings(where, wished.bodies.origin)
         load[at, 2] = -GRAVITY * mass_kg / np.count_nonzero(at)
     return ElasticBody(
         woven.wished, materials, thickness, net, wished, strain[spans], turning, load, hung, faces,
-        woven.straight, aim=woven.aim,
+        woven.straight, aim=woven.aim, based=based,
     )  # fmt: skip
 
 
@@ -285,6 +303,14 @@ def _nearest_motion(places: FloatArray, to: FloatArray) -> tuple[FloatArray, ...
     """Return the middles of places and of others, and the turn that brings those to these."""
     middle, there = places.mean(axis=0), to.mean(axis=0)
     return middle, there, best_motions(places - middle, to - there, mirrors=False)
+
+
+def off_by(body: ElasticBody, places: FloatArray) -> FloatArray:
+    """Return how places are off those wished, (X, 3), each body where it fits best, or is based."""
+    off = places - body.target
+    for own in body.loose:
+        off[own] = off_places(places[own], body.target[own])
+    return off
 
 
 def standing(net: Net, held: BoolArray, places: FloatArray) -> Net:

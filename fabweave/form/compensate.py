@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen, no_progress
-from fabweave.form.body import ElasticBody, body_of, off_places
+from fabweave.form.body import ElasticBody, body_of, off_by
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
 from fabweave.form.keep_rules import Broken, RuleKeeper
 from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
@@ -151,14 +151,6 @@ def _crossings_between(woven: WovenMesh) -> sp.csr_array:
     return sp.csr_array((each[tail] + each[head] + left + right) / 4.0)
 
 
-def off_in_parts(body: ElasticBody, places: FloatArray) -> FloatArray:
-    """Return how crossings are off where they are wished, (X, 3), each body where it fits best."""
-    off = np.zeros_like(places)
-    for own in body.bodies:
-        off[own] = off_places(places[own], body.target[own])
-    return off
-
-
 def vertex_means(woven: WovenMesh) -> sp.csr_array:
     """Return what takes means of the crossings about each vertex, (V, X)."""
     ends, count = _ends(woven), woven.weave.threads.n_crossings
@@ -286,13 +278,13 @@ class _Compensation:
             rests = let_go(part, self.pins[own], _ABOUT_REST)
             end = in_the_end(part, rests, _ABOUT_REST)
             places[own] = end.state.bodies.origin
-        return off_in_parts(body, places)
+        return off_by(body, places)
 
     def foretold(self, joined: JoinedObject) -> FloatArray:
         """Return the same to first order."""
         body = self.body(joined)
         places = body.places + Foresight(body).moves(self.pins)
-        return off_in_parts(body, places)
+        return off_by(body, places)
 
     @cached_property
     def drawn(self) -> Broken:

@@ -92,10 +92,15 @@ class Foresight:
         self._held = np.zeros_like(self._force)
         each = self._held[: 6 * self._bodies].reshape(-1, 6)
         each[body.held(body.places), :3] = HELD_N_MM
+        #: What holds it when it is let go, too.
+        self._base = self._held * body.based
+        back = (body.target - body.places) * (body.hung & body.based)[:, None]
+        self._back = np.zeros_like(self._force)
+        self._back[: 6 * self._bodies] = self._own(HELD_N_MM * back)
         self._pull = np.zeros_like(self._force)
         self._pull[: 6 * self._bodies] = self._own(body.net.weight + body.load)
         #: How each of its bodies moves as one.
-        self._rigid = [(own, rigid_motions(body.places[own])) for own in body.bodies]
+        self._rigid = [(own, rigid_motions(body.places[own])) for own in body.loose]
 
     def _own(self, push: FloatArray) -> FloatArray:
         """Return pushes in space, (B, 3), on the freedoms of bodies, (6 B,)."""
@@ -120,7 +125,7 @@ class Foresight:
         freedoms = np.zeros(len(self._force))
         freedoms[6 * self._bodies :] = pins
         cases: list[tuple[SuperLU, FloatArray, FloatArray]] = []
-        for held, load in ((0.0, -self._force), (self._held, self._pull)):
+        for held, load in ((self._base, self._back - self._force), (self._held, self._pull)):
             more = sp.diags_array((freedoms + held)[self._solver.order], format="csc")
             factors = factor((self._matrix + more).tocsc())
             step = self._solver.solve(factors, load)

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from fabweave.core.arrays import BoolArray, FloatArray, frozen, frozen_value
 from fabweave.core.records import optional, record, to_json
-from fabweave.form.body import ElasticBody, fitted, off_places, standing
+from fabweave.form.body import ElasticBody, fitted, off_by, standing
 from fabweave.form.net import Net, NetState, local_system, strains
 from fabweave.form.relax import Relaxed, Solver, factor, relax, soft_modes
 from fabweave.form.screw import Frames
@@ -329,11 +329,14 @@ def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rest
         Near enough to rest.
     """
     net = replace(body.net, pins=pins)
+    if body.based:
+        net = standing(net, body.hung, body.target)
     free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
-    free = replace(free, state=fitted(free.state, body.target))
+    if not body.based:
+        free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
     held = body.held(places)
-    stands = standing(net, held, places)
+    stands = net if body.based else standing(net, held, places)
     stood = relax(stands, free.state, gain=how.sag_gain, most=how.steps)
     away = np.linalg.norm(places - body.target, axis=1)
     return Rests(free, held, stands, stood, away, _sag(body, stood, free))
@@ -385,8 +388,9 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Cl
     end = in_the_end(body, rests, how)
     if end is not stood:
         states["loaded"] = end
-    off = np.linalg.norm(off_places(end.state.bodies.origin, body.target), axis=1)
-    unmoved = replace(net, weight=0 * net.weight, held=0 * net.held)
+    off = np.linalg.norm(off_by(body, end.state.bodies.origin), axis=1)
+    rigid = 0 if body.based else 6
+    unmoved = replace(net, weight=0 * net.weight, held=net.held * body.based)
     count = min(_MODES, 6 * net.n_bodies - 1)
     stiffness, motion = soft_modes(unmoved, free.state, count)
     gives, softest = _thumb(net, stood.state)
@@ -394,10 +398,16 @@ def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Cl
     strain = float((_strain(net, stood.state) / body.strain[:, None]).max())
     weight = float(-net.weight[:, 2].sum())
     # Where all bodies move as far, work done is half of the stiffness times their squares.
-    least = np.maximum(stiffness[6:], 2.0 * weight / (net.n_bodies * body.size_mm))
+    least = np.maximum(stiffness[rigid:], 2.0 * weight / (net.n_bodies * body.size_mm))
     # What lies on the table all over, as a mat does, cannot sway.
     pushed = (not rests.held.all()) * 2.0 * weight / (net.n_bodies * least)
-    mode = motion[min(6, count - 1)]
+    mode = motion[min(rigid, count - 1)]
+    if body.based and pushed.max(initial=0.0) > _SWAYS * body.size_mm:
+        # What is held may be limp in a place: its weight is let go that way.
+        push = weight / net.n_bodies * mode / np.linalg.norm(mode, axis=1).max()
+        swayed = relax(replace(net, weight=push), free.state, gain=how.sag_gain, most=how.steps)
+        far = np.linalg.norm(swayed.state.bodies.origin - free.state.bodies.origin, axis=1)
+        pushed = np.minimum(pushed, float(far.max()))
     away, farthest = rests.away_mm, int(rests.away_mm.argmax())
     straight = _as_straight(body, free.state) if body.straight else {}
     form = Form(
@@ -532,7 +542,7 @@ def _as_straight(body: ElasticBody, state: NetState) -> dict[str, float]:
 def _sag(body: ElasticBody, stood: Relaxed, free: Relaxed) -> float:
     """Return how far an object gives where it stands; what hangs may turn about that freely."""
     places, state = free.state.bodies.origin, stood.state
-    state = fitted(state, places) if body.hung.any() else state
+    state = fitted(state, places) if body.hung.any() and not body.based else state
     return float(np.linalg.norm(state.bodies.origin - places, axis=1).max())
 
 

@@ -46,10 +46,10 @@ _Changes = Mapping[str, Any]
 def cure_of(planned: PlannedJob, asked: Settings, given: PolyMesh | None = None) -> str:
     """Return what makes the object of a job stand, as options to add to its command.
 
-    Ribs (all strands of a bunch are thicker) are tried, thicker strands, more fasteners, glue,
-    stiffer material, and both; then other meshes; at last a former: the same material and fewer
-    hours go first. Of large objects only coarser meshes are. Each is let go; what stands is planned
-    anew and let go as it would be made. What cannot be built is no cure.
+    A base is tried, ribs (all strands of a bunch are thicker), thicker strands, more fasteners,
+    glue, stiffer material, and both; then other meshes; at last a former: the same material and
+    fewer hours go first. Of large objects only coarser meshes are. Each is let go; what stands is
+    planned anew and let go as it would be made. What cannot be built is no cure.
 
     Parameters
     ----------
@@ -109,11 +109,14 @@ def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
         return False
 
     rims: list[_Changes] = [{"fasten": "rim"}] if rim.any() else []
+    asked = begun.asked.pieces
+    free = bool(rims) and asked.base is None and asked.hang is None
+    bases: list[_Changes] = [{"base": "on"}] if free else []
     held: list[_Changes] = [{"fasten": one} for one in ("all", "glue") if one != planned.fasten]
     ribs, thicker, stiffer = _stiffer(planned, begun.asked)
     both = [{**one, **other} for one in held for other in (*thicker, *stiffer)]
     firm: dict[str, bool] = {}
-    for changes in (*ribs, *thicker, *rims, *held, *stiffer, *both):
+    for changes in (*bases, *ribs, *thicker, *rims, *held, *stiffer, *both):
         glue = {**changes, "fasten": "glue"}
         if str(glue) not in firm:
             firm[str(glue)] = stands(glue)

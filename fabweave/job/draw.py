@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from fabweave.core.arrays import Progress, frozen_value, no_progress
 from fabweave.core.finding import Note
 from fabweave.core.parallel.executors import Start, at_once
 from fabweave.estimate.costs import Costs, job_costs
-from fabweave.form.compensate import off_in_parts, vertex_means
+from fabweave.form.body import off_by
+from fabweave.form.compensate import vertex_means
 from fabweave.form.relaxed import shown_relaxed
 from fabweave.form.settle import Form
 from fabweave.former.plates import Former, Laid
@@ -24,6 +27,7 @@ from fabweave.nest.layout import Layout
 from fabweave.nest.offcut import Offcut, usable_offcuts
 from fabweave.options.file_kinds import LAYOUT_FILE
 from fabweave.options.settings import Settings
+from fabweave.piece.piece import find_owners
 from fabweave.plan.allotment import Allotment, allot
 from fabweave.plan.bill_of_materials import BillOfMaterials, bill_of_materials
 from fabweave.plan.crossing_map import StepRecord
@@ -33,6 +37,7 @@ from fabweave.plan.steps import build_steps
 from fabweave.plan.verdict import FORCED, Verdict
 from fabweave.ribbon.project import Ribbons
 from fabweave.ribbon.rules.broken_rule import BrokenRule
+from fabweave.sheet.base_board import WIRE_MM, BaseBoard, base_board
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.kerf import kerfed_sheets
 from fabweave.sheet.labels.marks import Marks, mark_pieces, mark_spares, seen_mm
@@ -101,6 +106,8 @@ class Job(PlannedJob):
         A mesh that came from memory, and is kept in the job's folder.
     let_go : LetGo or None
         What becomes of it when it is let go; None where that would take minutes.
+    base : BaseBoard or None
+        The board that its feet are tied to.
     """
 
     layout: Layout
@@ -122,6 +129,7 @@ class Job(PlannedJob):
     former_steps: tuple[str, ...] = ()
     given_mesh: PolyMesh | None = None
     let_go: LetGo | None = None
+    base: BaseBoard | None = None
 
     @property
     def form(self) -> Form | None:
@@ -154,7 +162,7 @@ class Job(PlannedJob):
         if self.let_go is None or form is None or form.collapse or not whole:
             return None
         mesh = woven.wished
-        off = off_in_parts(self.let_go.settled.body, self.let_go.settled.end.state.bodies.origin)
+        off = off_by(self.let_go.settled.body, self.let_go.settled.end.state.bodies.origin)
         return mesh.with_vertices(mesh.vertices + vertex_means(woven) @ off)
 
     @property
@@ -334,4 +342,19 @@ def draw_job(
         laid=laid,
         former_steps=tuple(told),
         given_mesh=given_mesh,
+        base=_base_of(planned),
     )
+
+
+def _base_of(planned: PlannedJob) -> BaseBoard | None:
+    """Return the board that the feet of a job's object are tied to, if one is asked for."""
+    pieces, woven = planned.piece_set, planned.woven
+    if not pieces.tied or pieces.hanging is None:
+        return None
+    feet = np.flatnonzero(pieces.hanging)
+    owners = find_owners(pieces.pieces, len(pieces.hanging)).piece[feet]
+    names = [" ".join(pieces.pieces[at].id for at in own[::-1]) for own in owners.tolist()]
+    places = woven.ribbons.centre if woven.aim is None else woven.aim.places
+    places = places - (0.0, 0.0, woven.wished.vertices[:, 2].min())
+    hole_mm = max((rule.hole_mm for rule in pieces.rules), default=WIRE_MM)
+    return base_board(names, places[feet], woven.ribbons.normal[feet], hole_mm)

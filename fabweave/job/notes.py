@@ -186,14 +186,16 @@ def hanging_notes(
             why = (_JOINED if joined else _NARROW) if holed else _NO_HOLES
             lacking.setdefault(why, []).append(crossing)
     holes = sorted(set(piece_set.size_mm[piece_set.hanging & piece_set.fastened].tolist()))
-    note = agree(len(named), "hang: crossing[|s] ") + ", ".join(named)
-    note += agree(len(named), " [takes|take] what it hangs from or stands on")
+    rule = "base" if piece_set.tied else "hang"
+    what = "the wire of the base" if piece_set.tied else "what it hangs from or stands on"
+    note = agree(len(named), f"{rule}: crossing[|s] ") + ", ".join(named)
+    note += agree(len(named), f" [takes|take] {what}")
     if holes:
         note += agree(len(named), ", through [a hole|holes]")
         note += f" of {' or '.join(f'{hole:g}' for hole in holes)} mm"
     for why, there in lacking.items():
         note += f"; there is no hole at {few_of(there)}, as {why}"
-    return [Note("hang", note)]
+    return [Note(rule, note)]
 
 
 def _weave_notes(weave: Weave) -> list[Note]:

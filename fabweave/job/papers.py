@@ -29,11 +29,13 @@ from fabweave.plan.bill_of_materials import BillOfMaterials
 from fabweave.plan.crossing_map import CrossingMap, read_crossing_map
 from fabweave.plan.verdict import verdict_words
 from fabweave.ribbon.project import Ribbons
+from fabweave.sheet.base_board import BaseBoard
 from fabweave.sheet.drawing import SheetDrawing
 from fabweave.sheet.labels.marks import Marks
 from fabweave.sheet.settings import MachineSettings
 from fabweave.sheet.write.preview import in_lanes, png_bytes
 from fabweave.sheet.write.template import template_pdf
+from fabweave.show.manual.base import base_words, write_base
 from fabweave.show.manual.book import Book
 from fabweave.show.manual.cover import Facts, write_cover
 from fabweave.show.manual.former import FormerPages, former_pages, write_former
@@ -109,6 +111,8 @@ def show_job(
         for sheets in job.beside
         for drawing in sheets.drawings
     ]
+    if job.base is not None:
+        shown.append(start(show_sheet, directory, job.base.drawing, machine, {}))
     sticks = machine.sticks or machine.paper
     if job.woven.straight and sticks != "none":
         path = directory / "sticks.pdf"
@@ -124,6 +128,7 @@ def show_job(
         machine.paper,
         rings,
         (job.laid, job.former_steps),
+        job.base,
     )
     missing = [one for finish in shown for one in finish()]
     views, unmade = manual()
@@ -172,6 +177,7 @@ def job_facts(job: Job, bill: BillOfMaterials, costs: Costs, portrait: bytes) ->
         portrait=portrait,
         costs=cost_rows(costs),
         beside=tuple((sheets.folder, len(sheets.drawings)) for sheets in job.beside),
+        base="" if job.base is None else base_words(job.base),
     )
 
 
@@ -185,6 +191,7 @@ def manual_pdf(
     paper: str = "a4",
     rings: Sequence[RimRing] = (),
     former: FormerPages | None = None,
+    base: BaseBoard | None = None,
 ) -> bytes:
     """Return the manual as a PDF.
 
@@ -206,6 +213,8 @@ def manual_pdf(
     rings : sequence of RimRing
         Those of the last steps.
     former : FormerPages, optional
+    base : BaseBoard, optional
+        That its feet are tied to in the end.
 
     Returns
     -------
@@ -220,6 +229,8 @@ def manual_pdf(
     write_steps(
         book, crossing_map, pictures, seconds, rings, None if former is None else former.leaving
     )
+    if base is not None:
+        write_base(book, base)
     write_parts(book, crossing_map, drawings)
     write_sheets(book, crossing_map, drawings)
     write_map(book, crossing_map, facts.colours)
@@ -240,6 +251,7 @@ def write_manual(
     paper: str,
     rings: Sequence[RimRing],
     former: tuple[Laid | None, Sequence[str]],
+    base: BaseBoard | None = None,
 ) -> tuple[View, ...]:
     """Make the pictures of the steps, unless they are too many, and write the manual.
 
@@ -265,6 +277,7 @@ def write_manual(
         paper=paper,
         rings=rings,
         former=pages,
+        base=base,
     )
     path.write_bytes(data)
     return tuple(step.view for picture in pictures for step in picture.steps)

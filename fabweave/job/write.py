@@ -98,6 +98,8 @@ def write_plan(
         if drawings:
             folder.mkdir(exist_ok=True)
         written += [start(write_cuts, folder, drawing, machine) for drawing in drawings]
+    if job.base is not None:
+        written.append(start(write_cuts, directory, job.base.drawing, machine))
     for sheets in job.beside:
         named = directory / sheets.folder / sheets.folder
         write_text(named.with_suffix(".json"), json_text(sheets.record))

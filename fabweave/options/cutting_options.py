@@ -135,6 +135,15 @@ CUTTING_OPTIONS = (
         "as --hang names them. The verdict says how far it sags, and --fasten form bears it.",
     ),
     _making(
+        "base",
+        choice(("on", "off")),
+        "on ties the feet of an open object, the crossings beside its rim at the ground, to a "
+        "board of plywood or the like: so it neither spreads nor falls. base.dxf and base.svg are "
+        "the board at true size, with two holes for a wire at each foot. Where fabweave chooses "
+        "the mesh, it takes a base for what goes far or falls without.",
+        otherwise="off",
+    ),
+    _making(
         "as_drawn",
         choice(("on", "off")),
         "on cuts strips so that the object comes out as the model is: what it would settle by, and "

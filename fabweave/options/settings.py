@@ -206,6 +206,8 @@ def _at_odds(settings: Settings) -> Iterator[str]:
         target_named(settings.machine.target, settings.machine.rules)
     except InputError as error:
         yield f"target: {error}"
+    if settings.pieces.base == "on" and settings.pieces.hang is not None:
+        yield "base: an object stands on a board or hangs; leave out --base or --hang"
     if settings.cut_twice and not settings.stock.rolls:
         yield (
             "gap: strips edge on edge share cuts, which leaves no place for bridges; leave out "

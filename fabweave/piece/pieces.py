@@ -31,6 +31,7 @@ from fabweave.piece.joined_object import JoinedObject
 from fabweave.piece.joint.ends import CutStrips, Stations, cut_strips, guide_lines
 from fabweave.piece.joint.fastening import (
     fastened_crossings,
+    foot_crossings,
     hanging_crossings,
     parse_fastening,
     parse_hanging,
@@ -143,6 +144,8 @@ class PieceSet:
         The crossings that carry something besides the weave, if that is known.
     glued : bool
         Whether all crossings are glued.
+    tied : int
+        How many crossings are tied to a base.
     """
 
     pieces: tuple[Piece, ...]
@@ -157,6 +160,7 @@ class PieceSet:
     rings: tuple[RimRing, ...] = ()
     hanging: BoolArray | None = None
     glued: bool = False
+    tied: int = 0
 
     @property
     def fitted_mm(self) -> FloatArray:
@@ -295,6 +299,8 @@ def joined_pieces(
     hanging = np.zeros_like(fastened)
     if asked.hang is not None:
         hanging = hanging_crossings(parse_hanging(asked.hang), woven.ribbons.centre)
+    if asked.base == "on":
+        hanging = foot_crossings(woven.weave.threads, woven.halfedges, woven.wished)
     fastened |= hanging
     piece_set = build_pieces(
         woven.ribbons,
@@ -313,7 +319,13 @@ def joined_pieces(
         fit=KIND_PRICES[asked.kinds] is not None,
     )
     rings = plan_rings(woven, brief, loops, piece_set.fastened, piece_set.rules, piece_set.size_mm)
-    return replace(piece_set, rings=rings, hanging=hanging, glued=asked_for.kind == "glue")
+    return replace(
+        piece_set,
+        rings=rings,
+        hanging=hanging,
+        glued=asked_for.kind == "glue",
+        tied=int(hanging.sum()) if asked.base == "on" else 0,
+    )
 
 
 def _joint_kinds(plan: JointPlan, drilled: Drilled) -> list[JointKind]:

@@ -22,6 +22,7 @@ class PieceSettings:
     fasten: str | None
     hang: str | None
     load: str | None
+    base: str | None
     as_drawn: str
     joint: str
     colours: Strategy

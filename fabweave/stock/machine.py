@@ -95,6 +95,7 @@ PRACTISED = {
     "under": (8.5, "to slide one under"),
     "align": (6.0, "to bring holes or ends into line"),
     "clip": (4.0, "to put on a clip and take it off"),
+    "tie": (40.0, "to tie a foot to the base"),
 }
 #: What holding a joint takes, by its kind: a brush and a clip, pressing (a snap that is hard to
 #: align), threading (obstructed and held; what is tucked in, too), tape; the first and the last are

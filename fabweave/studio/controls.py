@@ -206,6 +206,9 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
     drawn = Control("Form", "Comes out", "as_drawn", "choice", settings.pieces.as_drawn,
                     choices=(("on", "as modelled"), ("off", "as it settles")),
                     help=option_named("as_drawn").text)  # fmt: skip
+    base = Control("Form", "Base", "base", "choice", settings.pieces.base or "off",
+                   choices=(("off", "none"), ("on", "a board that it is tied to")),
+                   help=option_named("base").text)  # fmt: skip
     found = [
         Control("Ribbons", "Strips", "strips", "choice", settings.ribbons.strips,
                 choices=(("wavy", "wavy"), ("straight", "straight")),
@@ -224,7 +227,8 @@ def _widths(settings: Settings, woven: WovenObject) -> list[Control]:
             Control("Ribbons", "Gaps", "width", "range", round(1.0 - rule.relative, 3), "open:{}",
                     least=0.1, most=0.9, step=0.01)
         )  # fmt: skip
-    return [*found, drawn]
+    is_open = bool((woven.halfedges.twin < 0).any())
+    return [*found, drawn, *([base] if is_open else [])]
 
 
 def _aside(material: Material) -> tuple[str, str]:

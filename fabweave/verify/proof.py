@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fabweave.verify.check import (
+    base,
     colours,
     drawings,
     fastening,
@@ -90,6 +91,7 @@ _TASKS = (
     _Task("offcuts", ("map",), sheets.check_offcuts),
     _Task("rim", ("map", "mesh"), rim.check_rim),
     _Task("former", ("map", "mesh"), former.check_former),
+    _Task("base", ("map", "mesh"), base.check_base),
     _Task("form", ("map",), form.check_form),
     _Task("simple", ("map",), pieces.check_simple),
     _Task("materials", ("map",), sheets.check_materials),

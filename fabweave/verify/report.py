@@ -56,6 +56,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "offcuts": "what is kept of sheets is free, drawn as it is, and listed as stock",
         "rim": "rings along rims unfold exactly, and lie hole on hole on the crossings beside them",
         "former": "a former keeps off all strips, holds together, bears their names, comes out",
+        "base": "holes of the board that feet are tied to are about these, wherever it lies",
         "form": "its relaxed strips are those that are cut, and it goes as far as its record says",
         "simple": "outlines are simple, counter-clockwise, free of tiny sides and clear of holes",
         "materials": "every piece is on a sheet of its thread's material",

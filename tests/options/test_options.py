@@ -153,6 +153,7 @@ SPOILT = {
     "force": ("yes", 0, None),
     "labels": ("some", None),
     "hang": ("", "top:0", "left", "bottom:3:4", "-1", 3),
+    "base": ("board", "", 3),
     "load": ("", "200", "0g", "200g@left", "1kg@top:0", 3),
     "rim": ("round", None),
     "label_side": ("both", None),

@@ -9,6 +9,7 @@ from fabweave.core.arrays import BoolArray, FloatArray, IntArray
 from fabweave.core.errors import InputError
 from fabweave.core.units import parse_length
 from fabweave.mesh.halfedge import Halfedges
+from fabweave.mesh.polymesh import PolyMesh
 from fabweave.piece.congruence import DECIMALS
 from fabweave.weave.pattern import Weave
 from fabweave.weave.threads import Threads
@@ -118,6 +119,40 @@ def fastened_crossings(
         wanted[threads.crossing[ends]] = True
     wanted[joints] = True
     return np.asarray(wanted)
+
+
+def foot_crossings(threads: Threads, halfedges: Halfedges, mesh: PolyMesh) -> BoolArray:
+    """Say at which crossings an object is tied to a base, (X,): those beside rims at the ground.
+
+    They are no higher above the lowest of these than half of what edges measure in the mean.
+
+    Parameters
+    ----------
+    threads : Threads
+    halfedges : Halfedges
+    mesh : PolyMesh
+        As it is to be in the end; z points up.
+
+    Raises
+    ------
+    InputError
+        If the mesh has no rim, or reaches below it.
+    """
+    rim = beside_edges(threads, halfedges, halfedges.twin < 0)
+    if not rim.any():
+        raise InputError(
+            "--base ties the rim of an open object to a board, and this object has none; leave "
+            "--base out"
+        )
+    ends = mesh.vertices[np.stack([halfedges.tail, halfedges.head])]
+    pitch_mm = float(np.linalg.norm(ends[1] - ends[0], axis=1).mean())
+    height = ends[:, threads.crossing_halfedge, 2].mean(axis=0) - mesh.vertices[:, 2].min()
+    if height[rim].min() > pitch_mm:
+        raise InputError(
+            f"--base ties a rim to a board, and this object reaches {height[rim].min():.0f} mm "
+            "below its rim; leave --base out, or turn it (--up)"
+        )
+    return np.asarray(rim & (height <= height[rim].min() + pitch_mm / 2.0))
 
 
 def beside_edges(threads: Threads, halfedges: Halfedges, edges: BoolArray) -> BoolArray:

@@ -56,6 +56,8 @@ class Facts:
         Names and texts of what is said of times, difficulty and money.
     beside : tuple of (str, int)
         Folders with more sheets, and how many there are.
+    base : str
+        What is to be there for its base; empty if it has none.
     """
 
     title: str
@@ -69,6 +71,7 @@ class Facts:
     portrait: bytes
     costs: tuple[tuple[str, str], ...]
     beside: tuple[tuple[str, int], ...] = ()
+    base: str = ""
 
 
 def write_cover(book: Book, crossing_map: CrossingMap, facts: Facts) -> None:
@@ -179,6 +182,7 @@ def _on_the_table(crossing_map: CrossingMap, facts: Facts) -> list[tuple[str, st
     for folder, count in facts.beside:
         sheets += agree(count, " and the {n} [sheet|sheets] in ") + f"{folder}/"
     lines = [(f"{stock.capitalize()}s", f"{sheets}, cut")]
+    lines += [("Base", facts.base)] if facts.base else []
     lines += buy_lines(facts.bill)
     kinds = sorted({joint.kind for joint in crossing_map.joints})
     tools = [*(KINDS[kind].tools for kind in kinds), *set_with(facts.bill).values()]

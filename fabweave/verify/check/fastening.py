@@ -33,8 +33,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
     if job.options.get("rim", "none") != "none":
         wanted = (wanted or set()) | rim_crossings(required(job.mesh), plan)
     hung = {crossing.id for crossing in plan.crossings if crossing.hang}
-    due_to_carry = hanging(str(job.options.get("hang", "")), plan)
-    tally.at("crossings that carry").same("something", hung, due_to_carry)
+    tally.at("crossings that carry").same("something", hung, carrying(job))
     wanted = (wanted or set()) | hung
     drilled = {
         station.crossing
@@ -53,6 +52,21 @@ def check_fastening(job: Job, tally: Tally) -> None:
             due or not there or crossing.id in allowed,
             "it has holes, but is not to be fastened",
         )
+
+
+def carrying(job: Job) -> set[int]:
+    """Return the crossings that settings hang it from, or tie to a base: those beside low rims."""
+    plan = required(job.map)
+    if job.options.get("base") != "on":
+        return hanging(str(job.options.get("hang", "")), plan)
+    mesh = required(job.wished)
+    rim = _beside(mesh, mesh.twin < 0)
+    ends = mesh.vertices[np.stack([mesh.corner, mesh.corner[mesh.next]])]
+    high_mm = float(np.linalg.norm(ends[1] - ends[0], axis=1).mean()) / 2.0
+    beside = [one for one in plan.crossings if tuple(sorted(one.edge)) in rim]
+    height = np.array([mesh.vertices[list(one.edge), 2].mean() for one in beside])
+    low = height <= height.min(initial=np.inf) + high_mm
+    return {one.id for one, is_low in zip(beside, low.tolist(), strict=True) if is_low}
 
 
 def hanging(asked: str, plan: CrossingMap) -> set[int]:

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fabweave.verify.check.fastening import hanging
+from fabweave.verify.check.fastening import carrying
 from fabweave.verify.crossing_map import CrossingMap, FormRecord, StateRecord
 from fabweave.verify.drawing import Floats, Ints
 from fabweave.verify.measure.geometry import lay_steps, panel_bounds, unfold
@@ -120,7 +120,8 @@ def _check_told(job: Job, form: FormRecord, bodies: list["_Body"], tally: Tally)
         place, there = tally.at("form.json", state["name"]), _places(state)
         falls |= _check_distances(job, state["name"], there, before, bodies, told, place)
         before = before if state["name"] != "let go" else there
-    _check_end(told, there, wished, bodies, tally.at("verdict.json"))
+    based = _hung(job) if job.options.get("base") == "on" else set()
+    _check_end(told, there, wished, bodies, based, tally.at("verdict.json"))
     place, reasons = tally.at("verdict.json"), verdict.get("reasons") or [{}]
     rests = all(state["settled"] for state in states)
     place.equal("whether it came to rest", told.get("settled"), rests)
@@ -132,13 +133,16 @@ def _check_told(job: Job, form: FormRecord, bodies: list["_Body"], tally: Tally)
 
 
 def _check_end(
-    told: dict[str, Any], there: Floats, wished: Floats, bodies: list["_Body"], place: Place
-) -> None:
+    told: dict[str, Any], there: Floats, wished: Floats, bodies: list["_Body"],
+    based: set[int], place: Place,
+) -> None:  # fmt: skip
     """Check how far the object is said to be off in the end, and that moving its mesh gained."""
     off = np.zeros(len(there))
     each = told.get("bodies") or [told]
     for body, said in zip(bodies, each, strict=True):
-        away = nearest(there[body.own], wished[body.own]) - wished[body.own]
+        ends = there[body.own]
+        ends = ends if based & set(body.own.tolist()) else nearest(ends, wished[body.own])
+        away = ends - wished[body.own]
         off[body.own] = np.linalg.norm(away, axis=1)
         _check_far(place, "off_mm", said, float(off[body.own].max()), body.size_mm)
     own = np.concatenate([body.own for body in bodies])
@@ -161,7 +165,7 @@ def _check_distances(
         return False
     for number, (body, said) in enumerate(zip(bodies, each, strict=True), start=1):
         there, hangs = places[body.own], hung & set(body.own.tolist())
-        if goes or hangs:
+        if (goes or hangs) and not (hangs and job.options.get("base") == "on"):
             there = nearest(there, before[body.own])
         far[body.own] = np.linalg.norm(there - before[body.own], axis=1)
         here = place.at(f"body {number}") if len(each) > 1 else place
@@ -230,8 +234,8 @@ def _places(state: StateRecord) -> Floats:
 
 
 def _hung(job: Job) -> set[int]:
-    """Return the crossings that settings hang it from."""
-    return hanging(str(job.options.get("hang", "")), required(job.map))
+    """Return the crossings that settings hang it from, or tie to a base."""
+    return carrying(job)
 
 
 def _check_relaxed(job: Job, form: FormRecord, tally: Tally) -> None:

@@ -59,6 +59,8 @@ CUTS = "cut_list.csv"
 OFFCUTS = "offcuts"
 #: Where files for a service lie, and the table of them.
 SERVICE, TABLE = "service", "parts.csv"
+#: The board that feet are tied to.
+BASE = "base"
 #: What the plan has, as tables for people; and what else is written with every plan.
 PIECES, STATIONS, CROSSINGS = "pieces.csv", "stations.csv", "crossing_map.csv"
 _BESIDE = ("waste.json", "preflight.json", VERDICT)
@@ -300,6 +302,8 @@ class Job:
     rim: Beside | None = None
     #: The former, if there is such a folder.
     former: Beside | None = None
+    #: The board that feet are tied to, if there is one.
+    base: Drawings | None = None
     #: How it is when it was let go, the model of that, and what is said of it; none of large ones.
     form: FormRecord | None = None
     relaxed: dict[str, Strip] | None = None
@@ -326,7 +330,7 @@ class Job:
     @property
     def drawings(self) -> list[Drawings]:
         """All sheets that machines may get, by the folders in which they lie."""
-        each = (self.sheets, self.ready, self.rim, self.former)
+        each = (self.sheets, self.ready, self.rim, self.former, self.base)
         return [drawings for drawings in each if drawings is not None]
 
     @property
@@ -514,6 +518,7 @@ def load_job(directory: Path, tally: Tally) -> Job:
         offcuts=read_offcuts(directory, read),
         rim=read_beside(directory, RIM, RimRecord, read, tally),
         former=read_beside(directory, FORMER, FormerRecord, read, tally),
+        base=_read_base(directory, read),
         form=if_there(FORM, lambda path: read_json(path, FormRecord)),
         relaxed=if_there(RELAXED, read_model),
         verdict=if_there(VERDICT, lambda path: read_json(path, dict)),
@@ -523,12 +528,22 @@ def load_job(directory: Path, tally: Tally) -> Job:
     )
 
 
+def _read_base(directory: Path, read: Read) -> Drawings | None:
+    """Read the board that feet are tied to; None if there is none."""
+    if not any((directory / BASE).with_suffix(suffix).exists() for suffix in (".dxf", ".svg")):
+        return None
+    base = Drawings(".")
+    base.add(BASE, read)
+    return base
+
+
 def _find_strays(directory: Path, tally: Tally) -> None:
     """Tell of drawings where none of a job's lie."""
     for where, _, names in os.walk(directory):
         folder = Path(where).relative_to(directory)
         if folder.parts[:1] not in {(one,) for one in _DRAWN}:
             drawn = [name for name in names if Path(name).suffix.lower() in (".dxf", ".svg")]
+            drawn = [one for one in drawn if folder.parts or Path(one).stem != BASE]
             place = tally.at(folder.as_posix())
             place.expect(not drawn, f"{drawn[:3]} are no drawings of this job")
 
