@@ -222,11 +222,11 @@ def step_seconds(crossing_map: CrossingMap, hands: AssemblyTime) -> list[float]:
             station = piece.stations[cut.station]
             if cut.hole is not None and station.over:
                 holes[station.crossing].append(_fastening(cut.hole[2]))
+    each_s = {action.action: action.each_s for action in hands.actions}
     for crossing in crossing_map.crossings:
-        if crossing.fastened is False:
+        if crossing.fastened is False or (crossing.hang and "tie" in each_s):
             holes.pop(crossing.id, None)
     kind = {joint.id: joint.kind for joint in crossing_map.joints}
-    each_s = {action.action: action.each_s for action in hands.actions}
     stations = {piece.id: len(piece.stations) for piece in crossing_map.pieces}
     feet = {crossing.id for crossing in crossing_map.crossings if crossing.hang}
     seconds = []

@@ -227,8 +227,9 @@ def manual_pdf(
     if former is not None:
         write_former(book, former)
     write_steps(
-        book, crossing_map, pictures, seconds, rings, None if former is None else former.leaving
-    )
+        book, crossing_map, pictures, seconds, rings, None if former is None else former.leaving,
+        tied=base is not None,
+    )  # fmt: skip
     if base is not None:
         write_base(book, base)
     write_parts(book, crossing_map, drawings)

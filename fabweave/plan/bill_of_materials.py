@@ -74,11 +74,14 @@ def _rows(
     outside = None if order is None else set_outside(piece_set, order)
     where: dict[tuple[float, int, float], Counter[int]] = {}
     layers, grip = count_layers(piece_set), grips_mm(piece_set)
+    tied = piece_set.hanging if piece_set.tied else None
+    set_ = piece_set.fastened if tied is None else piece_set.fastened & ~tied
     for piece in piece_set.pieces:
-        # Each fastener is counted once, by the strand above; slots are holes in a strand below.
+        # Each fastener is counted once, by the strand above; slots are holes in a strand below. A
+        # wire takes the place of one where a foot is tied to a base.
         for station, _, _, diameter in piece.holes.tolist():
             crossing = int(piece.crossings[int(station)])
-            if piece.over[int(station)] and piece_set.fastened[crossing]:
+            if piece.over[int(station)] and set_[crossing]:
                 key = diameter, int(layers[crossing]), float(grip[crossing])
                 where.setdefault(key, Counter())[crossing] += 1
     rows = {}

@@ -364,8 +364,23 @@ def least_faced(scene, at, view):
 # --- times --------------------------------------------------------------------------------------
 
 
-def test_steps_take_as_long_as_the_whole():
-    job, crossing_map, _, _ = made(SMALL)
+BASED = {"mesh": "shape:tube?m=8&n=4", "size_mm": 200.0, "base": "on"}
+
+
+@pytest.mark.parametrize("settings", slow_but([SMALL, BASED], 0))
+def test_steps_take_as_long_as_the_whole(settings):
+    job, crossing_map, _, _ = made(settings)
     whole = job.costs.assembly
     told = sum(step_seconds(crossing_map, whole)) / 3600.0
     assert told == pytest.approx(np.sqrt(np.prod(whole.hours)), rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_wire_takes_the_place_of_a_fastener_at_each_foot():
+    job, _, _, _ = made(BASED)
+    feet, fastened = job.piece_set.hanging, job.piece_set.fastened
+    assert feet.sum() == 8
+    assert fastened[feet].all()
+    assert sum(row.needed for row in job.bill.fasteners) == (fastened & ~feet).sum()
+    (tied,) = (one for one in job.costs.assembly.actions if one.action == "tie")
+    assert tied.count == feet.sum()

@@ -25,8 +25,8 @@ def write_base(book: Book, base: BaseBoard) -> None:
     drawing = base.drawing
     feet = agree(len(base.names), "{n} [foot|feet]")
     text = (
-        f"Last, tie {feet} to the board ({base.size}). The wire takes the place of the fastener: "
-        "where a step has a foot, put on a clip. Stand the object on the board, front to front. At "
+        f"Last, tie {feet} to the board ({base.size}). The wire takes the place of the "
+        "fastener. Stand the object on the board, front to front. At "
         "each foot lead a wire up through one hole, through the hole where the two strips cross "
         "whose names stand there, and down through the other hole. Draw it tight until the rim "
         "touches the board, or the foot is as high as the list says; twist its ends beneath. "

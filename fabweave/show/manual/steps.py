@@ -88,6 +88,8 @@ def write_steps(
     seconds: Sequence[float],
     rings: Sequence[RimRing] = (),
     leaving: Leaving | None = None,
+    *,
+    tied: bool = False,
 ) -> None:
     """Write all steps; those of rings come last.
 
@@ -103,11 +105,13 @@ def write_steps(
         Those of the last steps.
     leaving : Leaving, optional
         When a former comes out.
+    tied : bool
+        Whether what carries something is tied to a base in the end.
     """
     book.page(SECTION)
     legend = (LEGEND if pictures else UNPICTURED) + (RINGED if rings else "")
     book.y = book.block(book.left, book.y, legend + BOXES, book.right - book.left, size=_TEXT)
-    writer = _Writer(book, crossing_map, seconds, leaving, pictured=bool(pictures))
+    writer = _Writer(book, crossing_map, seconds, leaving, pictured=bool(pictures), tied=tied)
     woven = [step for step in crossing_map.steps if step.ring is None]
     if not pictures:
         for step in woven:
@@ -161,7 +165,9 @@ class _Writer:
         leaving: Leaving | None,
         *,
         pictured: bool,
+        tied: bool,
     ) -> None:
+        self._tied = tied
         self._book, self._map, self._seconds, self._leaving = book, crossing_map, seconds, leaving
         self._pieces = {piece.id: piece for piece in crossing_map.pieces}
         self._strands = strand_pieces(crossing_map)
@@ -237,7 +243,7 @@ class _Writer:
             *self._told_of(step),
             # A card shows it.
             "" if picture else layers_words(step, self._pieces, self._strands, due),
-            hang_words(step, self._map),
+            hang_words(step, self._map, tied=self._tied),
             seen_words(shown),
             inside_words(sorted({name for one in shown for name in one.inside})),
         ]
@@ -267,7 +273,7 @@ class _Writer:
 
     def write_ring(self, step: StepRecord, ring: RimRing) -> None:
         """Write the step that lays a ring, with its pieces flat below one another."""
-        texts = [*self._told_of(step), hang_words(step, self._map)]
+        texts = [*self._told_of(step), hang_words(step, self._map, tied=self._tied)]
         rows = self._rows(step, self._wide)
         above = self._text_top(rows) + self._told(texts, self._wide)
         page = self._book.top - _GAP / 2 - self._book.foot
@@ -499,8 +505,8 @@ def layers_words(
     return f"All layers are in place: {said}." if said else ""
 
 
-def hang_words(step: StepRecord, crossing_map: CrossingMap) -> str:
-    """Say which crossings that are fastened in a step carry a cord or a foot, and in what hole."""
+def hang_words(step: StepRecord, crossing_map: CrossingMap, *, tied: bool) -> str:
+    """Say which crossings that come into place in a step carry something, and in what hole."""
     pieces = {piece.id: piece for piece in crossing_map.pieces}
     holes = {joint.id: joint.hole_mm for joint in crossing_map.joints}
     said = []
@@ -514,7 +520,8 @@ def hang_words(step: StepRecord, crossing_map: CrossingMap) -> str:
                 f"{crossing.over.piece} with {crossing.under.piece}"
                 + (f" (hole of {hole:g} mm)" if hole is not None else "")
             )
-    return f"A cord or a foot goes here: {listed(said)}." if said else ""
+    what = "Only clipped until the base is tied on" if tied else "A cord or a foot goes here"
+    return f"{what}: {listed(said)}." if said else ""
 
 
 def view_words(view: View, *, turned: bool) -> str:
