@@ -449,7 +449,7 @@ class Energy:
         )
         for which, line in self._lines:
             points = which @ positions
-            way = points - line.nearest(points)[0]
+            way = points - line.nearest(points)
             rows.append(self._distances(which, way, way, CONFIG.line))
         gap = np.einsum("nd,nd->n", self._sides @ positions, self._across)
         lack = np.maximum(self._gap - gap, 0.0) * (CONFIG.thin / self.unit)

@@ -53,10 +53,15 @@ class Lines:
     def _tree(self) -> cKDTree:
         return cKDTree(self.points)
 
-    def nearest(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the nearest of the points to each place, (P, 3), and how far it is, (P,)."""
-        distance, number = self._tree.query(places)
-        return self.points[number], np.asarray(distance, dtype=np.float64)
+    def nearest(self, places: FloatArray) -> FloatArray:
+        """Return the nearest of the points to each place, (P, 3)."""
+        return self.points[self._tree.query(places)[1]]
+
+    def within(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return whether some point is as near to each place as it may be at most, (P,)."""
+        # The tree takes one bound for all, and leaves out what is as far as that: a little more.
+        bound = 1.001 * float(reach.max(initial=0.0))
+        return np.asarray(self._tree.query(places, distance_upper_bound=bound)[0] <= reach)
 
 
 @frozen_value
@@ -128,11 +133,11 @@ def line_edges(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> BoolArray:
     if len(model.sharp.points):
         tail, head = (mesh.vertices[ends[first]] for ends in (halfedges.tail, halfedges.head))
         near = _ALONG * np.linalg.norm(head - tail, axis=1)
+        along = np.ones(len(near), dtype=bool)
         for share in (0.25, 0.5, 0.75):
-            near = np.where(
-                model.sharp.nearest(tail + share * (head - tail))[1] <= near, near, -1.0
-            )
-        on |= near >= 0
+            places = (tail + share * (head - tail))[along]
+            along[along] = model.sharp.within(places, near[along])
+        on |= along
     return on
 
 
@@ -343,7 +348,7 @@ def _line_rows(
         vertex = np.unique(ends)
         middle = sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)
         rows += [sparse_rows(vertex[:, None], np.ones(1), mesh.n_vertices), middle]
-        wanted += [line.nearest(mesh.vertices[vertex])[0], line.nearest(middle @ mesh.vertices)[0]]
+        wanted += [line.nearest(mesh.vertices[vertex]), line.nearest(middle @ mesh.vertices)]
     if not rows:
         return sparse.csr_array((0, mesh.n_vertices)), np.zeros((0, 3))
     return sparse.csr_array(sparse.vstack(rows)), np.concatenate(wanted)
