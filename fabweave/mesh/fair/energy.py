@@ -4,6 +4,7 @@ What is measured is calculated together with its derivatives.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -214,12 +215,43 @@ _Rows: TypeAlias = tuple[FloatArray, sparse.csr_array]
 
 @frozen_value
 class QuadraticModel:
-    """The energy at some positions, half its gradient, (3V,), and half its curvature, (3V, 3V)."""
+    """The energy near some positions.
+
+    Parameters
+    ----------
+    positions : (V, 3) float array
+    linked, alone : pairs of arrays
+        Quantities that count together, and those that stand alone, with their derivatives.
+    together : (N, N) sparse array
+        How the former count together.
+    """
 
     positions: FloatArray
-    value: float
-    gradient: FloatArray
-    curvature: sparse.csc_array
+    linked: _Rows
+    alone: _Rows
+    together: sparse.csr_array
+
+    @cached_property
+    def _pulled(self) -> FloatArray:
+        return np.asarray(self.together @ self.linked[0])
+
+    @cached_property
+    def value(self) -> float:
+        """The energy."""
+        values, others = self.linked[0], self.alone[0]
+        return float(values @ self._pulled + others @ others)
+
+    @cached_property
+    def gradient(self) -> FloatArray:
+        """Half its gradient, (3V,)."""
+        others, by_others = self.alone
+        return np.asarray(self.linked[1].T @ self._pulled + by_others.T @ others)
+
+    @cached_property
+    def curvature(self) -> sparse.csc_array:
+        """Half its curvature, (3V, 3V)."""
+        slopes, by_others = self.linked[1], self.alone[1]
+        return (slopes.T @ (self.together @ slopes) + by_others.T @ by_others).tocsc()
 
 
 class Energy:
@@ -331,15 +363,7 @@ class Energy:
         """Return the energy near some positions, (V, 3)."""
         linked, alone = self._portal_rows(positions)
         alone += [*self._face_rows(positions), *self._distance_rows(positions)]
-        values, slopes = _stacked(linked)
-        pulled = self._together @ values
-        others, by_others = _stacked(alone)
-        return QuadraticModel(
-            positions,
-            value=float(values @ pulled + others @ others),
-            gradient=slopes.T @ pulled + by_others.T @ others,
-            curvature=(slopes.T @ (self._together @ slopes) + by_others.T @ by_others).tocsc(),
-        )
+        return QuadraticModel(positions, _stacked(linked), _stacked(alone), self._together)
 
     def turns_deg(self, positions: FloatArray) -> FloatArray:
         """Return by how much developed strands turn over each crossing, walked both ways."""
