@@ -527,8 +527,13 @@ def _rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array
 
 def _directed(rows: sparse.csr_array, directions: FloatArray) -> sparse.csr_array:
     """Return how scalar products of points with directions vary with x, y and z of vertices."""
-    parts = [sparse.diags_array(directions[:, k]) @ rows for k in range(3)]
-    return sparse.hstack(parts, format="csr")
+    row = np.repeat(np.arange(len(directions)), np.diff(rows.indptr))
+    columns = rows.indices[:, None] + rows.shape[1] * np.arange(3)
+    values = rows.data[:, None] * directions[row]
+    return sparse.csr_array(
+        (values.reshape(-1), columns.reshape(-1), 3 * rows.indptr),
+        shape=(rows.shape[0], 3 * rows.shape[1]),
+    )
 
 
 def _stacked(rows: list[_Rows]) -> _Rows:
