@@ -3,7 +3,6 @@
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
 
 from fabweave.core.arrays import BoolArray, IntArray, frozen_value
 from fabweave.core.errors import InputError
@@ -61,9 +60,6 @@ class Halfedges:
 def pair_corners(tail: IntArray, head: IntArray, n_vertices: int) -> tuple[IntArray, IntArray]:
     """Sort half-edges by the unordered pair of their end vertices.
 
-    Two counting sorts (through a sparse matrix's change of format) are several times faster than
-    a comparison sort of pairs, and keep the order stable.
-
     Returns
     -------
     order : (H,) int array
@@ -71,20 +67,12 @@ def pair_corners(tail: IntArray, head: IntArray, n_vertices: int) -> tuple[IntAr
     starts : (E + 1,) int array
         Bounds of the groups in ``order``.
     """
-    low, high = np.minimum(tail, head), np.maximum(tail, head)
-    count = len(tail)
-    by_high = sparse.coo_array(
-        (np.arange(count), (high, np.arange(count))), shape=(n_vertices, count)
-    ).tocsr()
-    order = by_high.data
-    by_low = sparse.coo_array(
-        (order, (low[order], np.arange(count))), shape=(n_vertices, count)
-    ).tocsr()
-    order = by_low.data.astype(np.int64)
-    low, high = low[order], high[order]
-    changes = np.flatnonzero((low[1:] != low[:-1]) | (high[1:] != high[:-1])) + 1
-    starts = np.concatenate(([0], changes, [count])) if count else np.zeros(1, dtype=np.int64)
-    return order, starts.astype(np.int64)
+    code = np.minimum(tail, head) * n_vertices + np.maximum(tail, head)
+    order = np.argsort(code, kind="stable")
+    code = code[order]
+    new = np.ones(len(code) + 1, dtype=bool)
+    new[1:-1] = code[1:] != code[:-1]
+    return order, np.flatnonzero(new)
 
 
 @frozen_value

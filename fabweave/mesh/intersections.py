@@ -81,8 +81,9 @@ def _triangles(mesh: PolyMesh) -> tuple[IntArray, IntArray]:
     shift = np.zeros(mesh.n_faces, dtype=np.int64)
     corner = np.flatnonzero(turns_in & dart[face_of_corner(mesh)])
     shift[dart] = corner - mesh.offsets[:-1][dart]
-    others = (hollow > 0) & ~dart
-    sizes = np.where(others, 0, mesh.face_sizes - 2)
+    # A quad with more of them crosses itself, and is no polygon.
+    others = (hollow > 0) & (mesh.face_sizes != 4)
+    sizes = np.where((hollow > 0) & ~dart, 0, mesh.face_sizes - 2)
     face = np.repeat(np.arange(mesh.n_faces), sizes)
     place = np.column_stack([np.zeros_like(face), *(k + places_in_groups(sizes) for k in (1, 2))])
     place = (place + shift[face, None]) % mesh.face_sizes[face, None]

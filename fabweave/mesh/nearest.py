@@ -1,6 +1,6 @@
 """Find the closest points of a surface."""
 
-from functools import cache
+from functools import cache, cached_property
 from types import ModuleType
 
 import numpy as np
@@ -22,26 +22,52 @@ def libigl() -> ModuleType:
 
 @frozen_value
 class Feet:
-    """The closest points of a surface to some places.
+    """The closest points of a surface to some places; each of its arrays is made when asked for.
 
     Parameters
     ----------
-    points : (N, 3) float array
-    corners : (N, 3) int array
-        The corners of the triangles on which they lie.
-    shares : (N, 3) float array
-        How much each corner has in them: ``points`` are the sums of the corners' positions by
-        these shares, which are positive and add up to one.
-    normals : (N, 3) float array
-        Unit normals of the triangles.
-    distances : (N,) float array
+    surface : Surface
+    triangle : (N,) int array
+        On which of its triangles they lie.
+    scaled : (N, 3) float array
+        Where, in the scale of its tree.
+    square : (N,) float array
+        How far, squared, in that scale.
     """
 
-    points: FloatArray
-    corners: IntArray
-    shares: FloatArray
-    normals: FloatArray
-    distances: FloatArray
+    surface: "Surface"
+    triangle: IntArray
+    scaled: FloatArray
+    square: FloatArray
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """Where they are, (N, 3)."""
+        return self.scaled / self.surface.scale + self.surface.origin
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """How far, (N,)."""
+        return np.sqrt(np.maximum(self.square, 0.0)) / self.surface.scale
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Unit normals of the triangles, (N, 3)."""
+        return self.surface.normals[self.triangle]
+
+    @cached_property
+    def corners(self) -> IntArray:
+        """The corners of the triangles, (N, 3)."""
+        return self.surface.triangles[self.triangle]
+
+    @cached_property
+    def shares(self) -> FloatArray:
+        """How much each corner has in them, (N, 3).
+
+        ``points`` are the sums of the corners' positions by these shares, which are positive and
+        add up to one.
+        """
+        return _barycentric(self.scaled, self.surface.scaled[self.corners])
 
 
 class Surface:
@@ -62,12 +88,12 @@ class Surface:
             raise ValueError("a surface needs finite points")
         if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(points):
             raise ValueError("triangles name points that do not exist")
-        self._origin = points.mean(axis=0) if len(points) else np.zeros(3)
-        reach = float(np.abs(points - self._origin).max(initial=0.0))
+        self.origin = points.mean(axis=0) if len(points) else np.zeros(3)
+        reach = float(np.abs(points - self.origin).max(initial=0.0))
         # A power of two rounds nothing, and keeps squares in range.
-        self._scale = float(np.ldexp(1.0, -int(np.frexp(reach)[1])))
-        self._points = np.ascontiguousarray((points - self._origin) * self._scale)
-        corner = self._points[triangles]
+        self.scale = float(np.ldexp(1.0, -int(np.frexp(reach)[1])))
+        self.scaled = np.ascontiguousarray((points - self.origin) * self.scale)
+        corner = self.scaled[triangles]
         area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         # What is so thin that the square of its area is no number has none.
         size = np.linalg.norm(area, axis=1, keepdims=True)
@@ -75,10 +101,10 @@ class Surface:
         if not wide.any():
             raise ValueError("a surface needs triangles with an area")
         self._numbers = np.flatnonzero(wide)
-        self._triangles = np.ascontiguousarray(triangles[wide])
-        self._normals = area[wide] / size[wide]
+        self.triangles = np.ascontiguousarray(triangles[wide])
+        self.normals = area[wide] / size[wide]
         self._tree = libigl().AABB()
-        self._tree.init(self._points, self._triangles)
+        self._tree.init(self.scaled, self.triangles)
 
     def feet(self, places: FloatArray) -> Feet:
         """Return the closest points of the surface, and where on which triangle they are.
@@ -90,15 +116,7 @@ class Surface:
         """
         if not np.isfinite(places).all():
             raise ValueError("the places must be finite")
-        square, nearest, points = self._nearest((places - self._origin) * self._scale)
-        corners = self._triangles[nearest]
-        return Feet(
-            points=points / self._scale + self._origin,
-            corners=corners,
-            shares=_barycentric(points, self._points[corners]),
-            normals=self._normals[nearest],
-            distances=np.sqrt(np.maximum(square, 0.0)) / self._scale,
-        )
+        return Feet(self, *self._nearest((places - self.origin) * self.scale))
 
     def hits(self, places: FloatArray, ways: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return which triangle a ray from each place meets first, and how far it goes.
@@ -127,26 +145,26 @@ class Surface:
         """
         if not len(places):
             return np.zeros(0, dtype=np.int64), np.zeros(0)
-        begin = np.ascontiguousarray((places - self._origin) * self._scale)
+        begin = np.ascontiguousarray((places - self.origin) * self.scale)
         met, far, _ = self._tree.intersect_ray_first(
-            self._points, self._triangles, begin, np.ascontiguousarray(ways)
+            self.scaled, self.triangles, begin, np.ascontiguousarray(ways)
         )
         triangles = np.asarray(met, dtype=np.int64).reshape(-1)
-        far = np.asarray(far, dtype=np.float64).reshape(-1) / self._scale
+        far = np.asarray(far, dtype=np.float64).reshape(-1) / self.scale
         missed = triangles < 0
         return np.where(missed, -1, self._numbers[triangles]), np.where(missed, np.inf, far)
 
-    def _nearest(self, asked: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
-        """Return squared distances, triangles and closest points, all in the tree's scale."""
+    def _nearest(self, asked: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Return triangles, closest points and squared distances, all in the tree's scale."""
         if not len(asked):
-            return np.zeros(0), np.zeros(0, dtype=np.int64), asked
+            return np.zeros(0, dtype=np.int64), asked, np.zeros(0)
         square, nearest, closest = self._tree.squared_distance(
-            self._points, self._triangles, np.ascontiguousarray(asked)
+            self.scaled, self.triangles, np.ascontiguousarray(asked)
         )
         return (
-            np.asarray(square, dtype=np.float64).reshape(-1),
             np.asarray(nearest, dtype=np.int64).reshape(-1),
             np.asarray(closest, dtype=np.float64).reshape(-1, 3),
+            np.asarray(square, dtype=np.float64).reshape(-1),
         )
 
 

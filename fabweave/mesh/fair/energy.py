@@ -4,6 +4,7 @@ What is measured is calculated together with its derivatives.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -214,12 +215,43 @@ _Rows: TypeAlias = tuple[FloatArray, sparse.csr_array]
 
 @frozen_value
 class QuadraticModel:
-    """The energy at some positions, half its gradient, (3V,), and half its curvature, (3V, 3V)."""
+    """The energy near some positions.
+
+    Parameters
+    ----------
+    positions : (V, 3) float array
+    linked, alone : pairs of arrays
+        Quantities that count together, and those that stand alone, with their derivatives.
+    together : (N, N) sparse array
+        How the former count together.
+    """
 
     positions: FloatArray
-    value: float
-    gradient: FloatArray
-    curvature: sparse.csc_array
+    linked: _Rows
+    alone: _Rows
+    together: sparse.csr_array
+
+    @cached_property
+    def _pulled(self) -> FloatArray:
+        return np.asarray(self.together @ self.linked[0])
+
+    @cached_property
+    def value(self) -> float:
+        """The energy."""
+        values, others = self.linked[0], self.alone[0]
+        return float(values @ self._pulled + others @ others)
+
+    @cached_property
+    def gradient(self) -> FloatArray:
+        """Half its gradient, (3V,)."""
+        others, by_others = self.alone
+        return np.asarray(self.linked[1].T @ self._pulled + by_others.T @ others)
+
+    @cached_property
+    def curvature(self) -> sparse.csc_array:
+        """Half its curvature, (3V, 3V)."""
+        slopes, by_others = self.linked[1], self.alone[1]
+        return (slopes.T @ (self.together @ slopes) + by_others.T @ by_others).tocsc()
 
 
 class Energy:
@@ -331,15 +363,7 @@ class Energy:
         """Return the energy near some positions, (V, 3)."""
         linked, alone = self._portal_rows(positions)
         alone += [*self._face_rows(positions), *self._distance_rows(positions)]
-        values, slopes = _stacked(linked)
-        pulled = self._together @ values
-        others, by_others = _stacked(alone)
-        return QuadraticModel(
-            positions,
-            value=float(values @ pulled + others @ others),
-            gradient=slopes.T @ pulled + by_others.T @ others,
-            curvature=(slopes.T @ (self._together @ slopes) + by_others.T @ by_others).tocsc(),
-        )
+        return QuadraticModel(positions, _stacked(linked), _stacked(alone), self._together)
 
     def turns_deg(self, positions: FloatArray) -> FloatArray:
         """Return by how much developed strands turn over each crossing, walked both ways."""
@@ -449,7 +473,7 @@ class Energy:
         )
         for which, line in self._lines:
             points = which @ positions
-            way = points - line.nearest(points)[0]
+            way = points - line.nearest(points)
             rows.append(self._distances(which, way, way, CONFIG.line))
         gap = np.einsum("nd,nd->n", self._sides @ positions, self._across)
         lack = np.maximum(self._gap - gap, 0.0) * (CONFIG.thin / self.unit)
@@ -503,8 +527,13 @@ def _rows(columns: IntArray, values: FloatArray, width: int) -> sparse.csr_array
 
 def _directed(rows: sparse.csr_array, directions: FloatArray) -> sparse.csr_array:
     """Return how scalar products of points with directions vary with x, y and z of vertices."""
-    parts = [sparse.diags_array(directions[:, k]) @ rows for k in range(3)]
-    return sparse.hstack(parts, format="csr")
+    row = np.repeat(np.arange(len(directions)), np.diff(rows.indptr))
+    columns = rows.indices[:, None] + rows.shape[1] * np.arange(3)
+    values = rows.data[:, None] * directions[row]
+    return sparse.csr_array(
+        (values.reshape(-1), columns.reshape(-1), 3 * rows.indptr),
+        shape=(rows.shape[0], 3 * rows.shape[1]),
+    )
 
 
 def _stacked(rows: list[_Rows]) -> _Rows:

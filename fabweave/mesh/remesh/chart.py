@@ -3,6 +3,8 @@
 Rows and columns of a grid are lines of such a chart; so can the rings around a limb be.
 """
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -39,6 +41,22 @@ class Sheet:
     def corners(self) -> IntArray:
         """The vertices of the triangles, (T, 3)."""
         return self.mesh.indices.reshape(-1, 3)
+
+    @cached_property
+    def growth(self) -> sparse.csr_array:
+        """Rows that give by how much a function grows along each edge's first half-edge, (E, V)."""
+        half, first = self.halfedges, self.halfedges.edge_halfedge
+        rows = np.tile(np.arange(half.n_edges), 2)
+        ends = np.concatenate([half.head[first], half.tail[first]])
+        return sparse.csr_array(
+            (np.repeat([1.0, -1.0], half.n_edges), (rows, ends)),
+            shape=(half.n_edges, self.mesh.n_vertices),
+        )
+
+    @cached_property
+    def stiff(self) -> sparse.csr_array:
+        """What Dirichlet's energy of functions without jumps is as a quadratic form, (V, V)."""
+        return sparse.csr_array(self.growth.T @ (self.weights[:, None] * self.growth))
 
     def along(self, values: FloatArray, jumps: FloatArray) -> FloatArray:
         """Return by how much a function with jumps grows along each half-edge, (H,)."""
@@ -96,22 +114,12 @@ def harmonic(sheet: Sheet, fixed: IntArray, values: FloatArray, jumps: FloatArra
     jumps : (E,) float array
         What is added along the first half-edge of each edge; around each triangle they add up to 0.
     """
-    count, half = sheet.mesh.n_vertices, sheet.halfedges
-    first = half.edge_halfedge
-    rows = np.arange(half.n_edges)
-    growth = sparse.csr_array(
-        (
-            np.repeat([1.0, -1.0], half.n_edges),
-            (np.tile(rows, 2), np.concatenate([half.head[first], half.tail[first]])),
-        ),
-        shape=(half.n_edges, count),
-    )
-    stiff = sparse.csr_array(growth.T @ (sheet.weights[:, None] * growth))
+    count, stiff = sheet.mesh.n_vertices, sheet.stiff
     found = np.zeros(count)
     found[fixed] = values
     free = np.ones(count, dtype=bool)
     free[fixed] = False
-    right = -(growth.T @ (sheet.weights * jumps)) - stiff @ found
+    right = -(sheet.growth.T @ (sheet.weights * jumps)) - stiff @ found
     inner = np.flatnonzero(free)
     if len(inner):
         # The matrix is symmetric, and so is how it is factored, which takes half of the time.

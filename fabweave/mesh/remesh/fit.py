@@ -53,10 +53,15 @@ class Lines:
     def _tree(self) -> cKDTree:
         return cKDTree(self.points)
 
-    def nearest(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the nearest of the points to each place, (P, 3), and how far it is, (P,)."""
-        distance, number = self._tree.query(places)
-        return self.points[number], np.asarray(distance, dtype=np.float64)
+    def nearest(self, places: FloatArray) -> FloatArray:
+        """Return the nearest of the points to each place, (P, 3)."""
+        return self.points[self._tree.query(places)[1]]
+
+    def within(self, places: FloatArray, reach: FloatArray) -> BoolArray:
+        """Return whether some point is as near to each place as it may be at most, (P,)."""
+        # The tree takes one bound for all, and leaves out what is as far as that: a little more.
+        bound = 1.001 * float(reach.max(initial=0.0))
+        return np.asarray(self._tree.query(places, distance_upper_bound=bound)[0] <= reach)
 
 
 @frozen_value
@@ -128,11 +133,11 @@ def line_edges(model: Model, mesh: PolyMesh, halfedges: Halfedges) -> BoolArray:
     if len(model.sharp.points):
         tail, head = (mesh.vertices[ends[first]] for ends in (halfedges.tail, halfedges.head))
         near = _ALONG * np.linalg.norm(head - tail, axis=1)
+        along = np.ones(len(near), dtype=bool)
         for share in (0.25, 0.5, 0.75):
-            near = np.where(
-                model.sharp.nearest(tail + share * (head - tail))[1] <= near, near, -1.0
-            )
-        on |= near >= 0
+            places = (tail + share * (head - tail))[along]
+            along[along] = model.sharp.within(places, near[along])
+        on |= along
     return on
 
 
@@ -204,10 +209,10 @@ def fit(model: Model, mesh: PolyMesh, rounds: int, even: float = _EVEN) -> PolyM
     True
     """
     halfedges = build_halfedges(mesh)
-    lines = line_edges(model, mesh, halfedges)
+    lines, points = line_edges(model, mesh, halfedges), _with_centres(mesh)
     known = self_intersections(mesh)
     for _ in range(rounds):
-        moved = mesh.with_vertices(_solved(model, mesh, halfedges, lines, even))
+        moved = mesh.with_vertices(_solved(model, mesh, halfedges, lines, points, even))
         mesh = _unspoilt(mesh, moved, known)
     return mesh
 
@@ -232,12 +237,13 @@ def _unspoilt(mesh: PolyMesh, moved: PolyMesh, known: IntArray) -> PolyMesh:
 
 
 def _solved(
-    model: Model, mesh: PolyMesh, halfedges: Halfedges, lines: BoolArray, even: float
-) -> FloatArray:
-    """Return where the vertices are after one round."""
+    model: Model, mesh: PolyMesh, halfedges: Halfedges, lines: BoolArray,
+    points: sparse.csr_array, even: float,
+) -> FloatArray:  # fmt: skip
+    """Return where the vertices are after one round; points are vertices and centres of faces."""
     count = mesh.n_vertices
-    there, wanted_there, lost = _model_on_mesh(model, mesh)
-    back, wanted_back, added = _mesh_on_model(model, mesh, halfedges)
+    there, wanted_there, lost = _model_on_mesh(model, mesh, points)
+    back, wanted_back, added = _mesh_on_model(model, mesh, halfedges, points)
     ring, wanted_ring, ring_weight = _evenness(mesh, halfedges, lines)
     line, wanted_line = _line_rows(model, mesh, halfedges, lines)
     parts = [
@@ -247,34 +253,42 @@ def _solved(
         (sparse.eye_array(count, format="csr"), mesh.vertices, np.full(count, _STAY)),
         (line, wanted_line, np.full(len(wanted_line), _LINE)),
     ]
-    matrix = sum(rows.T @ (weight[:, None] * rows) for rows, _, weight in parts)
+    matrix = sum(rows.T @ _weighted(rows, weight) for rows, _, weight in parts)
     right = sum(rows.T @ (weight[:, None] * wanted) for rows, wanted, weight in parts)
     return np.asarray(splu(sparse.csc_array(matrix)).solve(np.asarray(right)))
 
 
-def _model_on_mesh(model: Model, mesh: PolyMesh) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
+def _weighted(rows: sparse.csr_array, weight: FloatArray) -> sparse.csr_array:
+    """Return rows times their weights."""
+    values = rows.data * np.repeat(weight, np.diff(rows.indptr))
+    return sparse.csr_array((values, rows.indices, rows.indptr), shape=rows.shape)
+
+
+def _model_on_mesh(
+    model: Model, mesh: PolyMesh, points: sparse.csr_array
+) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
     """Return rows that give the points of the mesh closest to the samples, these, and weights.
 
     Samples that are far off weigh more, so that tips come out.
     """
-    points, triangles = plain_triangles(mesh)
-    feet = Surface(points, triangles).feet(model.places)
+    places, triangles = plain_triangles(mesh)
+    feet = Surface(places, triangles).feet(model.places)
     # The closest point of a sheet that looks the other way is on the far side of a thin limb.
     fits = np.einsum("nd,nd->n", feet.normals, model.normals) > 0
-    rows = sparse_rows(feet.corners[fits], feet.shares[fits], len(points))
-    if len(points) > mesh.n_vertices:
-        rows = rows @ _with_centres(mesh)
+    rows = sparse_rows(feet.corners[fits], feet.shares[fits], len(places))
+    if len(places) > mesh.n_vertices:
+        rows = rows @ points
     return rows, model.places[fits], _weights(feet.distances[fits])
 
 
 def _mesh_on_model(
-    model: Model, mesh: PolyMesh, halfedges: Halfedges
+    model: Model, mesh: PolyMesh, halfedges: Halfedges, points: sparse.csr_array
 ) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
     """Return rows for vertices, face centres and edge middles, where they belong, and weights."""
     first = halfedges.edge_halfedge
     ends = np.column_stack([halfedges.tail[first], halfedges.head[first]])
     rows = sparse.vstack(
-        [_with_centres(mesh), sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)], format="csr"
+        [points, sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)], format="csr"
     )
     places = np.concatenate([mesh.vertices, face_centres(mesh), edge_middles(mesh, halfedges)])
     feet = model.surface.feet(places)
@@ -343,7 +357,7 @@ def _line_rows(
         vertex = np.unique(ends)
         middle = sparse_rows(ends, np.full(2, 0.5), mesh.n_vertices)
         rows += [sparse_rows(vertex[:, None], np.ones(1), mesh.n_vertices), middle]
-        wanted += [line.nearest(mesh.vertices[vertex])[0], line.nearest(middle @ mesh.vertices)[0]]
+        wanted += [line.nearest(mesh.vertices[vertex]), line.nearest(middle @ mesh.vertices)]
     if not rows:
         return sparse.csr_array((0, mesh.n_vertices)), np.zeros((0, 3))
     return sparse.csr_array(sparse.vstack(rows)), np.concatenate(wanted)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fabweave.core.arrays import BoolArray, FloatArray, IntArray, flags
+from fabweave.core.arrays import BoolArray, FloatArray, flags
 from fabweave.mesh.halfedge import Halfedges, build_halfedges
 from fabweave.mesh.intersections import self_intersections
 from fabweave.mesh.one_rings import sum_at
@@ -116,15 +116,16 @@ def with_limbs(
         That there still is a spike, if so.
     """
 
-    def faults(one: PolyMesh) -> IntArray:
-        return np.array([len(self_intersections(one)), len(check_remeshed(source, one))])
-
     def better(new: PolyMesh) -> bool:
-        return stretch(new) < stretch(mesh) and bool(np.all(faults(new) <= known))
+        return (
+            stretch(new) < stretch(mesh)
+            and len(self_intersections(new)) <= clashes
+            and len(check_remeshed(source, new)) <= faults
+        )
 
     if not drawn_out(mesh):
         return mesh, ()
-    known, ringed = faults(mesh), mesh
+    clashes, faults, ringed = len(self_intersections(mesh)), len(check_remeshed(source, mesh)), mesh
     for _ in range(_MOST_RINGS):
         fewer = ringed
         ringed = _ringed(fewer)

@@ -444,6 +444,8 @@ def _best_apart(mesh: PolyMesh, gain: FloatArray, quads: IntArray) -> IntArray:
     Where there is another edge from c to d, two faces would lie on one another.
     """
     good = np.flatnonzero(gain > _LEAST_GAIN)
+    if not len(good):
+        return good
     ends = [np.sort(pairs, axis=1).T for pairs in (quads[good, 2:], quads[:, :2])]
     new, old = (low * mesh.n_vertices + high for low, high in ends)
     good = good[~np.isin(new, old)]
