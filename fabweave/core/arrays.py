@@ -1,7 +1,7 @@
 """Name the array types that pass between stations, and freeze them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 import numpy as np
@@ -67,10 +67,10 @@ def frozen_value(cls: type[_Value]) -> type[_Value]:
     post_init: Callable[[Any], None] | None = getattr(cls, "__post_init__", None)
 
     def freeze(self: Any) -> None:
-        for field in fields(self):
-            array = getattr(self, field.name)
+        own = vars(self)
+        for name, array in own.items():
             if isinstance(array, np.ndarray):
-                object.__setattr__(self, field.name, frozen(array))
+                own[name] = frozen(array)
         if post_init is not None:
             post_init(self)
 

@@ -69,11 +69,14 @@ def _keys(cls: type) -> list[tuple[str, Mapping[str, Any]]]:
 
 #: What stands in a document as it is: nearly all of a large one.
 _LEAVES = frozenset({float, int, str, bool})
+_LISTS = (tuple, list)
 
 
 def _plain(value: Any) -> Any:
     """Return a value of a record as JSON has it."""
-    if isinstance(value, tuple | list):
+    if isinstance(value, _LISTS):
+        if _LEAVES.issuperset(map(type, value)):
+            return list(value)
         return [item if type(item) in _LEAVES else _plain(item) for item in value]
     return to_json(value) if is_dataclass(value) else value
 

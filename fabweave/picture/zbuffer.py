@@ -137,12 +137,8 @@ def nearness_map(points: FloatArray, triangles: IntArray, *, width: int, height:
 def _nearness(parts: Iterable[_Covered], size: int) -> FloatArray:
     """Return how near what covers each pixel is."""
     nearness = np.full(size, -np.inf)
-    for number, (_, pixel, near) in enumerate(parts):
-        # The last write counts; what is nearer than that is written again, until nothing is.
-        above = np.flatnonzero(near > nearness[pixel]) if number else np.arange(len(pixel))
-        while len(above):
-            nearness[pixel[above]] = near[above]
-            above = above[near[above] > nearness[pixel[above]]]
+    for _, pixel, near in parts:
+        np.maximum.at(nearness, pixel, near)
     return nearness
 
 
@@ -250,11 +246,13 @@ def _row_spans(
     A row's span is half open, and so is a triangle's range of rows; sides are always followed
     from their upper end, so two triangles find the same place on the side that they share.
     """
-    # From the top: the upper, the middle and the lower corner of each triangle.
-    x, y = (
-        np.take_along_axis(corners[:, :, axis], np.argsort(corners[:, :, 1], axis=1), axis=1).T
-        for axis in (0, 1)
-    )
+    # From the top: the upper, the middle and the lower corner of each triangle. Of two that are as
+    # high, either may be the first: sides are the same.
+    x, y = corners[:, :, 0].T.copy(), corners[:, :, 1].T.copy()
+    for pair in ([0, 1], [1, 2], [0, 1]):
+        low = y[pair[0]] > y[pair[1]]
+        for each in (x, y):
+            each[pair] = np.where(low, each[pair[::-1]], each[pair])
     first = np.clip(np.ceil(y[0] - 0.5), 0, height).astype(np.int64)
     last = np.clip(np.ceil(y[2] - 0.5), 0, height).astype(np.int64)
     low, high = np.minimum(np.minimum(x[0], x[1]), x[2]), np.maximum(np.maximum(x[0], x[1]), x[2])

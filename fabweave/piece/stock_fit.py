@@ -39,8 +39,16 @@ def rough_nesting(
         them.
     """
     rotations = parse_rotations(supplies.rotations)
+    # Threads that are cut to several greatest lengths often come to the same pieces.
+    known: dict[tuple[bytes, ...], SheetsNeeded | None] = {}
 
     def needed(outlines: Sequence[FloatArray], supply_of: IntArray) -> SheetsNeeded | None:
+        key = (supply_of.tobytes(), *(outline.tobytes() for outline in outlines))
+        if key not in known:
+            known[key] = nested(outlines, supply_of)
+        return known[key]
+
+    def nested(outlines: Sequence[FloatArray], supply_of: IntArray) -> SheetsNeeded | None:
         found = []
         for number, supply in enumerate(supplies.each):
             try:

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import shapely
 
-from fabweave.core.arrays import IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.messages import agree
 from fabweave.core.records import record
 from fabweave.piece.development import Runs, unfold_runs
@@ -160,17 +161,8 @@ def foretell(
         Whether sheets count as if pieces filled as much of them as they can: no choice comes to
         fewer.
     """
-    strips = unfold_runs(ribbons, runs)
-    rings = strip_outlines(strips)
-    outlines = shapely.polygons([shapely.linearrings(ring) for ring in rings])
-    area, rim = shapely.area(outlines), shapely.length(outlines)
-    hull, extent = shapely.convex_hull(outlines), 2 * shapely.minimum_bounding_radius(outlines)
-    sheet = sheet_area(area, rim, shapely.area(hull), extent, bed)
-    middle = (strips.right + strips.left) / 2
-    steps = np.append(np.hypot(*np.diff(middle, axis=0).T), 0.0)
-    steps[strips.offsets[1:] - 1] = 0.0  # from the end of one piece to the next
-    long = np.add.reduceat(steps, strips.offsets[:-1]) > length_mm + 1e-6
-
+    rings, (area, rim, hull, extent, length) = _measured(ribbons, runs)
+    sheet, long = sheet_area(area, rim, hull, extent, bed), length > length_mm + 1e-6
     supply, count = workshop.supply[runs.thread], len(workshop.stock)
     least = area if bed.straight else area / _MOST_FILLED
     taken = np.bincount(supply, scale * (least if full else sheet), count).astype(np.float64)
@@ -195,6 +187,22 @@ def foretell(
         lacking_mm2=needed.lacking_mm2,
         exact=scale == 1.0,
     )
+
+
+@lru_cache(maxsize=LENGTHS)  # a comparison asks for those of a length two or three times
+def _measured(ribbons: Ribbons, runs: Runs) -> tuple[list[FloatArray], FloatArray]:
+    """Return pieces' outlines, and their areas, rims, areas of hulls, extents and lengths."""
+    strips = unfold_runs(ribbons, runs)
+    rings = strip_outlines(strips)
+    outlines = shapely.polygons([shapely.linearrings(ring) for ring in rings])
+    area, rim = shapely.area(outlines), shapely.length(outlines)
+    hull = shapely.area(shapely.convex_hull(outlines))
+    extent = 2 * shapely.minimum_bounding_radius(outlines)
+    middle = (strips.right + strips.left) / 2
+    steps = np.append(np.hypot(*np.diff(middle, axis=0).T), 0.0)
+    steps[strips.offsets[1:] - 1] = 0.0  # from the end of one piece to the next
+    length = np.add.reduceat(steps, strips.offsets[:-1])
+    return rings, np.stack((area, rim, hull, extent, length))
 
 
 def _few(pieces: int, sheets: int) -> bool:
