@@ -17,7 +17,7 @@ from fabweave.verify.report import MEANINGS
 MAP_CHECKS = " ".join(name for name in MEANINGS if name not in ("seal", "source"))
 MISSING = {
     "job.toml": "files fastened colours",
-    "woven_mesh.obj": "files source mesh-walks pattern space rim former",
+    "woven_mesh.obj": "files source mesh-walks pattern space rim former base",
     "model.glb": "files space clearance bends grain joints unfolding",
     "crossing_map.json": MAP_CHECKS,
     "ribbons.json": "files clearance bends grain",
@@ -283,7 +283,7 @@ def turn_inside_out(mesh):
     [
         (stretch, "space", None),
         (mirror, "space", ""),
-        (turn_one_face, "files source mesh-walks pattern space rim former", None),
+        (turn_one_face, "files source mesh-walks pattern space rim former base", None),
         (lambda mesh: mesh.faces.pop(0), "mesh-walks pattern space", None),
         # The same threads, but seen from inside every panel looks away.
         (turn_inside_out, "space", "mesh-walks"),
