@@ -77,7 +77,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, _LISTS):
         if _LEAVES.issuperset(map(type, value)):
             return list(value)
-        return [item if type(item) in _LEAVES else _plain(item) for item in value]
+        return [_plain(item) for item in value]
     return to_json(value) if is_dataclass(value) else value
 
 

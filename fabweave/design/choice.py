@@ -164,7 +164,7 @@ def _unbased(design: Settings, asked: Settings) -> Settings:
 
 def _on_base(job: Stations) -> Stations | None:
     """Return a job of an open object that falls on a base, if it stands there."""
-    if job.asked.pieces.base is not None or job.asked.pieces.hang is not None:
+    if not job.asked.pieces.may_be_based:
         return None
     held = job.instead(job.asked.but(base="on"))
     return held if stands_as_made(held) else None
@@ -310,8 +310,10 @@ def _other_densities(
     if best is not None and _is_good(search, _OWN):
         # No more than a finer and a quicker one are wanted beside it, if they are not there.
         there = beside_it(search, best)
-        wanted = {"finer": [finer] * _grows(search, kind, finer), "quicker": [coarser]}
-        yield [mesh(kind, n) for name, some in wanted.items() if name not in there for n in some]
+        wanted = {"finer": finer, "quicker": coarser}
+        if not _grows(search, kind, finer):
+            del wanted["finer"]
+        yield [mesh(kind, number) for name, number in wanted.items() if name not in there]
     else:
         ways = [] if _is_good(search, _GOOD) else _likely(search, able)
         others = [mesh(way, coarser if best is None else between) for way in ways]
@@ -479,14 +481,12 @@ def told(model: LoadedMesh, chosen: Tried, why: str) -> str:
     """
     gone = len(parse_leave_out(chosen.design.mesh.leave_out).faces)
     left = agree(gone, "; {n} [face is|faces are] left open, where ribbons have no room")
+    based = _BASED if chosen.design.pieces.base == "on" else ""
     alone = ". It does not stand by itself: leave it on a former (--former auto)"
-    alone = alone if chosen.soft else ""
-    if chosen.design.pieces.base == "on" and not chosen.soft:
-        alone = _BASED
     lacks = [f"; {lack}" for lack in map(lacking, ("quads", "tubes")) if lack]
     return (
         f"chosen: {chosen.brief}. {_own(model)} {why}; --remesh none keeps the mesh"
-        f"{alone}{left if gone else ''}{''.join(lacks)}"
+        f"{alone if chosen.soft else based}{left if gone else ''}{''.join(lacks)}"
     )
 
 

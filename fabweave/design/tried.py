@@ -147,10 +147,12 @@ class Tried:
             return f"{self.name}: {self.verdict.headline}"
         hours = "" if figures.hours is None else f", {hours_text(figures.hours)}"
         tied = self.design.pieces.base == "on" and "--base" not in self.name
-        base = " on a base" if tied else ""
+        # Typed by hand, it is asked for as well.
+        name, on = (f"{self.name} --base on", " on a base") if tied else (self.name, "")
         return (
-            f"{self.name}{base}: {figures.pieces} pieces, strips of some {figures.median_mm:.0f} mm"
-            f"{hours}, grade about {figures.grade or 0.0:.1f}; "
+            f"{name}: {figures.pieces} pieces{on}, "
+            f"strips of some {figures.median_mm:.0f} mm{hours}, "
+            f"grade about {figures.grade or 0.0:.1f}; "
             f"{'does not stand by itself' if self.soft else self.verdict.level}"
         )
 
@@ -245,7 +247,7 @@ def _based(
     """Return a design on a base, where it falls without and stands with it; else as it is."""
     tried = found.tried
     loaded, asked = tried.loaded, tried.design.pieces
-    if loaded is None or not tried.soft or asked.base is not None or asked.hang is not None:
+    if loaded is None or not tried.soft or not asked.may_be_based:
         return tried
     if not (loaded.halfedges.twin < 0).any():
         return tried

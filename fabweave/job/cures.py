@@ -109,8 +109,7 @@ def _on_this_mesh(planned: PlannedJob, begun: Stations) -> Iterator[_Changes]:
         return False
 
     rims: list[_Changes] = [{"fasten": "rim"}] if rim.any() else []
-    asked = begun.asked.pieces
-    free = bool(rims) and asked.base is None and asked.hang is None
+    free = bool(rims) and begun.asked.pieces.may_be_based
     bases: list[_Changes] = [{"base": "on"}] if free else []
     held: list[_Changes] = [{"fasten": one} for one in ("all", "glue") if one != planned.fasten]
     ribs, thicker, stiffer = _stiffer(planned, begun.asked)

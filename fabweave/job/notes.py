@@ -188,7 +188,10 @@ def hanging_notes(
     holes = sorted(set(piece_set.size_mm[piece_set.hanging & piece_set.fastened].tolist()))
     rule = "base" if piece_set.tied else "hang"
     what = "the wire of the base" if piece_set.tied else "what it hangs from or stands on"
-    note = agree(len(named), f"{rule}: crossing[|s] ") + ", ".join(named)
+    # Those of a base are named on its board.
+    which = f"{len(named)} " if piece_set.tied else ""
+    note = agree(len(named), f"{rule}: {which}crossing[|s]")
+    note += "" if piece_set.tied else f" {', '.join(named)}"
     note += agree(len(named), f" [takes|take] {what}")
     if holes:
         note += agree(len(named), ", through [a hole|holes]")

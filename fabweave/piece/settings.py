@@ -32,6 +32,11 @@ class PieceSettings:
     label_side: str
 
     @property
+    def may_be_based(self) -> bool:
+        """Whether it may be tied to a base unasked: of one nothing is said, nor does it hang."""
+        return self.base is None and self.hang is None
+
+    @property
     def mirrored(self) -> bool:
         """Whether sheets are drawn mirrored, since the inside is engraved."""
         return self.label_side == "inside"

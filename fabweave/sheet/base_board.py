@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from fabweave.core.arrays import FloatArray, frozen_value
 from fabweave.core.errors import CannotMakeError
@@ -108,10 +109,7 @@ def base_board(
 
 def _check_apart(holes: FloatArray, hole_mm: float) -> None:
     """Raise if holes run into one another."""
-    points = shapely.points(holes)
-    nearest = min(
-        shapely.distance(points[at], np.delete(points, at)).min() for at in range(len(points))
-    )
+    nearest = float(np.asarray(cKDTree(holes).query(holes, k=2)[0])[:, 1].min())
     if nearest < hole_mm + _LEAST_MM:
         raise CannotMakeError(
             f"of the base, holes of {hole_mm:g} mm would be {nearest:.1f} mm apart",

@@ -15,9 +15,9 @@ _SAME_MM = 0.02
 
 def check_base(job: Job, tally: Tally) -> None:
     """Check the drawings of the board against the crossings that are feet."""
-    place, asked = tally.at(f"{BASE}.dxf"), job.options.get("base") == "on"
-    place.equal("whether there is a board", job.base is not None, asked)
-    if job.base is None or not asked:
+    place = tally.at(f"{BASE}.dxf")
+    place.equal("whether there is a board", job.base is not None, job.based)
+    if job.base is None or not job.based:
         return
     dxf, svg = job.base.dxf.get(BASE), job.base.svg.get(BASE)
     if dxf is None or svg is None:

@@ -57,7 +57,7 @@ def check_fastening(job: Job, tally: Tally) -> None:
 def carrying(job: Job) -> set[int]:
     """Return the crossings that settings hang it from, or tie to a base: those beside low rims."""
     plan = required(job.map)
-    if job.options.get("base") != "on":
+    if not job.based:
         return hanging(str(job.options.get("hang", "")), plan)
     mesh = required(job.wished)
     rim = _beside(mesh, mesh.twin < 0)

@@ -95,7 +95,7 @@ def _check_given(job: Job, form: FormRecord, bodies: list["_Body"], place: Place
         and place.equal("the states", [one["name"] for one in form["states"]], names)
     ):
         return False
-    held, hung = set(form["held"]), _hung(job)
+    held, hung = set(form["held"]), carrying(job)
     for own in (set(body.own.tolist()) for body in bodies):
         if hung & own:
             place.same("what it hangs from", held & own, hung & own)
@@ -120,7 +120,7 @@ def _check_told(job: Job, form: FormRecord, bodies: list["_Body"], tally: Tally)
         place, there = tally.at("form.json", state["name"]), _places(state)
         falls |= _check_distances(job, state["name"], there, before, bodies, told, place)
         before = before if state["name"] != "let go" else there
-    based = _hung(job) if job.options.get("base") == "on" else set()
+    based = carrying(job) if job.based else set()
     _check_end(told, there, wished, bodies, based, tally.at("verdict.json"))
     place, reasons = tally.at("verdict.json"), verdict.get("reasons") or [{}]
     rests = all(state["settled"] for state in states)
@@ -158,14 +158,14 @@ def _check_distances(
     told: dict[str, Any], place: Place,
 ) -> bool:  # fmt: skip
     """Check how far crossings are said to go in a state; say whether a body falls."""
-    far, goes, falls, hung = np.zeros(len(places)), name == "let go", False, _hung(job)
+    far, goes, falls, hung = np.zeros(len(places)), name == "let go", False, carrying(job)
     key, each = _NAMES[name], told.get("bodies") or [told]
     size_mm = float(np.ptp(required(job.wished).vertices, axis=0).max())
     if not place.equal("how many bodies it is told of", len(each), len(bodies)):
         return False
     for number, (body, said) in enumerate(zip(bodies, each, strict=True), start=1):
         there, hangs = places[body.own], hung & set(body.own.tolist())
-        if (goes or hangs) and not (hangs and job.options.get("base") == "on"):
+        if (goes or hangs) and not (hangs and job.based):
             there = nearest(there, before[body.own])
         far[body.own] = np.linalg.norm(there - before[body.own], axis=1)
         here = place.at(f"body {number}") if len(each) > 1 else place
@@ -231,11 +231,6 @@ def _check_far(place: Place, key: str, told: dict[str, Any], far_mm: float, size
 def _places(state: StateRecord) -> Floats:
     """Return where crossings are, (X, 3)."""
     return np.array(state["bodies"], dtype=np.float64).reshape(-1, 6)[:, :3]
-
-
-def _hung(job: Job) -> set[int]:
-    """Return the crossings that settings hang it from, or tie to a base."""
-    return carrying(job)
 
 
 def _check_relaxed(job: Job, form: FormRecord, tally: Tally) -> None:

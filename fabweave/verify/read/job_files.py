@@ -328,6 +328,11 @@ class Job:
         return _options(self.settings)
 
     @property
+    def based(self) -> bool:
+        """Whether its feet are to be tied to a board."""
+        return self.options.get("base") == "on"
+
+    @property
     def drawings(self) -> list[Drawings]:
         """All sheets that machines may get, by the folders in which they lie."""
         each = (self.sheets, self.ready, self.rim, self.former, self.base)
