@@ -442,7 +442,8 @@ def icotorus():
 
 
 def test_result_without_irregular_vertices_ends_the_search(tmp_path):
-    later = "if int(task['seed']) > 0: time.sleep(600)"
+    # Halves, which have a rim, are all waited for.
+    later = "if int(task['seed']) > 0 and not bool(task['rim']): time.sleep(600)"
     engine = giving(tmp_path, grids.torus(24, 12, 35.0, 15.0), later)
     remeshed = remesh_quads(icotorus(), 288, engines=[replace(engine, most_runs=4)])
     assert len(remeshed.irregular) == 0
