@@ -176,7 +176,7 @@ def test_processes_and_one_alone_write_the_same(tmp_path):
 @pytest.mark.filterwarnings("ignore")
 def test_dask_makes_the_same_though_one_of_its_workers_dies(tmp_path):
     distributed = pytest.importorskip("distributed", reason="dask.distributed is absent")
-    jobs = {f"{name}{at}": JOBS[name] for name in JOBS for at in range(3)}
+    jobs = {f"{name}{at}": JOBS[name] for name in JOBS for at in range(2)}
     fw.batch(jobs, tmp_path / "here", workers=2)
     with (
         distributed.LocalCluster(
