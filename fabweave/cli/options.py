@@ -214,8 +214,10 @@ class _Folder(click.Path):
 
     def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:  # noqa: ARG002
         """Return an example, named after the mesh if there is one."""
-        mesh = (ctx.params.get("mesh") if ctx is not None else None) or ""
-        stem = Path(mesh.partition("?")[0].removeprefix("shape:")).stem
+        mesh = ctx.params.get("mesh") if ctx is not None else None
+        # Where no mesh is named either, click has a mark of its own for it.
+        named = mesh if isinstance(mesh, str) else ""
+        stem = Path(named.partition("?")[0].removeprefix("shape:")).stem
         return f"Name a folder to write, for example: -o {shlex.quote(stem or 'out')}"
 
 

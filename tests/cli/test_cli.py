@@ -114,6 +114,14 @@ def test_mistakes_get_one_message_and_leave_nothing(typed, code, tmp_path, capsy
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("typed", ["", "--size 400mm", "shape:cube"])
+def test_where_no_folder_is_named_one_is_proposed(typed, capsys):
+    assert run("make", *typed.split()) == 2
+    told = capsys.readouterr().err
+    assert f"-o {typed.removeprefix('shape:') if ':' in typed else 'out'}" in told
+    assert "Traceback" not in told
+
+
 @pytest.mark.slow
 def test_a_file_name_beyond_the_font_does_not_stop_a_job(tmp_path):
     mesh = tmp_path / "vö{se.obj"
