@@ -137,8 +137,8 @@ BAD = [one for one in mesh_params(bad=True) if one.id != "bad/klein-bottle.obj"]
 @slow
 @pytest.mark.parametrize("row", BAD)
 def test_bad_meshes_give_a_proved_job_or_one_message(row, tmp_path, capsys):
-    code = run("make", row.path, "--size", "200mm", *SHEET, "--remesh", "none", "--effort", "quick", "-q",
-               "-o", tmp_path / "out")  # fmt: skip
+    code = run("make", row.path, "--size", "200mm", *SHEET, "--remesh", "none", "--effort", "quick",
+               "-q", "-o", tmp_path / "out")  # fmt: skip
     if code == 0:
         # A job that is not proved is not kept.
         assert (tmp_path / "out" / "verify.json").is_file()

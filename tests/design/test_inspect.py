@@ -95,13 +95,13 @@ def test_the_symmetries_of_a_torus_are_told(mesh, pattern, rotations, reflection
 
 
 def test_what_is_symmetric_but_for_noise_is_told_as_such() -> None:
-    mesh = parse_shape("shape:cube")
+    mesh, asked = parse_shape("shape:cube"), Settings.of("cube.obj", size_mm=300.0, remesh="none")
     noise = np.random.default_rng(0).normal(size=mesh.vertices.shape)
     size = np.ptp(mesh.vertices, axis=0).max()
     told = {}
     for share in (2e-5, 1e-2):
         rough = mesh.with_vertices(mesh.vertices + share * size * noise)
-        facts = inspect_mesh(Stations(Settings.of("cube.obj", size_mm=300.0, remesh="none"), rough)).facts
+        facts = inspect_mesh(Stations(asked, rough)).facts
         told[share] = facts["symmetry"]["exact"], facts["symmetry"]["weave"]["rotations"]
     assert told == {2e-5: (False, 24), 1e-2: (True, 1)}
 
