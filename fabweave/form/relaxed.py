@@ -22,8 +22,9 @@ SCHEMA = "fabweave.form/1"
 #: Decimals of millimetres and of radians.
 _MM, _RADIANS = 7, 9
 #: Ribbons keep their lengths to this share of their width, or to the second at the worst, and are
-#: found in so many steps at most. So many steps also draw laps together: more bring little.
-_EXACT, _KEPT, _STEPS, _LAPPING = 1e-9, 1e-6, 40, 16
+#: found in so many steps at most. So often laps are drawn together, and lengths kept after that:
+#: more brings little.
+_EXACT, _KEPT, _STEPS, _LAPPING = 1e-9, 1e-6, 40, 8
 #: Rungs unfold to where they are cut, seen from the rung before, to this.
 _UNFOLDS_MM = 0.002
 #: Strands of more crossings are laid one by one: all together would take minutes.
@@ -68,7 +69,9 @@ def relaxed_ribbons(
     points, lengths = np.concatenate([right, left]), _lengths(fine, flat)
     if len(state.angles) <= _MOST_TOGETHER:
         lapped = _with_laps(lengths, fine, points, weave)
-        points, _ = lapped.nearest(points, exact=_EXACT, steps=_LAPPING)
+        for _ in range(_LAPPING):
+            for conditions in (lapped, lengths):
+                points, _ = conditions.nearest(points, exact=_EXACT, steps=1)
     points, off = lengths.nearest(points, exact=_EXACT, steps=_STEPS)
     if off > _KEPT:
         return None
