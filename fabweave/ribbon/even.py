@@ -138,23 +138,27 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
     step = np.diff(line, axis=1)
     offset = middle[rung][:, None] - line[:, :-1]
     across = unit(ribbons.left[rung] - ribbons.right[rung])
-    half = wanted[:, None] / 2.0
-    # From the start of each step to a place on the rung, and so how far that is from the step.
+    half = wanted / 2.0
+    # From the start of each step to a place on the rung, and so how far that is from the step. The
+    # few steps come first: numpy is quick along many rungs.
     square = np.maximum(np.einsum("nkd,nkd->nk", step, step), 1e-300)
     far, along = (np.einsum("nkd,nkd->nk", offset, other) for other in (offset, step))
     out, ahead = (np.einsum("nkd,nd->nk", other, across) for other in (offset, step))
+    square, far, along, out, ahead = (
+        np.ascontiguousarray(each.T) for each in (square, far, along, out, ahead)
+    )
     levels = []
     for side in (-half, half):
-        factor = np.ones((len(rung), 1))
+        factor = np.ones(len(rung))
         for _ in range(_ROUNDS):
             place = factor * side
             onward = along + place * ahead
             share = np.clip(onward / square, 0.0, 1.0)
             apart = far + place * (2.0 * out + place) - share * (2.0 * onward - share * square)
-            distance = np.sqrt(np.maximum(apart.min(axis=1, keepdims=True), 1e-300))
+            distance = np.sqrt(np.maximum(apart.min(axis=0), 1e-300))
             factor = np.clip(factor * half / distance, 1.0, _LONGEST)
         level = np.ones((ribbons.n_rungs, 1))
-        level[rung] = factor
+        level[rung, 0] = factor
         levels.append(level)
     # Strands meet in the middles of panels.
     panels = np.concatenate([ribbons.entry, ribbons.entry + 1])
@@ -165,8 +169,8 @@ def even_rails(ribbons: Ribbons, weave: Weave, width: FloatArray) -> Ribbons:
         for level in levels:
             level[panels] = both
     right, left = ribbons.right.copy(), ribbons.left.copy()
-    right[rung] = middle[rung] - levels[0][rung] * half * across
-    left[rung] = middle[rung] + levels[1][rung] * half * across
+    right[rung] = middle[rung] - levels[0][rung] * half[:, None] * across
+    left[rung] = middle[rung] + levels[1][rung] * half[:, None] * across
     return replace(
         ribbons, right=right, left=left, from_right=better_diagonals(right, left, following)
     )
