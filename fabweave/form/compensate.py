@@ -10,7 +10,7 @@ they kept: where one would be broken, the motion is corrected as little as may b
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +20,7 @@ from fabweave.core.arrays import FloatArray, IntArray, Progress, frozen, no_prog
 from fabweave.form.body import ElasticBody, body_of, off_by
 from fabweave.form.hold import Foresight, Foretold, foretell, pins_of
 from fabweave.form.keep_rules import Broken, RuleKeeper
+from fabweave.form.relax import Relaxed
 from fabweave.form.settle import BOUND, STANDS, Closely, in_the_end, let_go
 from fabweave.mesh.automorphisms import Symmetry
 from fabweave.mesh.polymesh import PolyMesh
@@ -62,16 +63,23 @@ _Moved = tuple[JoinedObject, FloatArray]
 Check = Callable[[WovenObject, Depth], RibbonCheck]
 
 
+class Begun(NamedTuple):
+    """How far each body of an object came when it was let go, with such pins."""
+
+    pins: FloatArray
+    each: tuple[Relaxed, ...]
+
+
 def compensated(
     joined: JoinedObject,
     pieces: PieceSet,
     brief: Brief,
     check: Check,
     progress: Progress = no_progress,
-) -> list[JoinedObject]:
+) -> list[tuple[JoinedObject, Begun]]:
     """Return objects that settle onto the mesh of another, the nearest first.
 
-    There are none where little is gained.
+    And how far each came to rest. There are none where little is gained.
 
     Parameters
     ----------
@@ -193,9 +201,9 @@ class _Compensation:
     progress: Progress
 
     @property
-    def found(self) -> list[JoinedObject]:
-        """What comes nearer and nearer to its aim in the end."""
-        drawn = left = self.off(self.joined)
+    def found(self) -> list[tuple[JoinedObject, Begun]]:
+        """What comes nearer and nearer to its aim in the end, and how far that came to rest."""
+        drawn = left = self.off(self.joined)[0]
         off, tried = self.foretold(self.joined), []
         moved = np.zeros_like(self.joined.woven.mesh.vertices)
         for _ in range(_ROUNDS):
@@ -209,12 +217,12 @@ class _Compensation:
                 cut = found and self.cut(found)
             if found is None or cut is None:
                 break
-            before, left = left, self.off(cut)
+            before, (left, came) = left, self.off(cut)
             gained = _mean(left) < min(_mean(before), _WORTH * _mean(drawn))
             if not gained or _most(left) > (1.0 + _LITTLE) * _most(before):
                 break
             laid, moved = found
-            tried.append(self.aimed(cut, moved, drawn, left))
+            tried.append((self.aimed(cut, moved, drawn, left), Begun(self.pins, came)))
             if self.is_near(left) or _mean(left) > _WORTH * _mean(before):
                 break
             off = self.foretold(laid)
@@ -270,15 +278,16 @@ class _Compensation:
         # It has as many crossings as before.
         return cast(ElasticBody, body_of(joined.woven, self.brief))
 
-    def off(self, joined: JoinedObject) -> FloatArray:
-        """Return how far crossings come to rest from where they are wished, (X, 3)."""
+    def off(self, joined: JoinedObject) -> tuple[FloatArray, tuple[Relaxed, ...]]:
+        """Return how far crossings rest from where they are wished, (X, 3), and how bodies came."""
         body = self.body(joined)
-        places = np.zeros_like(body.places)
+        places, came = np.zeros_like(body.places), []
         for part, own in zip(body.parts, body.bodies, strict=True):
             rests = let_go(part, self.pins[own], _ABOUT_REST)
             end = in_the_end(part, rests, _ABOUT_REST)
             places[own] = end.state.bodies.origin
-        return off_by(body, places)
+            came.append(rests.came)
+        return off_by(body, places), tuple(came)
 
     def foretold(self, joined: JoinedObject) -> FloatArray:
         """Return the same to first order."""

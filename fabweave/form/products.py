@@ -37,12 +37,15 @@ class Products:
     scale: FloatArray
 
     def off(self, points: FloatArray) -> tuple[FloatArray, sp.csr_array]:
-        """Return how far products are off, (C,), and how that changes, (C, 3 N), by points."""
+        """Return how far products are off, (C,), and how that changes, (C, 3 N) by axes."""
         one, other = self.first @ points, self.second @ points
         off = (np.einsum("cd,cd->c", one, other) - self.wanted) / self.scale
-        parts = (self.first, other), (self.second, one)
-        change = [_along(sums, by / self.scale[:, None]) for sums, by in parts]
-        return off, sp.csr_array(change[0] + change[1])
+        change = [
+            _times(other[:, axis] / self.scale, self.first)
+            + _times(one[:, axis] / self.scale, self.second)
+            for axis in range(3)
+        ]
+        return off, sp.csr_array(sp.hstack(change))
 
     def nearest(self, points: FloatArray, *, exact: float, steps: int) -> tuple[FloatArray, float]:
         """Return about the nearest points that keep all conditions, and how far off they are.
@@ -63,7 +66,7 @@ class Products:
             if float(np.abs(off).max(initial=0.0)) <= exact:
                 break
             step = change.T @ _solved(change @ change.T, off, reach)
-            points = points - step.reshape(-1, 3)
+            points = points - step.reshape(3, -1).T
             off, change = own.off(points)
         return points, float(np.abs(off).max(initial=0.0))
 
@@ -85,12 +88,10 @@ class Products:
         return Products(first, second, self.wanted[order], self.scale[order]), reach
 
 
-def _along(sums: sp.csr_array, by: FloatArray) -> sp.csr_array:
-    """Return what sums of points are along a direction each, (C, 3 N), point by point."""
-    row = np.repeat(np.arange(len(by)), np.diff(sums.indptr))
-    values = (sums.data[:, None] * by[row]).ravel()
-    columns = (3 * sums.indices[:, None] + np.arange(3)).ravel()
-    return sp.csr_array((values, columns, 3 * sums.indptr), shape=(len(by), 3 * sums.shape[1]))
+def _times(factor: FloatArray, rows: sp.csr_array) -> sp.csr_array:
+    """Return a sparse matrix with each row times a factor."""
+    data = np.repeat(factor, np.diff(rows.indptr)) * rows.data
+    return sp.csr_array((data, rows.indices, rows.indptr), shape=rows.shape)
 
 
 def _solved(square: sp.csr_array, off: FloatArray, reach: int) -> FloatArray:

@@ -1,6 +1,6 @@
 """Let an elastic net go: it moves until its forces are in balance."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -31,6 +31,14 @@ _LOOK, _NEWTON = 6, 0.1
 _FIXED = 1e12
 
 
+class Pace(NamedTuple):
+    """How a net goes on: after so many steps, with such damping, and whether stress counts."""
+
+    steps: int = 0
+    damping: float = _DAMPING
+    stressed: bool = False
+
+
 @frozen_value
 class Relaxed:
     """Where a net comes to rest.
@@ -46,6 +54,8 @@ class Relaxed:
         The energy at first, and after each step that was taken.
     settled : bool
         Whether it is at rest; else this is as far as it came.
+    pace : Pace
+        How it goes on from there, if it is to come nearer to rest.
     """
 
     state: NetState
@@ -53,6 +63,7 @@ class Relaxed:
     residual: float
     history: tuple[float, ...]
     settled: bool
+    pace: Pace = Pace()
 
 
 class Solver:
@@ -189,6 +200,7 @@ def relax(
     *,
     gain: float = 0.0,
     most: int = _STEPS,
+    begun: Relaxed | None = None,
     progress: Progress = no_progress,
 ) -> Relaxed:
     """Return where a net comes to rest; its energy never rises on the way.
@@ -206,12 +218,16 @@ def relax(
         one of Newton's a tenth of it.
     most : int
         Steps at most.
+    begun : Relaxed, optional
+        How far the same net came from there, where less was asked for: it goes on as it would have.
     progress : callable
     """
     solver = Solver(net)
     enough = _REST * float(solver.scale[0])
-    damping, steps, history = _DAMPING, 0, [energy(net, state)]
-    stressed = rough = False
+    (steps, damping, stressed), rough = Pace() if begun is None else begun.pace, False
+    if begun is not None:
+        state = begun.state
+    history = [energy(net, state)] if begun is None else [*begun.history]
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)
@@ -245,7 +261,8 @@ def relax(
         else:
             damping *= _STIFFEN
     settled = rough or residual <= _ROUGH * enough
-    return Relaxed(state, history[-1], residual, tuple(history), settled)
+    pace = Pace(steps, damping, stressed)
+    return Relaxed(state, history[-1], residual, tuple(history), settled, pace)
 
 
 def soft_modes(net: Net, state: NetState, count: int) -> tuple[FloatArray, FloatArray]:

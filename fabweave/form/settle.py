@@ -301,10 +301,12 @@ _CLOSELY = Closely()
 class Rests(NamedTuple):
     """Where an object comes to rest when it is let go, and when it stands under its own weight.
 
-    ``free`` is as in :class:`Settled`; the net is that which stands, on what is ``held``.
+    ``free`` is as in :class:`Settled`, and ``came`` before it was moved; the net is that which
+    stands, on what is ``held``.
     """
 
     free: Relaxed
+    came: Relaxed
     held: BoolArray
     standing: Net
     stood: Relaxed
@@ -317,7 +319,9 @@ class Rests(NamedTuple):
         return max(float(self.away_mm.max()), self.sags_mm)
 
 
-def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rests:
+def let_go(
+    body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY, begun: Relaxed | None = None
+) -> Rests:
     """Return where an object comes to rest.
 
     Parameters
@@ -327,11 +331,14 @@ def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rest
         How crossings resist turning, N mm per radian.
     how : Closely
         Near enough to rest.
+    begun : Relaxed, optional
+        How far this very body came, by itself, where it was let go less closely.
     """
     net = replace(body.net, pins=pins)
     if body.based:
         net = standing(net, body.hung, body.target)
-    free = relax(replace(net, weight=0 * net.weight), body.wished, gain=how.gain, most=how.steps)
+    bare = replace(net, weight=0 * net.weight)
+    free = came = relax(bare, body.wished, gain=how.gain, most=how.steps, begun=begun)
     if not body.based:
         free = replace(free, state=fitted(free.state, body.target))
     places = free.state.bodies.origin
@@ -339,7 +346,7 @@ def let_go(body: ElasticBody, pins: FloatArray, how: Closely = _CLOSELY) -> Rest
     stands = net if body.based else standing(net, held, places)
     stood = relax(stands, free.state, gain=how.sag_gain, most=how.steps)
     away = np.linalg.norm(places - body.target, axis=1)
-    return Rests(free, held, stands, stood, away, _sag(body, stood, free))
+    return Rests(free, came, held, stands, stood, away, _sag(body, stood, free))
 
 
 def in_the_end(body: ElasticBody, rests: Rests, how: Closely = _CLOSELY) -> Relaxed:
@@ -356,6 +363,7 @@ def settle(
     pins: FloatArray,
     bound_mm: float | None = None,
     how: Closely = _CLOSELY,
+    begun: Sequence[Relaxed] = (),
 ) -> Settled:
     """Let a woven object go, and say what becomes of its form; of several bodies, each by itself.
 
@@ -371,18 +379,27 @@ def settle(
         How far what keeps its form may settle; a hundredth of its size unless said.
     how : Closely
         Near enough to rest.
+    begun : sequence of Relaxed
+        How far each came, where they were let go less closely; none if they were not.
     """
+    came: Sequence[Relaxed | None] = begun or [None] * len(body.bodies)
     with threadpool_limits(limits=1, user_api="blas"):
         each = [
-            _settle(part, pins[own], bound_mm, how)
-            for part, own in zip(body.parts, body.bodies, strict=True)
+            _settle(part, pins[own], bound_mm, how, one)
+            for part, own, one in zip(body.parts, body.bodies, came, strict=True)
         ]
     return each[0] if len(each) == 1 else _together(body, pins, each, bound_mm)
 
 
-def _settle(body: ElasticBody, pins: FloatArray, bound_mm: float | None, how: Closely) -> Settled:
+def _settle(
+    body: ElasticBody,
+    pins: FloatArray,
+    bound_mm: float | None,
+    how: Closely,
+    begun: Relaxed | None,
+) -> Settled:
     """Let one body go."""
-    rests = let_go(body, pins, how)
+    rests = let_go(body, pins, how, begun)
     free, stood, net = rests.free, rests.stood, rests.standing
     states = {"let go": free, "standing": stood}
     end = in_the_end(body, rests, how)

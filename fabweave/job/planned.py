@@ -6,6 +6,7 @@ import numpy as np
 
 from fabweave.core.arrays import FloatArray, IntArray, frozen_value
 from fabweave.core.colour_space import Colours
+from fabweave.form.compensate import Begun
 from fabweave.form.settle import Form
 from fabweave.job.ask import brief_of
 from fabweave.options.settings import Settings
@@ -47,6 +48,8 @@ class PlannedJob:
         Pieces, joints and holes.
     spared : (S,) int array
         Which pieces are cut once more, as spares: the first of their kinds.
+    begun : Begun or None
+        How far it came to rest, where it is cut to settle onto its mesh.
     """
 
     settings: Settings
@@ -57,6 +60,7 @@ class PlannedJob:
     split_plan: SplitPlan
     piece_set: PieceSet
     spared: IntArray
+    begun: Begun | None
 
     @property
     def kinds(self) -> IntArray:

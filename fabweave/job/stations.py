@@ -16,7 +16,7 @@ from fabweave.core.colour_space import Colours
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.core.parallel.executors import Executors, here
 from fabweave.estimate.costs import Costs, pieces_costs
-from fabweave.form.compensate import compensated, foretell_end
+from fabweave.form.compensate import Begun, compensated, foretell_end
 from fabweave.form.hold import Foretold, form_hold
 from fabweave.form.straight import straightened
 from fabweave.job.ask import brief_of, complete_settings, ends_at_rims, load_asked
@@ -262,25 +262,25 @@ class Stations:
         return split_object(self.ribbons, self.brief, self.progress)
 
     @cached_property
-    def _made(self) -> tuple[JoinedObject, PieceSet]:
-        """What is cut, so that it settles onto the mesh, and its pieces.
+    def _made(self) -> tuple[JoinedObject, PieceSet, Begun | None]:
+        """What is cut, so that it settles onto the mesh, its pieces, and how far it came to rest.
 
         Fasteners that keep the form are looked for where it does not come near enough without.
         """
         drawn, brief, searched = self.drawn, self.brief, self.depth == Depth.SEARCHED
         self.progress("checks", 0, 1)
         bare, hold = joined_pieces(drawn, brief), form_hold(drawn, brief, closely=searched)
-        found = self._compensated(bare) if searched else (drawn, bare)
+        found = self._compensated(bare) if searched else (drawn, bare, None)
         if hold is None:
             return found
-        foretold = self._foretell(*found)
+        foretold = self._foretell(*found[:2])
         left_mm = None if foretold is None else foretold.left_mm
         if left_mm is not None and left_mm <= hold.bound_mm:
             return found
         held = joined_pieces(drawn, brief, hold)
         if np.array_equal(held.fastened, bare.fastened):
             return found
-        return self._compensated(held) if searched else (drawn, held)
+        return self._compensated(held) if searched else (drawn, held, None)
 
     def _foretell(self, joined: JoinedObject, pieces: PieceSet) -> Foretold | None:
         """Return how far an object goes to first order, and is off in the end as it is made."""
@@ -288,7 +288,7 @@ class Stations:
         drawn = self.depth == Depth.SEARCHED and joined.woven.aim is None
         return found._replace(left_mm=None) if drawn and found is not None else found
 
-    def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet]:
+    def _compensated(self, drawn: PieceSet) -> tuple[JoinedObject, PieceSet, Begun | None]:
         """Return what settles onto the mesh, and its pieces; as drawn where little is gained."""
         beside = drawn.fastened.copy()
         beside[self.drawn.joints.crossing] = False
@@ -298,7 +298,9 @@ class Stations:
         most = drawn.kinds.count + drawn.kinds.count // _MANY_KINDS
         least_mm = min((one.hole_mm for one in drawn.rules), default=0.0)
         smaller = [(one,) for one in self.brief.rules if one.hole_mm < least_mm]
-        for joined in compensated(self.drawn, drawn, self.brief, self._checked, self.progress):
+        for joined, begun in compensated(
+            self.drawn, drawn, self.brief, self._checked, self.progress
+        ):
             for rules in (drawn.rules, *smaller):
                 brief = replace(self.brief, rules=rules)
                 pieces = joined_pieces(joined, brief, lambda held, *_: held | beside)
@@ -306,8 +308,8 @@ class Stations:
                 held &= bool(pieces.fastened.sum() >= drawn.fastened.sum())
                 few = len(pieces.pieces) <= len(drawn.pieces) and pieces.kinds.count <= most
                 if held and few:
-                    return joined, pieces
-        return self.drawn, drawn
+                    return joined, pieces, begun
+        return self.drawn, drawn, None
 
     @cached_property
     def joined(self) -> JoinedObject:
@@ -339,7 +341,7 @@ class Stations:
         numbers = self.piece_set.kinds.number
         return PlannedJob(
             settings, supplies, self.brief.rules, self.joined.woven, self.check, self.joined.plan,
-            self.piece_set, spared(numbers, settings.pieces.spares),
+            self.piece_set, spared(numbers, settings.pieces.spares), self._made[2],
         )  # fmt: skip
 
     @property

@@ -64,6 +64,20 @@ def test_a_ring_has_the_energy_of_its_curvature(pieces):
     assert all(a >= b for a, b in zip(found.history, found.history[1:], strict=False))
 
 
+@pytest.mark.parametrize("most", [1, 4, 7])
+def test_what_is_left_on_its_way_goes_on_as_if_it_had_not_been(most):
+    spans = 8
+    net = chain(LENGTH, spans, pieces=4, ring=True)
+    state = screw_state(net, [LENGTH / spans, 0, 0, 0, 2 * np.pi / spans, 0])
+    push = exponential(0.2 * np.random.default_rng(1).normal(size=(spans, 6)))
+    start = even_inner(net, state.bodies.then(push), np.zeros(0))
+    whole, begun = relax(net, start), relax(net, start, most=most)
+    assert len(begun.history) < len(whole.history)
+    after = relax(net, start, begun=begun)
+    assert after.history == whole.history
+    assert np.array_equal(after.state.bodies.origin, whole.state.bodies.origin)
+
+
 def test_a_twisted_strip_has_the_energy_of_its_twist():
     net = fixing(chain(LENGTH, 6), 0, 6)
     turn = 1.9
