@@ -122,6 +122,24 @@ def flags(count: int, at: Any) -> BoolArray:
     return result
 
 
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of vectors (..., D) of a few numbers each.
+
+    They are those of ``np.linalg.norm`` to the bit, which takes some times as long for so few.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lengths(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])).tolist()
+    [5.0, 0.0]
+    """
+    first, *others = np.moveaxis(vectors, -1, 0)
+    square = first * first
+    for other in others:
+        square = square + other * other
+    return np.asarray(np.sqrt(square))
+
+
 def unit(vectors: FloatArray) -> FloatArray:
     """Return vectors (..., D) at length one; zero stays zero.
 
@@ -131,7 +149,7 @@ def unit(vectors: FloatArray) -> FloatArray:
     >>> unit(np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 0.0]])).tolist()
     [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0]]
     """
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    length = lengths(vectors)[..., None]
     return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
 
 

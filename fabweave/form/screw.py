@@ -8,7 +8,7 @@ beam finite element formulated on the special Euclidean group SE(3)", CMAME 268,
 
 import numpy as np
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, lengths
 
 #: Below these angles, functions of them are series.
 _SMALL, _MIDDLE = 0.05, 0.5
@@ -71,7 +71,7 @@ def exponential(twist: FloatArray) -> Frames:
     >>> exponential(np.array([[np.pi, 0, 0, 0, 0, np.pi / 2]])).origin.round(9)
     array([[2., 2., 0.]])
     """
-    angle = np.linalg.norm(twist[:, 3:], axis=1)
+    angle = lengths(twist[:, 3:])
     small = angle < _SMALL
     safe, square = np.where(small, 1.0, angle), angle**2
     one = np.where(small, 1 - square / 6 + square**2 / 120, np.sin(safe) / safe)
@@ -98,7 +98,7 @@ def logarithm(frames: Frames) -> FloatArray:
     axes = frames.axes
     odd = axes - np.swapaxes(axes, 1, 2)
     sine = np.stack([odd[:, 2, 1], odd[:, 0, 2], odd[:, 1, 0]], axis=1) / 2
-    size = np.linalg.norm(sine, axis=1)
+    size = lengths(sine)
     angle = np.arctan2(size, (np.trace(axes, axis1=1, axis2=2) - 1) / 2)
     small = angle < _SMALL
     square, safe = angle**2, np.where(small, 1.0, angle)
@@ -139,7 +139,7 @@ def back_from(twist: FloatArray) -> tuple[FloatArray, FloatArray]:
     Both motions are twists in the frames that move (Selig, "Exponential and Cayley maps for dual
     quaternions", 2010, for the closed form).
     """
-    angle = np.linalg.norm(twist[:, 3:], axis=1)
+    angle = lengths(twist[:, 3:])
     small = angle < _MIDDLE
     square, safe = angle**2, np.where(small, 1.0, angle)
     less = np.cos(safe) - 1

@@ -10,6 +10,7 @@ from fabweave.core.arrays import (
     IntArray,
     flags,
     frozen_value,
+    lengths,
     offsets_of,
     unit,
 )
@@ -727,7 +728,7 @@ def better_diagonals(right: FloatArray, left: FloatArray, following: IntArray) -
 
 def _cosine(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the cosine of the angle between two bundles of vectors; 1 where one vanishes."""
-    size = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    size = lengths(first) * lengths(second)
     dot = np.einsum("ij,ij->i", first, second)
     return np.asarray(np.where(size > 0, dot / np.where(size > 0, size, 1.0), 1.0))
 

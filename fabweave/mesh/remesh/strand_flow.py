@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from fabweave.core.arrays import FloatArray, IntArray, frozen_value
+from fabweave.core.arrays import FloatArray, IntArray, frozen_value, lengths
 from fabweave.mesh.mirror import Mirror
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.mesh.remesh.chart import Sheet
@@ -260,7 +260,7 @@ class Field:
 
     def cost(self, flux: FloatArray) -> float:
         """Return how uneven quads would be, all over, and what poles cost, in quads."""
-        speed = np.linalg.norm((flux @ self._flat).reshape(-1, 3), axis=1)
+        speed = lengths((flux @ self._flat).reshape(-1, 3))
         off = np.minimum(np.log(np.maximum(speed, 1e-12)) ** 2, _MOST_OFF**2)
         ends = np.where(flux > 0, FAN, MOUTH) * np.abs(flux)
         ends = np.where(flux != 0, np.maximum(ends, NEAREST), 0.0)
@@ -308,7 +308,7 @@ class Field:
         inverse = np.linalg.pinv(system)
         for _ in range(_ROUNDS):
             way = (flux[on] @ slopes).reshape(-1, 3)
-            way /= np.maximum(np.linalg.norm(way, axis=1), 1e-9)[:, None]
+            way /= np.maximum(lengths(way), 1e-9)[:, None]
             right = np.append(slopes @ way.reshape(-1), 0.0)
             flux[on] = (inverse @ right)[:-1]
             flux = self.alike(flux)
