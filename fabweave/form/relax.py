@@ -100,9 +100,16 @@ class Solver:
             for side in (0, 1)
         )
         self._inside = np.flatnonzero((down < count) & (across < count))
-        cells, self._cell = np.unique((across * count + down)[self._inside], return_inverse=True)
-        ends = np.searchsorted(cells, count * np.arange(count + 1))
-        self._pattern = (cells % count).astype(np.int32), ends.astype(np.int32)
+        # Short numbers are sorted digit by digit.
+        short = np.uint16 if count <= np.iinfo(np.uint16).max else np.int64
+        down, across = (each[self._inside].astype(short) for each in (down, across))
+        order = np.lexsort((down, across))
+        down, across = down[order], across[order]
+        fresh = np.append(True, (np.diff(down) != 0) | (np.diff(across) != 0))
+        self._cell = np.empty_like(order)
+        self._cell[order] = np.cumsum(fresh) - 1
+        ends = np.searchsorted(across[fresh], np.arange(count + 1))
+        self._pattern = down[fresh].astype(np.int32), ends.astype(np.int32)
 
     def _freedoms_in_order(self, place: IntArray) -> IntArray:
         """Return all freedoms by the places of bodies, each body's with the angles there."""
