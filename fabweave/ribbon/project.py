@@ -1,6 +1,7 @@
 """Project threads to ribbons: the projection method, with real material thickness."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -305,7 +306,10 @@ def meet_strands(
     share = np.full(len(quads), length)
     for _ in range(_ROUNDS):
         reach = _reach(first, second, share, (u, v))
-        share = np.where(reach > length * _SAME, share * length / reach, share)
+        wide = reach > length * _SAME
+        if not wide.any():
+            break
+        share = np.where(wide, share * length / reach, share)
     (start, way), here = _line(portal_windows(quads, middles[:, [1, 3]]), 0.5), u[:, None]
     return Meeting(start + here * way, np.stack([u, v], axis=1), share)
 
@@ -334,13 +338,13 @@ def _reach(
     first: FloatArray, second: FloatArray, share: FloatArray, met: tuple[FloatArray, FloatArray]
 ) -> FloatArray:
     """Return how much of their panels' room strands of a width need to cross each other, (X,)."""
-    reach = np.zeros(len(first))
-    for one in (0.5 - share / 2, 0.5 + share / 2):
-        for other in (0.5 - share / 2, 0.5 + share / 2):
-            corner = _crossing_of(_line(first, one), _line(second, other))
-            for here, middle in zip(corner, met, strict=True):
-                room = np.minimum(middle, 1.0 - middle)
-                reach = np.maximum(reach, np.abs(here - middle) / np.maximum(room, 1e-9))
+    reach, sides = np.zeros(len(first)), (0.5 - share / 2, 0.5 + share / 2)
+    rooms = [np.maximum(np.minimum(middle, 1.0 - middle), 1e-9) for middle in met]
+    lines = ([_line(strand, side) for side in sides] for strand in (first, second))
+    for one, other in product(*lines):
+        corner = _crossing_of(one, other)
+        for here, middle, room in zip(corner, met, rooms, strict=True):
+            reach = np.maximum(reach, np.abs(here - middle) / room)
     return reach
 
 
