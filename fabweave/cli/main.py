@@ -19,6 +19,7 @@ from fabweave.cli.studio import studio
 from fabweave.cli.terminal import speak_plainly, speak_to_nobody
 from fabweave.cli.verify import verify
 from fabweave.core.errors import CannotMakeError, FabweaveError
+from fabweave.core.parallel.executors import collect_seldom
 from fabweave.core.parallel.interrupt import exit_when_ended
 
 
@@ -64,6 +65,7 @@ def main(arguments: list[str] | None = None) -> None:
     logging.getLogger().addHandler(logging.NullHandler())
     warnings.simplefilter("ignore", RuntimeWarning)
     exit_when_ended()
+    collect_seldom()
     try:
         cli.main(arguments, standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
