@@ -67,7 +67,10 @@ _RIM = 0.3
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
 #: Said of what is on a base.
-_BASED = ". It falls by itself: its feet are tied to a board, base.dxf; --base off leaves it out"
+_BASED = (
+    ". By itself it falls or goes far: its feet are tied to a board, base.dxf; --base off leaves it "
+    "out"
+)
 
 
 class Choice(NamedTuple):

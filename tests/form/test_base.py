@@ -96,3 +96,20 @@ def test_a_roof_that_falls_is_tried_on_a_base_unless_that_is_ruled_out(asked, fo
         assert "on a base" in tried.brief
         # Where nothing is left to fabweave, nothing is added.
         assert try_design(design, "roof", roof()).soft
+
+
+@pytest.mark.parametrize(("bow", "base"), [(0.3, "on"), (0.5, None)])
+def test_a_roof_that_stands_is_based_only_where_it_goes_far_without(bow, base):
+    """The more a vault is a dome, the better it keeps its form by itself."""
+    vault = roof()
+    x, y, z = vault.vertices.T
+    dome = vault.with_vertices(np.column_stack([x, y, z * (1.0 - bow * (y / 100.0 - 1.0) ** 2)]))
+    free, tied, found = (
+        try_design(settings_from_options("dome.obj", **ROOF, base=one), "dome", dome, opens=True)
+        for one in ("off", "on", None)
+    )
+    assert free.makeable
+    assert tied.figures.form_mm < free.figures.form_mm
+    assert (free.figures.form_mm > 0.01 * 300.0) == (base == "on")
+    assert found.design.pieces.base == base
+    assert found.figures == (tied if base else free).figures
