@@ -67,10 +67,7 @@ _RIM = 0.3
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
 #: Said of what is on a base.
-_BASED = (
-    ". By itself it falls or goes far: its feet are tied to a board, base.dxf; --base off leaves it "
-    "out"
-)
+_BASED = ". Free, it falls or goes far: a board, base.dxf, ties its feet; --base off leaves it out"
 
 
 class Choice(NamedTuple):
@@ -244,7 +241,9 @@ def mesh_rounds(
     asked = search.asked
     if own:
         yield [asked]
-        if _is_good(search, _OWN):
+        # What needs a base was hardly drawn to be woven.
+        alone = all(one.design.pieces == asked.pieces for one in search.tried)
+        if _is_good(search, _OWN if alone else _FINE):
             return
     area = surface_area(model.mesh)
     first, finer, slender = (

@@ -217,6 +217,7 @@ def try_design(
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
     found = _try_once(design, name, given, remeshed, given_mesh, looks=looks, least=least)
+    has_rims = _has_rims(found.tried.loaded)
     for _ in range(_OPENINGS if opens else 0):
         tried = found.tried
         loaded, left = tried.loaded, parse_leave_out(tried.design.mesh.leave_out)
@@ -235,7 +236,12 @@ def try_design(
             # It cannot be opened there, or a limb would fall off.
             break
         found = further
-    return _based(found, looks=looks) if opens else found.tried
+    return _based(found, looks=looks) if opens and has_rims else found.tried
+
+
+def _has_rims(loaded: LoadedMesh | None) -> bool:
+    """Tell whether a mesh is open, so that its feet may be tied to a base."""
+    return loaded is not None and bool((loaded.halfedges.twin < 0).any())
 
 
 def _based(found: "_Once", *, looks: bool) -> Tried:
@@ -247,7 +253,7 @@ def _based(found: "_Once", *, looks: bool) -> Tried:
     loaded, figures = tried.loaded, tried.figures
     if loaded is None or figures is None or not tried.design.pieces.may_be_based:
         return tried
-    if not (tried.soft or tried.makeable) or not (loaded.halfedges.twin < 0).any():
+    if not (tried.soft or tried.makeable):
         return tried
     size_mm = float(np.ptp(loaded.mesh.vertices, axis=0).max())
     if tried.makeable and (figures.form_mm or 0.0) <= BOUND * size_mm:
