@@ -333,7 +333,8 @@ def _other_densities(
         near = [mesh("triangles", coarser), mesh(kind, coarser / _COARSER)]
     else:
         # By a little luck, another mesh of about as many faces is a better one.
-        whole = best.design.but(leave_out=search.asked.mesh.leave_out)
+        free = _unbased(best.design, search.asked)
+        whole = free.but(leave_out=search.asked.mesh.leave_out)
         near = list(denser(search.asked, whole, _BESIDE))
     yield [
         *near,
