@@ -67,7 +67,7 @@ _RIM = 0.3
 #: the hours.
 _MORE, _LESS = 1.25, 0.75
 #: Said of what is on a base.
-_BASED = ". It falls by itself: its feet are tied to a board, base.dxf; --base off leaves it out"
+_BASED = ". Free, it falls or goes far: a board, base.dxf, ties its feet; --base off leaves it out"
 
 
 class Choice(NamedTuple):
@@ -241,7 +241,9 @@ def mesh_rounds(
     asked = search.asked
     if own:
         yield [asked]
-        if _is_good(search, _OWN):
+        # What needs a base was hardly drawn to be woven.
+        alone = all(one.design.pieces == asked.pieces for one in search.tried)
+        if _is_good(search, _OWN if alone else _FINE):
             return
     area = surface_area(model.mesh)
     first, finer, slender = (
@@ -331,7 +333,8 @@ def _other_densities(
         near = [mesh("triangles", coarser), mesh(kind, coarser / _COARSER)]
     else:
         # By a little luck, another mesh of about as many faces is a better one.
-        whole = best.design.but(leave_out=search.asked.mesh.leave_out)
+        free = _unbased(best.design, search.asked)
+        whole = free.but(leave_out=search.asked.mesh.leave_out)
         near = list(denser(search.asked, whole, _BESIDE))
     yield [
         *near,

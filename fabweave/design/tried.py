@@ -10,7 +10,7 @@ from fabweave.core.errors import FabweaveError, InputError
 from fabweave.core.finding import Finding
 from fabweave.core.records import to_json
 from fabweave.estimate.texts import hours_text
-from fabweave.form.settle import STANDS
+from fabweave.form.settle import BOUND, STANDS
 from fabweave.job.figures import Figures, figures_of, words
 from fabweave.job.stations import Stations
 from fabweave.mesh.given import GivenMesh
@@ -46,6 +46,8 @@ _OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 _POOR = 0.01
 #: What is foretold to go farther than this share of what collapses is let go, to be sure.
 _UNSURE = 0.4
+#: A board costs as much as so many points of the grade: less gain is not worth it.
+_BOARD = 1.0
 #: Strips narrower than that, and more crossings, are not taken unasked: nobody begins with that.
 _LEAST_MM, MOST_CROSSINGS = 5.0, 1000
 
@@ -215,6 +217,7 @@ def try_design(
         The same for the same settings. What cannot be made is no error, but a verdict.
     """
     found = _try_once(design, name, given, remeshed, given_mesh, looks=looks, least=least)
+    has_rims = _has_rims(found.tried.loaded)
     for _ in range(_OPENINGS if opens else 0):
         tried = found.tried
         loaded, left = tried.loaded, parse_leave_out(tried.design.mesh.leave_out)
@@ -233,35 +236,41 @@ def try_design(
             # It cannot be opened there, or a limb would fall off.
             break
         found = further
-    return _based(found, name, given, given_mesh, looks=looks) if opens else found.tried
+    return _based(found, looks=looks) if opens and has_rims else found.tried
 
 
-def _based(
-    found: "_Once",
-    name: str,
-    given: PolyMesh | None,
-    given_mesh: GivenMesh | None,
-    *,
-    looks: bool,
-) -> Tried:
-    """Return a design on a base, where it falls without and stands with it; else as it is."""
-    tried = found.tried
-    loaded, asked = tried.loaded, tried.design.pieces
-    if loaded is None or not tried.soft or not asked.may_be_based:
+def _has_rims(loaded: LoadedMesh | None) -> bool:
+    """Tell whether a mesh is open, so that its feet may be tied to a base."""
+    return loaded is not None and bool((loaded.halfedges.twin < 0).any())
+
+
+def _based(found: "_Once", *, looks: bool) -> Tried:
+    """Return a design on a base, where it falls without, or goes far and keeps much better with it.
+
+    Else it is as it is. What is cut is the same, but for what ties its feet.
+    """
+    tried, job = found.tried, found.job
+    loaded, figures = tried.loaded, tried.figures
+    if loaded is None or figures is None or not tried.design.pieces.may_be_based:
         return tried
-    if not (loaded.halfedges.twin < 0).any():
+    if not (tried.soft or tried.makeable):
         return tried
-    on_base = tried.design.but(base="on")
-    held = _try_once(
-        on_base, name, given, loaded.remeshed, given_mesh, looks=looks, least=-np.inf
-    ).tried
-    return held if held.makeable else tried
+    size_mm = float(np.ptp(loaded.mesh.vertices, axis=0).max())
+    if tried.makeable and (figures.form_mm or 0.0) <= BOUND * size_mm:
+        return tried
+    on_base = job.instead(job.asked.but(base="on")).know(drawn=job.drawn)
+    held = _come_to(on_base, tried.design.but(base="on"), tried.name, looks=looks).tried
+    if held.figures is None or not held.makeable:
+        return tried
+    gain = (figures.points_lost or 0.0) - (held.figures.points_lost or 0.0)
+    return held if tried.soft or gain >= _BOARD else tried
 
 
 class _Once(NamedTuple):
-    """What a design comes to, the faces without which it may be built, and how many bodies."""
+    """What a design comes to, its job, the faces without which it may be built, and its bodies."""
 
     tried: Tried
+    job: Stations
     hopeless: tuple[int, ...] = ()
     bodies: int = 1
 
@@ -280,6 +289,13 @@ def _try_once(
     job = Stations(design.but(effort="quick"), given, depth=Depth.NEAR, remeshed=remeshed)
     if given_mesh is not None:
         job.know(given_mesh=given_mesh)
+    return _come_to(job, design, name, looks=looks, least=least)
+
+
+def _come_to(
+    job: Stations, design: Settings, name: str, *, looks: bool, least: float = -np.inf
+) -> _Once:
+    """Return what a job of a design comes to."""
     loaded, far, figures, picture = None, None, None, None
     try:
         loaded, woven = job.loaded, job.ribbons
@@ -304,10 +320,12 @@ def _try_once(
         if looks and figures is not None:
             picture = _picture(job)
     except FabweaveError as error:
-        return _Once(Tried(design, name, refused(error.reason, cure=error.cure), None, far, loaded))
+        verdict = refused(error.reason, cure=error.cure)
+        return _Once(Tried(design, name, verdict, None, far, loaded), job)
     hopeless = _hopeless_faces(woven, check, verdict) if verdict.stops else ()
     bodies = count_bodies(woven.weave.threads)
-    return _Once(Tried(design, name, verdict, figures, far, loaded, picture), hopeless, bodies)
+    tried = Tried(design, name, verdict, figures, far, loaded, picture)
+    return _Once(tried, job, hopeless, bodies)
 
 
 def _at_best(loaded: LoadedMesh) -> float:

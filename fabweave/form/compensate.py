@@ -128,7 +128,9 @@ def _foretold_left(woven: WovenObject, brief: Brief, moves: FloatArray) -> float
         moved = moved + means @ (moves - between @ moved)
     for step in (moved, moved / 2.0):
         if _most(step) <= _MOVED * woven.size_mm:
-            return _most(moves - between @ step)
+            # What a first step leaves out goes with its square; as measured, what goes so far that
+            # it nearly collapses is off by all of that.
+            return _most(moves - between @ step) + _most(moves) ** 2 / (STANDS * woven.size_mm)
     return None
 
 

@@ -379,9 +379,9 @@ def test_no_limb_is_cut_off_by_an_opening(fine, monkeypatch, bodies, opened):
     def once(design, *_, **__):
         if design.mesh.leave_out is None:
             stopped = replace(outcome(verdict=BAD, design=design), loaded=loaded)
-            return tried._Once(stopped, (3,))
+            return tried._Once(stopped, None, (3,))
         made = replace(outcome(design=design), loaded=loaded)
-        return tried._Once(made, bodies=bodies)
+        return tried._Once(made, None, bodies=bodies)
 
     monkeypatch.setattr(tried, "_try_once", once)
     attempt = try_design(design, "D", opens=True)

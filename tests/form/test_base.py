@@ -14,6 +14,7 @@ from fabweave.job.stations import Stations
 from fabweave.mesh.polymesh import PolyMesh
 from fabweave.options.settings import settings_from_options
 from fabweave.piece.joint.fastening import foot_crossings
+from fabweave.ribbon.rules.remedy import Depth
 
 SHADE = ("shape:tube?m=12&n=6", 300.0)
 ROOF = {"effort": "quick", "size": "300mm", "up": "z"}
@@ -96,3 +97,32 @@ def test_a_roof_that_falls_is_tried_on_a_base_unless_that_is_ruled_out(asked, fo
         assert "on a base" in tried.brief
         # Where nothing is left to fabweave, nothing is added.
         assert try_design(design, "roof", roof()).soft
+
+
+def vault(bow: float) -> PolyMesh:
+    """Return a roof that is lower at its ends: the more so, the better it stands by itself."""
+    x, y, z = roof().vertices.T
+    return roof().with_vertices(np.column_stack([x, y, z * (1.0 - bow * (y / 100.0 - 1.0) ** 2)]))
+
+
+@pytest.mark.parametrize(("bow", "base"), [(0.3, "on"), (0.5, None)])
+def test_a_roof_that_stands_is_based_only_where_it_goes_far_without(bow, base):
+    free, tied, found = (
+        try_design(settings_from_options("a.obj", **ROOF, base=one), "", vault(bow), opens=True)
+        for one in ("off", "on", None)
+    )
+    assert free.makeable
+    assert tied.figures.form_mm < free.figures.form_mm
+    gain = free.figures.points_lost - tied.figures.points_lost
+    assert (gain >= 1.0) == (base == "on")
+    assert found.design.pieces.base == base
+    assert found.figures == (tied if base else free).figures
+
+
+def test_what_goes_far_is_foretold_to_be_left_off_by_about_what_is_left():
+    """A first step alone foretells a quarter of that: the rest goes with its square."""
+    settings = settings_from_options("a.obj", **ROOF, base="off")
+    foretold = Stations(settings, vault(0.4), depth=Depth.NEAR).foretold
+    left = Stations(settings, vault(0.4)).joined.woven.aim.left_mm.max()
+    assert foretold.settles_mm > 0.03 * 300.0
+    assert 0.5 * left < foretold.left_mm < 2.0 * left

@@ -20,7 +20,8 @@ from fabweave.core.arrays import unit
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.mesh.check import check_mesh
 from fabweave.mesh.likeness import likeness
-from fabweave.mesh.polymesh import PolyMesh
+from fabweave.mesh.nearest import Surface
+from fabweave.mesh.polymesh import PolyMesh, face_centres, without_loose
 from fabweave.mesh.remesh import engines
 from fabweave.mesh.remesh.engines import (
     ENGINES,
@@ -34,10 +35,11 @@ from fabweave.mesh.remesh.engines import (
 )
 from fabweave.mesh.remesh.pairing import merge_pairs, pair_triangles
 from fabweave.mesh.remesh.quads import remesh_quads
-from fabweave.mesh.remesh.remeshed import check_remeshed
+from fabweave.mesh.remesh.remeshed import check_remeshed, edge_lengths
 from fabweave.mesh.shapes import grids, solids
 from fabweave.mesh.subdivide import catmull_clark
-from fabweave.mesh.triangulate import triangulate
+from fabweave.mesh.topology import keep_faces
+from fabweave.mesh.triangulate import plain_triangles, triangulate
 
 QUADRIFLOW, INSTANT = ENGINES
 needs_quadriflow = pytest.mark.skipif(QUADRIFLOW.lack != "", reason="pyQuadriFlow is not installed")
@@ -262,6 +264,18 @@ def test_small_openings_may_be_closed_where_nothing_keeps_them(tmp_path):
     assert check_remeshed(opened, GOOD, simpler=True) == ()
     # What has more than the given surface never does.
     assert check_remeshed(GIVEN, without_face(GOOD, 5), simpler=True)
+
+
+def test_openings_that_remeshers_fill_are_opened_again():
+    saddle = triangulate(grids.hypar(30, 30, 100.0, 40.0))
+    centres = face_centres(saddle)[:, :2]
+    away = np.linalg.norm(centres[:, None] - [[-22.0, -22.0], [22.0, 22.0]], axis=2).min(axis=1)
+    pierced = without_loose(keep_faces(saddle, away > 15.0))
+    made = remesh_quads(pierced, 60).mesh
+    assert check_mesh(pierced).n_boundary_loops == check_mesh(made).n_boundary_loops == 3
+    # No face lies over an opening, and faces go to its rim.
+    off = Surface(*plain_triangles(pierced)).feet(face_centres(made)).distances
+    assert off.max() < 0.25 * edge_lengths(made).mean()
 
 
 # --- children that misbehave -------------------------------------------------------------------

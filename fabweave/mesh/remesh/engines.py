@@ -34,6 +34,7 @@ from fabweave.mesh.remesh import child
 from fabweave.mesh.remesh.fit import Model, fit, model_of
 from fabweave.mesh.remesh.limbs import drawn_out, with_limbs
 from fabweave.mesh.remesh.remeshed import check_remeshed, surface_faults
+from fabweave.mesh.remesh.reopen import reopened
 
 # -P keeps the folder of the script, whose modules have everyday names, off the import path.
 _CHILD = (
@@ -487,7 +488,11 @@ def results_of(
 def _fitted(
     model: Model | None, source: PolyMesh, wanted: int, result: PolyMesh
 ) -> tuple[PolyMesh, tuple[str, ...]]:
-    """Fit a result to the surface, unless only the unfitted one passes; say what is wrong."""
+    """Fit a result to the surface, unless only the unfitted one passes; say what is wrong.
+
+    What fills an opening goes first.
+    """
+    result = reopened(source, result)
     spikes: tuple[str, ...] = ()
     if model is not None and not surface_faults(source, result, simpler=True):
         fitted = fit(model, result, _ROUNDS)

@@ -291,7 +291,7 @@ def surface_faults(
 
 
 @lru_cache(maxsize=2)
-def _surface_of(given: PolyMesh) -> Surface:
+def surface_of(given: PolyMesh) -> Surface:
     """Return what is remeshed as a surface: each of its results is compared with it."""
     return Surface(*plain_triangles(triangulate(given)))
 
@@ -302,7 +302,7 @@ def _distance_faults(given: PolyMesh, result: PolyMesh) -> list[str]:
     if not triangle_normals(new).any():
         return ["no face has an area"]
     edge = float(edge_lengths(result).mean())
-    surface, remade = _surface_of(given), Surface(*plain_triangles(new))
+    surface, remade = surface_of(given), Surface(*plain_triangles(new))
     off = surface.feet(result.vertices).distances
     lost = remade.feet(given.vertices).distances
     faults = []
