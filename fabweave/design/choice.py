@@ -409,7 +409,8 @@ def _made(search: Search, way: str) -> bool:
 def beside_it(search: Search, chosen: Tried) -> Mapping[str, Tried]:
     """Return the next best that were tried: one that is finer, and one that is quicker.
 
-    Where limbs are cut short, even one that daunts is told: it may keep them.
+    Neither is hopelessly behind. Where limbs are cut short, even one that daunts is told: it may
+    keep them.
     """
     mine, found = chosen.figures, dict[str, Tried]()
     if mine is None:
@@ -417,6 +418,8 @@ def beside_it(search: Search, chosen: Tried) -> Mapping[str, Tried]:
     for one in search.ranked:
         other = one.figures
         if other is None or not one.like or one.soft or (one.daunting and not chosen.short):
+            continue
+        if score(one) < score(chosen) - _HOPELESS and not chosen.short:
             continue
         if other.crossings > _MORE * mine.crossings:
             found.setdefault("finer", one)

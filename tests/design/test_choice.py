@@ -12,7 +12,7 @@ from fabweave.core.errors import CannotMakeError
 from fabweave.core.finding import Finding
 from fabweave.design import choice, search, tried
 from fabweave.design.beside import SOFT
-from fabweave.design.choice import mesh_rounds, what_can_be_built
+from fabweave.design.choice import beside_it, mesh_rounds, what_can_be_built
 from fabweave.design.making import make_or_advise
 from fabweave.design.search import Search
 from fabweave.design.tried import try_design
@@ -304,6 +304,20 @@ def test_only_what_is_better_than_all_before_it_is_told(monkeypatch):
     Search(asked, better=told.append).add(asked.but(remesh=f"quads:{n}") for n in grades)
     assert [line.split(":")[2] for line in told] == ["40", "60", "80"]
     assert all(line.startswith("best so far: --remesh quads:") for line in told)
+
+
+@pytest.mark.parametrize(("grade", "there"), [(6.0, {"finer"}), (1.0, set())])
+def test_nobody_is_sent_to_what_is_far_worse(monkeypatch, grade, there):
+    grades = {40: 8.0, 80: grade}
+
+    def trying(design, name, *_, **__):
+        faces = int(design.mesh.remesh.split(":")[1])
+        return outcome(name, design=design, grade=grades[faces], crossings=2 * faces)
+
+    monkeypatch.setattr(search, "try_design", trying)
+    found = Search(Settings.of("a.obj"))
+    chosen, _ = found.add(found.asked.but(remesh=f"quads:{n}") for n in grades)
+    assert set(beside_it(found, chosen)) == there
 
 
 @pytest.mark.parametrize(("built", "most"), [(False, 0), (True, 1), (True, 3)])
