@@ -379,6 +379,8 @@ _MOST_PIECES = 250
 _FULL, _MOVED, _AWAY_MM = 80, 40, 8.0
 #: What leaves more than this share of the unplaced area is no success.
 _GAINED = 0.95
+#: At least this share of the patience is had, however little of a sheet has found room elsewhere.
+_PATIENT = 0.6
 #: The work, for each round: pieces that are on sheets where one is inserted, in all tries together.
 _WORK = 600
 
@@ -629,7 +631,7 @@ def empty_sheet(
     rounds : int
         How often to go through the pool; less often if there is much to push on full sheets.
     patience : int
-        How often without any success.
+        How often without any success, once nearly all has found room; less often before.
     seed : int
         For the choice of what is tried.
     progress : callable
@@ -648,6 +650,7 @@ def empty_sheet(
     search = _Emptying(problem, state, others, np.random.default_rng(seed))
     if not others:
         return state
+    whole = sum(map(search.area, search.pool()))
     least, since = math.inf, 0
     for number in range(rounds):
         for piece in search.pool():
@@ -657,7 +660,9 @@ def empty_sheet(
         left = sum(map(search.area, pool))
         progress(left)
         least, since = (left, 0) if left < _GAINED * least else (least, since + 1)
-        if not pool or since > patience or search.work >= _WORK * rounds:
+        # A sheet of which little has room elsewhere will hardly be emptied.
+        enough = patience * max(1.0 - left / whole, _PATIENT)
+        if not pool or since > enough or search.work >= _WORK * rounds:
             break
         if not search.swap(pool[number % len(pool)]):
             search.shake(others[int(search.random.integers(len(others)))])
