@@ -45,7 +45,7 @@ _OPENINGS, _FEW_FACES, _LEAST_OPENING = 2, 0.06, 8
 #: built.
 _POOR = 0.01
 #: What is foretold to go farther than this share of what collapses is let go, to be sure.
-_UNSURE = 0.4
+_UNSURE = 0.25
 #: A board costs as much as so many points of the grade: less gain is not worth it.
 _BOARD = 1.0
 #: Strips narrower than that, and more crossings, are not taken unasked: nobody begins with that.
