@@ -122,13 +122,16 @@ class Tried:
         )
 
     @property
+    def moves(self) -> float:
+        """How far it is foretold to go when it is let go, as a share of its size."""
+        if self.figures is None or self.figures.form_mm is None or self.loaded is None:
+            return 0.0
+        return self.figures.form_mm / float(np.ptp(self.loaded.mesh.vertices, axis=0).max())
+
+    @property
     def unsure(self) -> bool:
         """Whether it is foretold to go so far that it may collapse, and to stand."""
-        figures = self.figures
-        if figures is None or figures.form_mm is None or self.loaded is None or self.soft:
-            return False
-        size_mm = float(np.ptp(self.loaded.mesh.vertices, axis=0).max())
-        return not self.daunting and figures.form_mm > _UNSURE * STANDS * size_mm
+        return not (self.soft or self.daunting) and self.moves > _UNSURE * STANDS
 
     @property
     def fallen(self) -> "Tried":
@@ -250,13 +253,12 @@ def _based(found: "_Once", *, looks: bool) -> Tried:
     Else it is as it is. What is cut is the same, but for what ties its feet.
     """
     tried, job = found.tried, found.job
-    loaded, figures = tried.loaded, tried.figures
-    if loaded is None or figures is None or not tried.design.pieces.may_be_based:
+    figures = tried.figures
+    if figures is None or not tried.design.pieces.may_be_based:
         return tried
     if not (tried.soft or tried.makeable):
         return tried
-    size_mm = float(np.ptp(loaded.mesh.vertices, axis=0).max())
-    if tried.makeable and (figures.form_mm or 0.0) <= BOUND * size_mm:
+    if tried.makeable and tried.moves <= BOUND:
         return tried
     on_base = job.instead(job.asked.but(base="on")).know(drawn=job.drawn)
     held = _come_to(on_base, tried.design.but(base="on"), tried.name, looks=looks).tried

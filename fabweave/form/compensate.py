@@ -69,6 +69,10 @@ class Begun(NamedTuple):
     pins: FloatArray
     each: tuple[Relaxed, ...]
 
+    def by(self, pins: FloatArray) -> tuple[Relaxed, ...]:
+        """Return how far each came; nothing where other pins hold it."""
+        return self.each if np.array_equal(self.pins, pins) else ()
+
 
 def compensated(
     joined: JoinedObject,

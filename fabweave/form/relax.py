@@ -231,10 +231,11 @@ def relax(
     """
     solver = Solver(net)
     enough = _REST * float(solver.scale[0])
-    (steps, damping, stressed), rough = Pace() if begun is None else begun.pace, False
-    if begun is not None:
-        state = begun.state
-    history = [energy(net, state)] if begun is None else [*begun.history]
+    if begun is None:
+        at_first = energy(net, state)
+        begun = Relaxed(state, at_first, np.inf, (at_first,), settled=False)
+    state, history, rough = begun.state, [*begun.history], False
+    steps, damping, stressed = begun.pace
     while True:
         force, matrix, local = solver.system(state, damping, stressed=stressed)
         residual = solver.residual(force, local)

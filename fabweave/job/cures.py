@@ -10,6 +10,7 @@ import numpy as np
 
 from fabweave.core.errors import CannotMakeError, InputError
 from fabweave.form.body import ElasticBody, body_of, elastic
+from fabweave.form.compensate import Begun
 from fabweave.form.hold import Foresight, pins_of
 from fabweave.form.settle import STANDS, Closely, settle
 from fabweave.job.former import former_of
@@ -169,17 +170,23 @@ def _on_other_meshes(planned: PlannedJob, asked: Settings) -> list[_Changes]:
 def stands_as_made(job: Stations, how: Closely = _ABOUT) -> bool:
     """Return whether a job can be built, and its object stands when it is let go."""
     try:
-        few = job.n_crossings <= _MOST_TRIED
-        return few and _stands(body_of(job.buildable.woven, job.brief), job.piece_set, how)
+        if job.n_crossings > _MOST_TRIED:
+            return False
+        made = job.buildable
+        return _stands(body_of(made.woven, job.brief), made.piece_set, how, made.begun)
     except (InputError, CannotMakeError):
         return False
 
 
-def _stands(body: ElasticBody | None, pieces: PieceSet, how: Closely = _ABOUT) -> bool:
-    """Return whether an object stands when it is let go."""
+def _stands(
+    body: ElasticBody | None, pieces: PieceSet, how: Closely = _ABOUT, begun: Begun | None = None
+) -> bool:
+    """Return whether an object stands when it is let go, from where it came if it has begun."""
     if body is None:
         return False
     pins = pins_of(body, pieces)
     # What goes by far too far to first order takes long to be let go, and collapses.
     far_mm = Foresight(body)(pins, body.size_mm).most_mm
-    return far_mm <= _TOO_FAR * STANDS * body.size_mm and settle(body, pins, how=how).form.stands
+    if far_mm > _TOO_FAR * STANDS * body.size_mm:
+        return False
+    return settle(body, pins, how=how, begun=begun.by(pins) if begun else ()).form.stands

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from fabweave.core.arrays import IntArray
 from fabweave.core.finding import Note
 from fabweave.form.body import body_of
@@ -64,9 +62,7 @@ def let_job_go(planned: PlannedJob, asked: Settings, given: PolyMesh | None = No
         return None
     bound_mm = parse_fastening(brief.fasten).bound_mm
     pins, begun = pins_of(body, planned.piece_set), planned.begun
-    # It may be held otherwise than what was let go to see where it rests.
-    same = begun is not None and np.array_equal(begun.pins, pins)
-    settled = settle(body, pins, bound_mm, begun=begun.each if begun and same else ())
+    settled = settle(body, pins, bound_mm, begun=begun.by(pins) if begun else ())
     state = settled.states["let go"].state
     bands = relaxed_ribbons(woven.ribbons, planned.weave, body, state)
     return LetGo(settled, bands, cure_of(planned, asked, given) if settled.form.collapse else "")
